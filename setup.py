@@ -1,0 +1,37 @@
+"""The ROS package `crane_sim`: an ament_python package that is also an ordinary Python one."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+NAME = "crane_sim"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="An accurate and fast crane simulator of ROS 2 nodes",
+    author="The crane simulator authors",
+    maintainer="The crane simulator authors",
+    maintainer_email="maintainers@crane-simulator.example.org",
+    license="Apache-2.0",
+    packages=find_packages(include=["crane_sim*", "crane_control*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", glob("config/*.*")),
+        (f"share/{NAME}/config/scenes", glob("config/scenes/*.yaml")),
+    ],
+    python_requires=">=3.11",
+    install_requires=["setuptools", "numpy>=2", "scipy", "numba", "pydantic", "pyyaml", "rich", "typer"],
+    extras_require={"rerun": ["rerun-sdk==0.41.*"], "test": ["pytest", "hypothesis", "sympy", "mpmath"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "crane = crane_sim.cli:main",
+            "plant_node = crane_sim.ros.plant_node:main",
+            "recorder_node = crane_sim.ros.recorder_node:main",
+            "controller_node = crane_control.controller_node:main",
+        ],
+        "crane_sim.laws": ["energy = crane_control.energy:build"],
+    },
+)
