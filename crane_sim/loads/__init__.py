@@ -1,0 +1,1 @@
+"""What hangs below the cable."""

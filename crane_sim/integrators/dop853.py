@@ -1,0 +1,123 @@
+"""Dormand and Prince's method of order 8, with error control by orders 5 and 3, or with a fixed step.
+ Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program DOP853. """
+ from math import isfinite, sqrt from typing import Annotated, NamedTuple  from annotated_types import Ge, Gt
+ from crane_sim.integrators import NOT_FINITE, OK, STALLED, Flow, advance, stages, step from
+ crane_sim.integrators.runge_kutta import explicit_step, slopes from crane_sim.jit import kernel from
+ crane_sim.state_algebra import add, combine, dimension, scale, weighted_square from crane_sim.system import
+ project, rhs  # fmt: off
+A = (
+    (0.05260015195876773,),
+    (0.0197250569845379, 0.0591751709536137),
+    (0.02958758547680685, None, 0.08876275643042054),
+    (0.2413651341592667, None, -0.8845494793282861, 0.924834003261792),
+    (0.037037037037037035, None, None, 0.17082860872947386, 0.12546768756682242),
+    (0.037109375, None, None, 0.17025221101954405, 0.06021653898045596, -0.017578125),
+    (0.03709200011850479, None, None, 0.17038392571223998, 0.10726203044637328, -0.015319437748624402,
+     0.008273789163814023),
+    (0.6241109587160757, None, None, -3.3608926294469414, -0.868219346841726, 27.59209969944671,
+     20.154067550477894, -43.48988418106996),
+    (0.47766253643826434, None, None, -2.4881146199716677, -0.590290826836843, 21.230051448181193,
+     15.279233632882423, -33.28821096898486, -0.020331201708508627),
+    (-0.9371424300859873, None, None, 5.186372428844064, 1.0914373489967295, -8.149787010746927,
+     -18.52006565999696, 22.739487099350505, 2.4936055526796523, -3.0467644718982196),
+    (2.273310147516538, None, None, -10.53449546673725, -2.0008720582248625, -17.9589318631188, 27.94888452941996,
+     -2.8589982771350235, -8.87285693353063, 12.360567175794303, 0.6433927460157636),
+)
+C = (
+    0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 0.3333333333333333, 0.25,
+     0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0,
+)
+B = (
+    0.054293734116568765, None, None, None, None, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
+     0.3111643669578199, -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
+)
+# error weights of orders 5 and 3
+E5 = (
+    0.01312004499419488, None, None, None, None, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
+     -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
+)
+E3 = (
+    -0.18980075407240762, None, None, None, None, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
+     -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
+)
+# fmt: on
+ORDER = 8
+SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
+"""Step control: h is scaled by SAFETY err^(-1/8), within these bounds."""
+
+
+class DOP853(NamedTuple):
+    """Settings of the error-controlled method: a component's error is measured by atol + rtol |component|."""
+
+    rtol: Annotated[float, Gt(0.0)] = 1e-9
+    atol: Annotated[float, Ge(0.0)] = 1e-12
+
+
+class RK8(NamedTuple):
+    """Settings of the fixed-step method: the step is shortened so that whole steps fill each control period."""
+
+    step: Annotated[float, Gt(0.0)]  # s
+
+
+@kernel
+def _first_size(p, t, x, u, k1, rtol, atol):
+    """Return a first step that an explicit Euler step shows to be careful (Hairer et al., II.4)."""
+    n = dimension(x)
+    d0 = sqrt(weighted_square(x, x, x, rtol, atol) / n)
+    d1 = sqrt(weighted_square(k1, x, x, rtol, atol) / n)
+    h0 = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
+    change = add(rhs(p, t + h0, add(x, scale(h0, k1)), u), scale(-1.0, k1))
+    d2 = sqrt(weighted_square(change, x, x, rtol, atol) / n) / h0
+    steepest = max(d1, d2)
+    h1 = max(1e-6, h0 * 1e-3) if steepest < 1e-15 else (0.01 / steepest) ** (1.0 / ORDER)
+    return min(100.0 * h0, h1)
+
+
+@kernel
+def _error(ks, x, y, h, rtol, atol):
+    """Return the error of a step relative to the tolerance, from both embedded orders."""
+    e5 = weighted_square(combine(h, E5, ks), x, y, rtol, atol)
+    e3 = weighted_square(combine(h, E3, ks), x, y, rtol, atol)
+    return e5 / sqrt((e5 + 0.01 * e3) * dimension(x)) if e5 > 0.0 else 0.0
+
+
+@advance.register(DOP853)
+def _(method, p, u, flow, end):
+    t, x, h, n, rejected = flow.t, flow.x, flow.h, flow.evaluations, flow.rejected
+    k1 = rhs(p, t, x, u)
+    if h == 0.0:
+        h, n = _first_size(p, t, x, u, k1, method.rtol, method.atol), n + 1
+    n, y, reached, status, growth = n + 1, x, t, STALLED, GROW
+    while t + 0.1 * h > t:
+        last = t + 1.000000001 * h >= end
+        size = end - t if last else h
+        ks = slopes(p, t, x, u, size, A, C, (k1,))
+        y = add(x, combine(size, B, ks))
+        error, n = _error(ks, x, y, size, method.rtol, method.atol), n + 11
+        factor = min(growth, max(SHRINK, SAFETY * error ** (-1.0 / ORDER))) if error > 0.0 else growth
+        if error <= 1.0:
+            y, reached, status, h = project(p, y), end if last else t + size, OK, max(size * factor, h if last else 0.0)
+            break
+        h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
+        status = STALLED if isfinite(error) else NOT_FINITE
+    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status)
+
+
+@step.register(DOP853)
+def _(method, p, t, x, u, h):
+    return explicit_step(p, t, x, u, h, A, C, B)
+
+
+@stages.register(DOP853)
+def _(method):
+    return 12
+
+
+@step.register(RK8)
+def _(method, p, t, x, u, h):
+    return explicit_step(p, t, x, u, h, A, C, B)
+
+
+@stages.register(RK8)
+def _(method):
+    return 12

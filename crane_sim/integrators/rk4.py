@@ -1,0 +1,28 @@
+"""The classical Runge-Kutta method of order 4 with a fixed step (Kutta 1901)."""
+
+from typing import NamedTuple
+
+from crane_sim.integrators import stages, step
+from crane_sim.integrators.runge_kutta import explicit_step
+from crane_sim.quantities import Positive
+
+A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
+C = (1 / 2, 1 / 2, 1.0)
+B = (1 / 6, 1 / 3, 1 / 3, 1 / 6)
+ORDER = 4
+
+
+class RK4(NamedTuple):
+    """Settings: the step is shortened so that a whole number of them fills each control period."""
+
+    step: Positive  # s
+
+
+@step.register(RK4)
+def _(method, p, t, x, u, h):
+    return explicit_step(p, t, x, u, h, A, C, B)
+
+
+@stages.register(RK4)
+def _(method):
+    return 4

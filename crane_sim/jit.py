@@ -1,0 +1,128 @@
+"""Compiled kernels: the only file that imports numba, beside the state algebra.
+
+A scene's physics is a tree of NamedTuples, and a `generic` function picks the body that fits the type of its first
+argument, at compile time. Numba therefore compiles exactly what a scene is made of, an absent part (None) costs
+nothing, and no function is ever passed to another one, so compiled code can be kept on disk.
+
+Compiled code is kept in a folder named after a digest of every source file of the two packages (and of the versions
+that produced it). It is read and written only while the files still have the digest they had before the first kernel
+was imported, so stale machine code cannot be met.
+"""
+
+import functools
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import types
+from numba.core.caching import FunctionCache
+from numba.extending import overload
+
+F = TypeVar("F", bound=Callable[..., Any])
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "forceinline": True}
+"""Compile options of every kernel: IEEE division, no reassociation; small pieces melt into the loop that calls them."""
+
+_PACKAGES = tuple(Path(__file__).resolve().parents[1] / name for name in ("crane_sim", "crane_control"))
+
+
+def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
+    """Return a digest of all Python sources below `folders` and of the versions that compile them."""
+    sha = hashlib.sha256(f"{sys.version} {numba.__version__}".encode())
+    for folder in folders:
+        for file in sorted(folder.rglob("*.py")):
+            sha.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes())
+    return sha.hexdigest()[:16]
+
+
+_AT_IMPORT = digest()
+
+
+def cache_folder() -> Path:
+    """Return the folder for compiled code of these sources: $CRANE_SIM_CACHE, else the user's cache folder."""
+    root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    folder = Path(root) / "crane_sim" / _AT_IMPORT
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="crane_sim_"))
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="crane_sim_"))
+
+
+class _CheckedCache(FunctionCache):
+    """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory."""
+
+    def load_overload(self, sig, target_context):
+        return super().load_overload(sig, target_context) if _trusted() else None
+
+    def save_overload(self, sig, data):
+        if _trusted():
+            super().save_overload(sig, data)
+
+
+_outside: list[str] = []  # kernels of other packages, whose files the digest does not cover
+
+
+def _trusted() -> bool:
+    return not _outside and digest() == _AT_IMPORT
+
+
+def _note_origin(f: Callable[..., Any]) -> None:
+    file = Path(f.__code__.co_filename).resolve()
+    if not any(file.is_relative_to(package) for package in _PACKAGES):
+        _outside.append(str(file))
+
+
+def kernel(f: F) -> F:
+    """Compile `f` as part of the kernels that call it."""
+    _note_origin(f)
+    return numba.njit(f, **OPTIONS)  # pyright: ignore[reportReturnType]
+
+
+def entry(f: F) -> F:
+    """Compile `f` for calls from Python, and keep the result on disk."""
+    dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
+    if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):  # plain Python under NUMBA_DISABLE_JIT=1
+        numba.config.CACHE_DIR, previous = str(cache_folder()), numba.config.CACHE_DIR
+        dispatcher._cache = _CheckedCache(f)
+        numba.config.CACHE_DIR = previous
+    return dispatcher
+
+
+def generic(f: F) -> F:
+    """Make `f` a function whose body is chosen by the type of its first argument, in Python and in kernels alike.
+
+    `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float` or for
+    `type(None)` (the part is absent), exactly as functools.singledispatch does. The body given here is the default.
+    """
+    table = functools.singledispatch(f)
+
+    @functools.wraps(f)
+    def call(*args: Any) -> Any:
+        return table.dispatch(type(args[0]))(*args)
+
+    def register(cls: type) -> Callable[[F], F]:
+        def add(body: F) -> F:
+            _note_origin(body)
+            return table.register(cls)(body)
+
+        return add
+
+    def choose(*args: Any) -> Callable[..., Any]:
+        return table.dispatch(_python_type(args[0]))
+
+    overload(call, strict=False, jit_options=OPTIONS)(choose)
+    call.register = register  # pyright: ignore[reportFunctionMemberAccess]
+    return call  # pyright: ignore[reportReturnType]
+
+
+def _python_type(t: types.Type) -> type:
+    """Return the Python class that the numba type `t` stands for."""
+    if isinstance(t, types.NamedTuple | types.NamedUniTuple):
+        return t.instance_class
+    kinds = {types.BaseTuple: tuple, types.NoneType: type(None), types.Float: float, types.Integer: int}
+    return next((python for kind, python in kinds.items() if isinstance(t, kind)), object)

@@ -1,0 +1,98 @@
+"""What a crane shows to the outside: joint coordinates, energies, accelerations, points in the world."""
+
+from math import atan2, cos, sin
+
+from crane_sim import system
+from crane_sim.cables.rope import LockedRope, add_rope_energy, span, swing
+from crane_sim.frames import inertial_velocity
+from crane_sim.jit import generic, kernel
+from crane_sim.model import Crane, metered_state, motion
+from crane_sim.supports import posture, skeleton, support_kinetic, support_potential, tip_acceleration, yaw
+
+POLE = 1e-9
+"""cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from it."""
+
+
+@system.joints.register(Crane)
+def _(p, x):
+    xs, xc = x[0], x[1]
+    line = span(posture(p.support, xs), xc)
+    _, _, c2, w1, w2 = swing(line)
+    theta1, theta2 = atan2(line.n[1], -line.n[2]), atan2(line.n[0], c2)
+    return (*xs[:3], line.length, theta1, theta2), (*xs[3:], line.rate, w1 / max(c2, POLE), w2)
+
+
+@generic
+def winch_joint(rope, line):
+    """Return the actuated rope coordinate and its rate, each a tuple, empty for a braked winch."""
+    return (line.length,), (line.rate,)
+
+
+@winch_joint.register(LockedRope)
+def _(rope, line):
+    return (), ()
+
+
+@system.actuated.register(Crane)
+def _(p, x):
+    q, v = winch_joint(p.cable, span(posture(p.support, x[0]), x[1]))
+    return (*x[0][:3], *q), (*x[0][3:], *v)
+
+
+@system.state.register(Crane)
+def _(p, q, v):
+    d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
+    rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
+    pose = posture(p.support, (*q[:3], *v[:3]))
+    (x, y, z), (vx, vy, vz) = pose.tip, pose.tip_velocity
+    payload = (x + d * s2, y + d * c2 * s1, z - d * c1 * c2)
+    velocity = (
+        vx + rate * s2 + w2 * c2,
+        vy + rate * c2 * s1 + w1 * c1 - w2 * s1 * s2,
+        vz - rate * c1 * c2 + w1 * s1 + w2 * c1 * s2,
+    )
+    return metered_state(p.meter, ((*q[:3], *v[:3]), (*payload, *velocity)))
+
+
+@system.acceleration.register(Crane)
+def _(p, t, x, u):
+    now = motion(p, x[0], x[1], system.effort(u, p, t, x))
+    line = now.line
+    tip, _ = tip_acceleration(p.support, now.pose, now.support)
+    ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
+    nx, ny, nz = line.n
+    s1, c1, c2, w1, w2 = swing(line)
+    vx, vy, vz = line.velocity
+    turning = (vx * vx + vy * vy + vz * vz - line.rate * line.rate) / line.length
+    rope = nx * ax + ny * ay + nz * az + turning
+    theta1 = w1 / max(c2, POLE)
+    first = (c1 * ay + s1 * az - 2.0 * line.rate * w1) / line.length + 2.0 * nx * theta1 * w2
+    second = (c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * line.rate * w2) / line.length - nx * c2 * theta1 * theta1
+    return (*now.support, rope, first / max(c2, POLE), second)
+
+
+@system.kinetic.register(Crane)
+def _(p, x):
+    pose = posture(p.support, x[0])
+    vx, vy, vz = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
+    return support_kinetic(p.support, pose) + 0.5 * p.load.mass * (vx * vx + vy * vy + vz * vz)
+
+
+@system.potential.register(Crane)
+def _(p, x):
+    pose = posture(p.support, x[0])
+    energy = support_potential(p.support, pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
+    return add_rope_energy(p.cable, energy, span(pose, x[1]).length)
+
+
+@kernel
+def _turned(point, c, s):
+    return c * point[0] - s * point[1], s * point[0] + c * point[1], point[2]
+
+
+@system.points.register(Crane)
+def _(p, x):
+    angle = yaw(p.support, x[0])
+    c, s = cos(angle), sin(angle)
+    base, knee, tip = skeleton(p.support, x[0])
+    return _turned(base, c, s), _turned(knee, c, s), _turned(tip, c, s), _turned(x[1][:3], c, s)

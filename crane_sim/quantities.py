@@ -1,0 +1,29 @@
+"""Physical quantities as annotated types: what a parameter may be is said once, where it is declared."""
+
+import re
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+_ANGLE = re.compile(r"\s*([-+0-9.eE]+)\s*(deg|rad)?\s*")
+_RADIANS = {"deg": 0.017453292519943295, "rad": 1.0, None: 1.0}
+
+
+def to_radians(value: Any) -> Any:
+    """Return radians for a number, for "45 deg" and for "0.5 rad".
+
+    Raises:
+        ValueError: the text is not an angle.
+    """
+    if not isinstance(value, str):
+        return value
+    match = _ANGLE.fullmatch(value)
+    if not match:
+        raise ValueError("an angle is a number of radians, or text such as '45 deg' or '0.5 rad'")
+    return float(match[1]) * _RADIANS[match[2]]
+
+
+Real = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Angle = Annotated[float, BeforeValidator(to_radians), Field(allow_inf_nan=False)]

@@ -1,0 +1,100 @@
+"""Open-loop inputs: functions of time that drive the actuated joints where no law commands."""
+
+from math import sin
+from typing import NamedTuple
+
+from crane_sim import system
+from crane_sim.jit import generic
+from crane_sim.quantities import Angle, Real
+
+
+class Constant(NamedTuple):
+    """A constant input."""
+
+    value: Real = 0.0
+
+
+class Sine(NamedTuple):
+    """offset + amplitude sin(frequency t + phase)."""
+
+    amplitude: Real
+    frequency: Real  # rad/s
+    offset: Real = 0.0
+    phase: Angle = 0.0  # rad
+
+
+class Polynomial(NamedTuple):
+    """The sum of coefficients[k] t^k."""
+
+    coefficients: tuple[Real, ...]
+
+
+class Table(NamedTuple):
+    """Linear interpolation between (times, values); the ends are held."""
+
+    times: tuple[Real, ...]  # s, increasing
+    values: tuple[Real, ...]
+
+
+class Inputs(NamedTuple):
+    """One input for each actuated joint, in their order."""
+
+    channels: tuple[Constant | Sine | Polynomial | Table, ...]
+
+
+@generic
+def value_at(channel, t):
+    """Return the input's value at time t [s]."""
+    raise NotImplementedError
+
+
+@value_at.register(Constant)
+def _(channel, t):
+    return channel.value
+
+
+@value_at.register(Sine)
+def _(channel, t):
+    return channel.offset + channel.amplitude * sin(channel.frequency * t + channel.phase)
+
+
+@value_at.register(Polynomial)
+def _(channel, t):
+    value = 0.0
+    for k in range(len(channel.coefficients) - 1, -1, -1):
+        value = value * t + channel.coefficients[k]
+    return value
+
+
+@value_at.register(Table)
+def _(channel, t):
+    times, values = channel.times, channel.values
+    last = len(times) - 1
+    if t <= times[0]:
+        return values[0]
+    if t >= times[last]:
+        return values[last]
+    low, high = 0, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        if times[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
+
+
+@generic
+def values_at(channels, t):
+    """Return the values of all channels (nu,) at time t."""
+    raise NotImplementedError
+
+
+@values_at.register(tuple)
+def _(channels, t):
+    return (value_at(channels[0], t), *values_at(channels[1:], t))
+
+
+@system.effort.register(Inputs)
+def _(u, p, t, x):
+    return system.limited(p, values_at(u.channels, t))

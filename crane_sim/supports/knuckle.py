@@ -1,0 +1,202 @@
+"""Knuckle-boom crane: a tower that slews, a boom and a jib that luff.
+
+Model of Ambrosino, Dawans, Thierens, Garone, "Oscillation Reduction for Knuckle Cranes", with the misprints corrected,
+in the slewing frame (e_r, e_t, e_z): neither the slew angle nor the swing angles appear, and the 6x6 solve of the
+Lagrange form becomes one division (slew) and one 2x2 solve (boom, jib). alpha is the slew angle; beta and gamma are
+the elevations of boom and jib, both from the horizontal.
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+from crane_sim.effects import (
+    JibSpring,
+    Spring,
+    add_jib_spring,
+    add_jib_spring_energy,
+    add_spring,
+    add_spring_energy,
+)
+from crane_sim.jit import generic, kernel
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.supports import (
+    posture,
+    skeleton,
+    support_acceleration,
+    support_kinetic,
+    support_potential,
+    tip_acceleration,
+    tip_mobility,
+    with_couple,
+    yaw,
+)
+
+
+class Rod(NamedTuple):
+    """Boom or jib: a rod whose centre of mass is at its middle."""
+
+    length: Positive  # m
+    mass: NonNegative  # kg
+    inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
+    axial_inertia: NonNegative | None = None  # kg m², about the rod; None: the inertia does not turn with the slew
+
+
+class Tower(NamedTuple):
+    """What slews besides boom and jib."""
+
+    inertia: Positive  # kg m², about the vertical
+
+
+class Knuckle(NamedTuple):
+    """Parameters of the support."""
+
+    boom: Rod
+    jib: Rod
+    tower: Tower
+    boom_spring: Spring | None = None
+    jib_spring: JibSpring | None = None
+
+
+class KnucklePosture(NamedTuple):
+    """What the state fixes. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
+
+    tip: tuple[float, float, float]  # (r, 0, h)
+    tip_velocity: tuple[float, float, float]  # (r', 0, h')
+    yaw_rate: float  # alpha'
+    beta: float
+    gamma: float
+    beta_rate: float
+    gamma_rate: float
+    cb: float  # cos beta
+    sb: float
+    cg: float  # cos gamma
+    sg: float
+    c: float  # K3 cos(beta - gamma), inertia coupling of boom and jib
+    s: float  # K3 sin(beta - gamma)
+    slew_inertia: float  # kg m²
+    hb: float  # -½ d(slew inertia)/d beta
+    hg: float
+    boom_inertia: float  # IB + K1
+    jib_inertia: float  # IJ + K2
+
+
+@generic
+def turning_inertia(axial, inertia, c, s):
+    """Return (inertia about the vertical, -½ its derivative by the elevation) of a rod; none where axial is absent."""
+    return 0.0, 0.0
+
+
+@turning_inertia.register(float)
+def _(axial, inertia, c, s):
+    return inertia * c * c + axial * s * s, (inertia - axial) * s * c
+
+
+@posture.register(Knuckle)
+def _(support, xs):
+    _, beta, gamma, yaw_rate, vb, vg = xs
+    boom, jib = support.boom, support.jib
+    cb, sb, cg, sg = cos(beta), sin(beta), cos(gamma), sin(gamma)
+    k1 = boom.length * boom.length * (0.25 * boom.mass + jib.mass)
+    k2 = 0.25 * jib.length * jib.length * jib.mass
+    k3 = 0.5 * boom.length * jib.length * jib.mass
+    p1, p2 = k1 * cb + k3 * cg, k2 * cg + k3 * cb
+    boom_turning, boom_slope = turning_inertia(boom.axial_inertia, boom.inertia, cb, sb)
+    jib_turning, jib_slope = turning_inertia(jib.axial_inertia, jib.inertia, cg, sg)
+    return KnucklePosture(
+        tip=(boom.length * cb + jib.length * cg, 0.0, boom.length * sb + jib.length * sg),
+        tip_velocity=(
+            -boom.length * sb * vb - jib.length * sg * vg,
+            0.0,
+            boom.length * cb * vb + jib.length * cg * vg,
+        ),
+        yaw_rate=yaw_rate,
+        beta=beta,
+        gamma=gamma,
+        beta_rate=vb,
+        gamma_rate=vg,
+        cb=cb,
+        sb=sb,
+        cg=cg,
+        sg=sg,
+        c=k3 * (cb * cg + sb * sg),
+        s=k3 * (sb * cg - cb * sg),
+        slew_inertia=support.tower.inertia + cb * p1 + cg * p2 + boom_turning + jib_turning,
+        hb=sb * p1 + boom_slope,
+        hg=sg * p2 + jib_slope,
+        boom_inertia=boom.inertia + k1,
+        jib_inertia=jib.inertia + k2,
+    )
+
+
+@kernel
+def _solve_luff(pose, b2, b3):
+    """Solve the 2x2 system of boom and jib."""
+    inverse = 1.0 / (pose.boom_inertia * pose.jib_inertia - pose.c * pose.c)
+    return (pose.jib_inertia * b2 - pose.c * b3) * inverse, (pose.boom_inertia * b3 - pose.c * b2) * inverse
+
+
+@support_acceleration.register(Knuckle)
+def _(support, pose, gravity, tau, force):
+    boom, jib = support.boom, support.jib
+    fr, ft, fz = force
+    wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
+    u2 = add_spring(support.boom_spring, tau[1], pose.beta)
+    u2, u3 = add_jib_spring(support.jib_spring, u2, tau[2], pose.beta, pose.gamma)
+    slew = (tau[0] + pose.tip[0] * ft + 2.0 * wa * (pose.hb * wb + pose.hg * wg)) / pose.slew_inertia
+    b2 = u2 + boom.length * (pose.cb * fz - pose.sb * fr)
+    b3 = u3 + jib.length * (pose.cg * fz - pose.sg * fr)
+    b2 = b2 - gravity * boom.length * pose.cb * (0.5 * boom.mass + jib.mass) - pose.s * wg * wg - pose.hb * wa * wa
+    b3 = b3 - gravity * jib.length * pose.cg * 0.5 * jib.mass + pose.s * wb * wb - pose.hg * wa * wa
+    luff, knuckle = _solve_luff(pose, b2, b3)
+    return slew, luff, knuckle
+
+
+@tip_acceleration.register(Knuckle)
+def _(support, pose, qdd):
+    boom, jib = support.boom.length, support.jib.length
+    wb2, wg2 = pose.beta_rate * pose.beta_rate, pose.gamma_rate * pose.gamma_rate
+    radial = -boom * (pose.sb * qdd[1] + pose.cb * wb2) - jib * (pose.sg * qdd[2] + pose.cg * wg2)
+    vertical = boom * (pose.cb * qdd[1] - pose.sb * wb2) + jib * (pose.cg * qdd[2] - pose.sg * wg2)
+    return (radial, 0.0, vertical), qdd[0]
+
+
+@tip_mobility.register(Knuckle)
+def _(support, pose, n):
+    slew = pose.tip[0] * n[1]
+    boom = support.boom.length * (pose.cb * n[2] - pose.sb * n[0])
+    jib = support.jib.length * (pose.cg * n[2] - pose.sg * n[0])
+    luff, knuckle = _solve_luff(pose, boom, jib)
+    return slew * slew / pose.slew_inertia + boom * luff + jib * knuckle
+
+
+@with_couple.register(Knuckle)
+def _(support, tau, couple):
+    return (tau[0] + couple, *tau[1:])
+
+
+@yaw.register(Knuckle)
+def _(support, xs):
+    return xs[0]
+
+
+@skeleton.register(Knuckle)
+def _(support, xs):
+    boom, jib = support.boom.length, support.jib.length
+    x, z = boom * cos(xs[1]), boom * sin(xs[1])
+    return (0.0, 0.0, 0.0), (x, 0.0, z), (x + jib * cos(xs[2]), 0.0, z + jib * sin(xs[2]))
+
+
+@support_kinetic.register(Knuckle)
+def _(support, pose):
+    wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
+    luff = pose.boom_inertia * wb * wb + pose.jib_inertia * wg * wg
+    return 0.5 * (pose.slew_inertia * wa * wa + luff) + pose.c * wb * wg
+
+
+@support_potential.register(Knuckle)
+def _(support, pose, gravity):
+    boom, jib = support.boom, support.jib
+    energy = gravity * boom.length * pose.sb * (0.5 * boom.mass + jib.mass)
+    energy = energy + 0.5 * gravity * jib.mass * jib.length * pose.sg
+    energy = add_spring_energy(support.boom_spring, energy, pose.beta)
+    return add_jib_spring_energy(support.jib_spring, energy, pose.beta, pose.gamma)

@@ -1,0 +1,87 @@
+"""What a model answers: the generic functions that integrators, laws and outputs ask of it.
+
+Argument order is (p, t, x, u): parameters p (a NamedTuple whose type chooses the body), time t [s], state x (nested
+tuples of floats) and u, what drives the actuated joints: a tuple of efforts that are held, or a NamedTuple with a
+registered `effort`. Joint coordinates q, v are tuples in the order of the scene's joint names; SI units and radians;
+world frame right-handed, z up.
+"""
+
+from crane_sim.jit import generic
+
+
+@generic
+def rhs(p, t, x, u):
+    """Return the time derivative of the state, of the structure of x."""
+    raise NotImplementedError
+
+
+@generic
+def project(p, x):
+    """Return the state put back on what the model holds exactly; integrators call it after every step."""
+    return x
+
+
+@generic
+def effort(u, p, t, x):
+    """Return the efforts (nu,) that the source u demands of model p at (t, x). A tuple demands itself."""
+    return u
+
+
+@generic
+def state(p, q, v):
+    """Return the state x of model p at joint positions q (nq,) and velocities v (nq,)."""
+    raise NotImplementedError
+
+
+@generic
+def joints(p, x):
+    """Return (q, v), both (nq,), finite for every finite state."""
+    raise NotImplementedError
+
+
+@generic
+def actuated(p, x):
+    """Return (q, v) of the actuated joints only, both (nu,): what laws in the equations need, without trigonometry."""
+    raise NotImplementedError
+
+
+@generic
+def limited(p, u):
+    """Return the efforts (nu,) that the actuators can apply when u is demanded."""
+    raise NotImplementedError
+
+
+@generic
+def acceleration(p, t, x, u):
+    """Return the joint accelerations (nq,)."""
+    raise NotImplementedError
+
+
+@generic
+def kinetic(p, x):
+    """Return the kinetic energy [J]."""
+    raise NotImplementedError
+
+
+@generic
+def potential(p, x):
+    """Return the potential energy of gravity and springs [J]."""
+    raise NotImplementedError
+
+
+@generic
+def tension(p, t, x, u):
+    """Return the rope tension [N], positive when the rope pulls."""
+    raise NotImplementedError
+
+
+@generic
+def power(p, t, x, u):
+    """Return the power [W] that enters the model other than through held efforts: all losses are negative."""
+    raise NotImplementedError
+
+
+@generic
+def points(p, x):
+    """Return the polyline base .. tip .. payload in the world frame [m], a tuple of (x, y, z)."""
+    raise NotImplementedError
