@@ -11,18 +11,25 @@ from crane_sim.jit import generic
 from crane_sim.quantities import Angle, NonNegative, Real
 
 
-class Spring(NamedTuple):
-    """A linear spring on a joint coordinate: effort -stiffness (q - rest)."""
+class RopeSpring(NamedTuple):
+    """A linear spring along the rope: force -stiffness (length - rest)."""
 
-    stiffness: NonNegative  # N/m or N m/rad
-    rest: float  # m or rad
+    stiffness: NonNegative  # N/m
+    rest: Real  # m
+
+
+class BoomSpring(NamedTuple):
+    """A linear spring on the boom's elevation."""
+
+    stiffness: NonNegative  # N m/rad
+    rest: Angle  # rad
 
 
 class JibSpring(NamedTuple):
     """A linear spring on the jib, about its elevation or about its angle from the boom."""
 
     stiffness: NonNegative  # N m/rad
-    rest: float  # rad
+    rest: Angle  # rad
     relative: bool = False  # True: acts between boom and jib
 
 
@@ -32,7 +39,8 @@ def add_spring(spring, effort, q):
     return effort
 
 
-@add_spring.register(Spring)
+@add_spring.register(BoomSpring)
+@add_spring.register(RopeSpring)
 def _(spring, effort, q):
     return effort - spring.stiffness * (q - spring.rest)
 
@@ -43,7 +51,8 @@ def add_spring_energy(spring, energy, q):
     return energy
 
 
-@add_spring_energy.register(Spring)
+@add_spring_energy.register(BoomSpring)
+@add_spring_energy.register(RopeSpring)
 def _(spring, energy, q):
     return energy + 0.5 * spring.stiffness * (q - spring.rest) ** 2
 

@@ -37,9 +37,10 @@ class Table(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """One input for each actuated joint, in their order."""
+    """The input of one actuated joint and those of the joints after it, a list that kernels can walk by type."""
 
-    channels: tuple[Constant | Sine | Polynomial | Table, ...]
+    first: Constant | Sine | Polynomial | Table
+    rest: "Inputs | None" = None
 
 
 @generic
@@ -85,16 +86,16 @@ def _(channel, t):
 
 
 @generic
-def values_at(channels, t):
-    """Return the values of all channels (nu,) at time t."""
-    raise NotImplementedError
+def values_at(inputs, t):
+    """Return the values of all inputs (nu,) at time t."""
+    return ()
 
 
-@values_at.register(tuple)
-def _(channels, t):
-    return (value_at(channels[0], t), *values_at(channels[1:], t))
+@values_at.register(Inputs)
+def _(inputs, t):
+    return (value_at(inputs.first, t), *values_at(inputs.rest, t))
 
 
 @system.effort.register(Inputs)
 def _(u, p, t, x):
-    return system.limited(p, values_at(u.channels, t))
+    return system.limited(p, values_at(u, t))

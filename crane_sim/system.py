@@ -28,6 +28,12 @@ def effort(u, p, t, x):
 
 
 @generic
+def command(law, t, q, v):
+    """Return the efforts (nu,) that a law demands; q and v begin with the actuated joints."""
+    raise NotImplementedError
+
+
+@generic
 def state(p, q, v):
     """Return the state x of model p at joint positions q (nq,) and velocities v (nq,)."""
     raise NotImplementedError

@@ -1,0 +1,1 @@
+"""An accurate and fast crane simulator of ROS 2 nodes."""
