@@ -6,7 +6,7 @@ from crane_sim import system
 from crane_sim.cables.rope import LockedRope, add_rope_energy, span, swing
 from crane_sim.frames import inertial_velocity
 from crane_sim.jit import generic, kernel
-from crane_sim.model import Crane, metered_state, motion
+from crane_sim.model import Crane, Meter, metered_state, motion
 from crane_sim.supports import posture, skeleton, support_kinetic, support_potential, tip_acceleration, yaw
 
 POLE = 1e-9
@@ -39,11 +39,27 @@ def _(p, x):
     return (*x[0][:3], *q), (*x[0][3:], *v)
 
 
+@generic
+def winch_effort(rope, row):
+    """Return the winch's effort in the array `row` as a tuple, empty for a braked winch."""
+    return (row[3],)
+
+
+@winch_effort.register(LockedRope)
+def _(rope, row):
+    return ()
+
+
+@system.held.register(Crane)
+def _(p, row):
+    return (row[0], row[1], row[2], *winch_effort(p.cable, row))
+
+
 @system.state.register(Crane)
 def _(p, q, v):
     d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
     rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
-    pose = posture(p.support, (*q[:3], *v[:3]))
+    pose = posture(p.support, (q[0], q[1], q[2], v[0], v[1], v[2]))
     (x, y, z), (vx, vy, vz) = pose.tip, pose.tip_velocity
     payload = (x + d * s2, y + d * c2 * s1, z - d * c1 * c2)
     velocity = (
@@ -51,7 +67,7 @@ def _(p, q, v):
         vy + rate * c2 * s1 + w1 * c1 - w2 * s1 * s2,
         vz - rate * c1 * c2 + w1 * s1 + w2 * c1 * s2,
     )
-    return metered_state(p.meter, ((*q[:3], *v[:3]), (*payload, *velocity)))
+    return metered_state(p.meter, ((q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, *velocity)))
 
 
 @system.acceleration.register(Crane)
@@ -96,3 +112,19 @@ def _(p, x):
     c, s = cos(angle), sin(angle)
     base, knee, tip = skeleton(p.support, x[0])
     return _turned(base, c, s), _turned(knee, c, s), _turned(tip, c, s), _turned(x[1][:3], c, s)
+
+
+@generic
+def reading(meter, x):
+    """Return the meter's reading [J], 0 where there is none."""
+    return 0.0
+
+
+@reading.register(Meter)
+def _(meter, x):
+    return x[2]
+
+
+@system.supplied.register(Crane)
+def _(p, x):
+    return reading(p.meter, x)

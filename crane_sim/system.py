@@ -35,7 +35,13 @@ def command(law, t, q, v):
 
 @generic
 def state(p, q, v):
-    """Return the state x of model p at joint positions q (nq,) and velocities v (nq,)."""
+    """Return the state x of model p at joint positions q (nq,) and velocities v (nq,), tuples or arrays."""
+    raise NotImplementedError
+
+
+@generic
+def held(p, row):
+    """Return the efforts (nu,) in the array `row` as a tuple, a source that is held."""
     raise NotImplementedError
 
 
@@ -91,3 +97,9 @@ def power(p, t, x, u):
 def points(p, x):
     """Return the polyline base .. tip .. payload in the world frame [m], a tuple of (x, y, z)."""
     raise NotImplementedError
+
+
+@generic
+def supplied(p, x):
+    """Return the energy [J] supplied since the start if the model is metered, else 0."""
+    return 0.0

@@ -59,6 +59,12 @@ def advance(method, p, u, flow, end):
     return Flow(flow.t, flow.x, t, x, h, evaluations, taken, flow.rejected, OK if finite else NOT_FINITE)
 
 
+@generic
+def horizon(method, end):
+    """Return how far steps may go when nothing jumps at `end`: fixed steps keep to the grid."""
+    return end
+
+
 @kernel
 def reach(method, p, u, flow, t, end):
     """Return the flow advanced until it covers time t, by steps that do not pass `end`."""

@@ -1,10 +1,19 @@
 """Dormand and Prince's method of order 8, with error control by orders 5 and 3, or with a fixed step.
- Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program DOP853. """
- from math import isfinite, sqrt from typing import Annotated, NamedTuple  from annotated_types import Ge, Gt
- from crane_sim.integrators import NOT_FINITE, OK, STALLED, Flow, advance, stages, step from
- crane_sim.integrators.runge_kutta import explicit_step, slopes from crane_sim.jit import kernel from
- crane_sim.state_algebra import add, combine, dimension, scale, weighted_square from crane_sim.system import
- project, rhs  # fmt: off
+
+Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program DOP853.
+"""
+
+from math import inf, isfinite, sqrt
+from typing import NamedTuple
+
+from crane_sim.integrators import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
+from crane_sim.integrators.runge_kutta import explicit_step, slopes
+from crane_sim.jit import kernel
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.state_algebra import add, combine, dimension, scale, weighted_square
+from crane_sim.system import project, rhs
+
+# fmt: off
 A = (
     (0.05260015195876773,),
     (0.0197250569845379, 0.0591751709536137),
@@ -49,14 +58,14 @@ SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
 class DOP853(NamedTuple):
     """Settings of the error-controlled method: a component's error is measured by atol + rtol |component|."""
 
-    rtol: Annotated[float, Gt(0.0)] = 1e-9
-    atol: Annotated[float, Ge(0.0)] = 1e-12
+    rtol: Positive = 1e-9
+    atol: NonNegative = 1e-12
 
 
 class RK8(NamedTuple):
     """Settings of the fixed-step method: the step is shortened so that whole steps fill each control period."""
 
-    step: Annotated[float, Gt(0.0)]  # s
+    step: Positive  # s
 
 
 @kernel
@@ -101,6 +110,11 @@ def _(method, p, u, flow, end):
         h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
         status = STALLED if isfinite(error) else NOT_FINITE
     return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status)
+
+
+@horizon.register(DOP853)
+def _(method, end):
+    return inf
 
 
 @step.register(DOP853)

@@ -1,0 +1,130 @@
+"""A scene in motion, one control period at a time: what `simulate` and the plant node both step."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
+from crane_sim.cables.rope import RateRope
+from crane_sim.integrators import NOT_FINITE, OK
+from crane_sim.metrics import Metrics, polyline
+from crane_sim.model import Meter
+from crane_sim.scene import Scene
+from crane_sim.stepping import begin, free_period, held_period
+
+Array = npt.NDArray[np.float64]
+BLOCK = 512
+_NO_TIMES = np.empty(0)
+
+
+class SimulationError(RuntimeError):
+    """The simulation cannot go on; the message is one line with the time and the cause."""
+
+
+def check_status(flow: Any) -> None:
+    """Raise SimulationError when the integration under way has failed."""
+    if flow.status == OK:
+        return
+    cause = "the state is not finite" if flow.status == NOT_FINITE else "the step size shrank to nothing"
+    raise SimulationError(f"integration stopped at t = {flow.t:.6g} s: {cause}; check the scene's parameters and steps")
+
+
+class Plant:
+    """The plant of a scene, from its initial state onwards.
+
+    Attributes:
+        k: control periods passed.
+        q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
+        applied: efforts applied in the last period (nu,), after limits.
+        tension: rope tension [N] at the start of the last period, under `applied`.
+        saturated: periods in which a demand was limited.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        """Put the crane in its initial state."""
+        self.scene = scene
+        self.model = metered_model(scene)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the scene's initial state and forget the run."""
+        self._flow, self.q, self.v = begin(self.model, self.scene.initial_q, self.scene.initial_v)
+        self.k, self.saturated, self.tension = 0, 0, 0.0
+        self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
+        nq = len(self.q)
+        self._rows = np.empty((BLOCK, 2 * nq + len(self.applied) + 1))
+        self._samples = np.empty((0, self._rows.shape[1]))
+        self._filled = 0
+        self._metrics = Metrics(self.scene, self.model, self._flow.x)
+
+    @property
+    def t(self) -> float:
+        """Time [s] since the scene's start."""
+        return self.k * self.scene.period
+
+    @property
+    def payload(self) -> tuple[float, float, float]:
+        """Position of the payload in the world [m]."""
+        return polyline(self.scene.model, self.q, self.v)[-1]
+
+    @property
+    def flow(self) -> Any:
+        """The integration under way, with its counters of evaluations and steps."""
+        return self._flow
+
+    def advance(
+        self, u: Sequence[float] | None = None, times: Array = _NO_TIMES, samples: Array | None = None, first: int = 0
+    ) -> int:
+        """Pass one control period.
+
+        Args:
+            u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source.
+            times: instants [s] where the solution is wanted too, increasing (m,).
+            samples: rows [q, v, effort, tension] to fill at these instants (m, ...).
+            first: index of the first instant not yet passed.
+
+        Returns:
+            The index of the first instant still to come.
+
+        Raises:
+            SimulationError: the integration failed.
+        """
+        q, v, end = self.q, self.v, (self.k + 1) * self.scene.period
+        rest = (end, times, self._samples if samples is None else samples, first)
+        method = self.scene.method
+        if u is None:
+            flow, *found = free_period(method, self.model, self.scene.source, self._flow, self.t, *rest)
+        else:
+            u = tuple(map(float, u))
+            flow, *found = held_period(method, self.model, u, self._flow, *rest)
+            self.saturated += found[2] != u
+        check_status(flow)
+        self._flow, (self.q, self.v, self.applied, self.tension, first) = flow, found
+        self._note((*q, *v, *self.applied, self.tension))
+        return first
+
+    def _note(self, row: tuple[float, ...]) -> None:
+        self._rows[self._filled] = row
+        self._filled += 1
+        self.k += 1
+        if self._filled == BLOCK:
+            self._flush()
+
+    def _flush(self) -> None:
+        start = self.k - self._filled
+        self._metrics.extend(np.arange(start, self.k) * self.scene.period, self._rows[: self._filled])
+        self._filled = 0
+
+    def summary(self) -> dict[str, Any]:
+        """Return the run's figures up to now: keys and meanings as of `crane_sim.metrics.Metrics.summary`."""
+        self._flush()
+        return self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
+
+
+def metered_model(scene: Scene) -> Any:
+    """Return the scene's model, metered where work and losses cannot be had exactly from held efforts."""
+    model = scene.model
+    lossy = model.swing_friction is not None or model.drag is not None or isinstance(model.cable, RateRope)
+    return model._replace(meter=Meter()) if lossy or not scene.sampled else model
