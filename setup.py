@@ -22,7 +22,7 @@ setup(
         (f"share/{NAME}/config/scenes", glob("config/scenes/*.yaml")),
     ],
     python_requires=">=3.11",
-    install_requires=["setuptools", "numpy>=2", "scipy", "numba", "pydantic", "pyyaml", "rich", "typer"],
+    install_requires=["setuptools", "numpy>=2", "scipy", "numba", "pydantic", "pyyaml", "rich", "click"],
     extras_require={"rerun": ["rerun-sdk==0.41.*"], "test": ["pytest", "hypothesis", "sympy", "mpmath"]},
     zip_safe=False,
     entry_points={

@@ -1,4 +1,4 @@
-"""Child processes that are ROS nodes: their environment, their pipes, and an end that leaves no orphan. No rclpy here."""
+"""Child processes that are ROS nodes: their environment, their pipes, and an end that leaves no orphan; no rclpy."""
 
 import json
 import os
@@ -13,6 +13,8 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+
+from crane_sim.catalogue import config_folder
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
 _PATIENCE = (5.0, 2.0)  # s until SIGTERM, then until SIGKILL
@@ -55,25 +57,19 @@ def _in_use(domain: int) -> bool:
 def environment(domain: int, log_folder: Path) -> dict[str, str]:
     """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package."""
     package_root = Path(__file__).parents[1]
+    profile = str(config_folder() / "fastdds_loopback.xml")
     path = os.environ.get("PYTHONPATH")
     ours = {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",  # LOCALHOST would override the profile's transports
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
-        "FASTRTPS_DEFAULT_PROFILES_FILE": str(_profile()),  # Jazzy
-        "FASTDDS_DEFAULT_PROFILES_FILE": str(_profile()),  # Kilted
+        "FASTRTPS_DEFAULT_PROFILES_FILE": profile,  # Jazzy
+        "FASTDDS_DEFAULT_PROFILES_FILE": profile,  # Kilted
         "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
     }
     defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder)}
     inherited = {key: value for key, value in os.environ.items() if key != "ROS_LOCALHOST_ONLY"}
     return defaults | inherited | ours
-
-
-def _profile() -> Path:
-    name = Path("config", "fastdds_loopback.xml")
-    prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
-    places = [Path(__file__).parents[1] / name, *(Path(prefix, "share", "crane_sim", name) for prefix in prefixes)]
-    return next((place for place in places if place.is_file()), places[0])
 
 
 class Child:

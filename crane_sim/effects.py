@@ -104,7 +104,7 @@ def _(drag, force, velocity):
 
 
 class QuadraticFriction(NamedTuple):
-    """Swing joint friction tangential cos²θ2 |θ1'| θ1' and radial |θ2'| θ2' [N m] (knuckle paper, eq. 14, corrected)."""
+    """Swing joint friction tangential cos²θ2 |θ1'| θ1' and radial |θ2'| θ2' [N m] (paper, eq. 14, corrected)."""
 
     tangential: NonNegative  # N m s²
     radial: NonNegative

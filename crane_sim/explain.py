@@ -12,11 +12,13 @@ class SceneError(ValueError):
     """A scene that cannot be used; the message is one line for the person who wrote it."""
 
 
-def unknown_key(key: str, known: Iterable[str]) -> str:
-    """Return a line on an unknown key, with the nearest known one."""
+def unknown_key(key: str, known: Iterable[str], what: str = "key") -> str:
+    """Return a line on an unknown key (or whatever it is), with the nearest known one."""
     names = list(known)
     near = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
-    return f"unknown key {key!r}" + (f", did you mean {near[0]!r}?" if near else "") + f" (known: {', '.join(names)})"
+    return (
+        f"unknown {what} {key!r}" + (f", did you mean {near[0]!r}?" if near else "") + f" (known: {', '.join(names)})"
+    )
 
 
 def one_line(error: ValidationError, kind: type) -> str:

@@ -16,15 +16,15 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol
 
 import numba
 from numba.core import types
 from numba.core.caching import FunctionCache
 from numba.extending import overload
 
-F = TypeVar("F", bound=Callable[..., Any])
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "forceinline": True}
+Function = Callable[..., Any]
+OPTIONS: Any = {"error_model": "numpy", "forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
 """Compile options of every kernel: IEEE division, no reassociation; small pieces melt into the loop that calls them."""
 
 _PACKAGES = tuple(Path(__file__).resolve().parents[1] / name for name in ("crane_sim", "crane_control"))
@@ -71,19 +71,25 @@ def _trusted() -> bool:
     return not _outside and digest() == _AT_IMPORT
 
 
-def _note_origin(f: Callable[..., Any]) -> None:
+def _note_origin(f: Function) -> None:
     file = Path(f.__code__.co_filename).resolve()
     if not any(file.is_relative_to(package) for package in _PACKAGES):
         _outside.append(str(file))
 
 
-def kernel(f: F) -> F:
-    """Compile `f` as part of the kernels that call it."""
+def kernel(f: Function) -> Function:
+    """Compile `f` into the kernels that call it."""
     _note_origin(f)
-    return numba.njit(f, **OPTIONS)  # pyright: ignore[reportReturnType]
+    return numba.njit(f, **OPTIONS)
 
 
-def entry(f: F) -> F:
+def routine(f: Function) -> Function:
+    """Compile `f` as one piece that kernels call: for long bodies, whose copies would cost minutes to compile."""
+    _note_origin(f)
+    return numba.njit(f, **(OPTIONS | {"forceinline": False}))
+
+
+def entry(f: Function) -> Function:
     """Compile `f` for calls from Python, and keep the result on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
     if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):  # plain Python under NUMBA_DISABLE_JIT=1
@@ -93,7 +99,23 @@ def entry(f: F) -> F:
     return dispatcher
 
 
-def generic(f: F) -> F:
+class Generic(Protocol):
+    """A function whose body is chosen by the type of its first argument."""
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the body for these arguments."""
+        ...
+
+    def register(self, cls: type) -> Callable[[Function], Function]:
+        """Return a decorator that adds the body for first arguments of class `cls`."""
+        ...
+
+    def knows(self, cls: type) -> bool:
+        """Return whether there is a body for `cls` other than the default."""
+        ...
+
+
+def generic(f: Function) -> Generic:
     """Make `f` a function whose body is chosen by the type of its first argument, in Python and in kernels alike.
 
     `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float` or for
@@ -105,19 +127,21 @@ def generic(f: F) -> F:
     def call(*args: Any) -> Any:
         return table.dispatch(type(args[0]))(*args)
 
-    def register(cls: type) -> Callable[[F], F]:
-        def add(body: F) -> F:
+    def register(cls: type) -> Callable[[Function], Function]:
+        def add(body: Function) -> Function:
             _note_origin(body)
             return table.register(cls)(body)
 
         return add
 
-    def choose(*args: Any) -> Callable[..., Any]:
+    def choose(*args: Any) -> Function:
         return table.dispatch(_python_type(args[0]))
 
     overload(call, strict=False, jit_options=OPTIONS)(choose)
-    call.register = register  # pyright: ignore[reportFunctionMemberAccess]
-    return call  # pyright: ignore[reportReturnType]
+    generic_call: Any = call
+    generic_call.register = register
+    generic_call.knows = lambda cls: table.dispatch(cls) is not f
+    return generic_call
 
 
 def _python_type(t: types.Type) -> type:

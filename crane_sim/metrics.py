@@ -12,6 +12,7 @@ from crane_sim.jit import entry
 from crane_sim.scene import Scene
 
 Array = npt.NDArray[np.float64]
+Vector = tuple[float, ...]
 SETTLED = 0.02
 """A joint has settled when its error stays below this part of its initial error."""
 LAST = 0.25
@@ -122,7 +123,7 @@ class Metrics:
             outside = error > SETTLED * np.abs(np.subtract(self._scene.reference, self._scene.initial_q[: self._nu]))
             self._unsettled = np.maximum(self._unsettled, np.where(outside, t[:, None], -1.0).max(axis=0))
 
-    def summary(self, t: float, q: tuple[float, ...], v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
+    def summary(self, t: float, q: Vector, v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
         """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
 
         `settling_time` is the time after which a joint stays within 2 % of its initial error, None if it has not;
@@ -150,11 +151,11 @@ class Metrics:
             "state_sha256": sha.hexdigest(),
         }
 
-    def _final_error(self, q: tuple[float, ...]) -> dict[str, float]:
+    def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()
         return {name: r - x for name, r, x in zip(self._scene.actuated, reference, q, strict=False)}
 
-    def _settling(self, t: float, q: tuple[float, ...]) -> dict[str, float | None]:
+    def _settling(self, t: float, q: Vector) -> dict[str, float | None]:
         reference, period = self._scene.reference or (), self._scene.period
         times: dict[str, float | None] = {}
         for i, (name, r) in enumerate(zip(self._scene.actuated, reference, strict=False)):
@@ -164,7 +165,7 @@ class Metrics:
                 times[name] = 0.0
         return times
 
-    def _audit(self, q: tuple[float, ...], flow: Any) -> float:
+    def _audit(self, q: Vector, flow: Any) -> float:
         if self._last is None:
             return 0.0
         energy, supplied = energies(self._model, flow.x)

@@ -11,7 +11,6 @@ from crane_sim.cables.rope import (
     LockedRope,
     RateRope,
     Span,
-    add_rope_energy,
     held_to_rope,
     rope_limited,
     rope_tension,
@@ -32,13 +31,9 @@ from crane_sim.jit import generic, kernel
 from crane_sim.loads.point import PointLoad
 from crane_sim.supports import (
     posture,
-    skeleton,
     support_acceleration,
-    support_kinetic,
-    support_potential,
     tip_acceleration,
     with_couple,
-    yaw,
 )
 from crane_sim.supports.knuckle import Knuckle
 

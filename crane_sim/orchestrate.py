@@ -68,7 +68,7 @@ def run(
         rate: simulated seconds per second in realtime.
         record: the recording to write, or None for no recorder.
         domain_id: ROS domain; None picks one that is free on this machine.
-        controller: start our controller; False waits for the user's own on `joint_commands`.
+        controller: the scene's own law commands; False leaves it out and waits for the user's node on `joint_commands`.
         on_progress: called with (steps done, steps in all) about ten times a second.
 
     Returns:
@@ -82,9 +82,8 @@ def run(
     ):
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
-        ours = controller and scene.sampled
-        settings = {"mode": mode, "rate": rate, "expected_controllers": int(scene.sampled)}
-        _start(crew, scene, scene_file, settings, record, ours)
+        settings = {"mode": mode, "rate": rate, "commanded": not controller}
+        _start(crew, scene, scene_file, settings, record, controller and scene.sampled)
         return _conduct(crew, scene, mode, record, interrupts, on_progress)
 
 

@@ -102,14 +102,14 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     try:
         return _build(document)
     except SceneError as error:
-        raise SceneError(f"scene {document.get('name') or 'without a name'!s}: {error}") from None
+        raise SceneError(f"scene {document.get('name', 'given as a dict')}: {error}") from None
 
 
 def _read(source: str | Path) -> dict[str, Any]:
     path = scene_files().get(str(source), Path(source))
     if not path.exists():
         known = tuple(scene_files())
-        raise SceneError(f"scene {str(source)!r}: {unknown_key(str(source), known).replace('key', 'scene')}; no such file")
+        raise SceneError(f"{unknown_key(str(source), known, 'scene')}, and there is no such file")
     try:
         document = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -149,7 +149,7 @@ def _build(document: dict[str, Any]) -> Scene:
         initial_q=file.initial.q,
         initial_v=file.initial.v,
         duration=file.duration,
-        period=control.period if control is not None and not continuous else DEFAULT_PERIOD,
+        period=float(control.period) if control is not None and not continuous else DEFAULT_PERIOD,
         method=file.integrator,
         law=law,
         law_name=control.law if control else None,
@@ -184,7 +184,7 @@ def _cable(file: KnuckleFile) -> ForceRope | RateRope | LockedRope:
     if file.rope.time_constant is not None and file.rope.drive != "rate":
         raise SceneError(f"rope.time_constant: only a rate drive has one, this drive is {file.rope.drive!r}")
     if file.springs.rope is not None and file.rope.drive != "force":
-        raise SceneError(f"springs.rope: only a force-driven rope can carry a spring, this drive is {file.rope.drive!r}")
+        raise SceneError(f"springs.rope: only a force drive can have one, this drive is {file.rope.drive!r}")
     if file.rope.drive == "locked":
         if file.initial.v[3] != 0.0:
             raise SceneError(f"initial.v[3] = {file.initial.v[3]}: a locked rope starts at rest")

@@ -28,8 +28,8 @@ class Group(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
 
 
-def _chosen(key: str, choices: dict[str, Any], what: str) -> Any:
-    """Return a type that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
+def _chosen(key: str, choices: dict[str, Any], what: str) -> BeforeValidator:
+    """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
 
     def pick(value: Any) -> Any:
         if not isinstance(value, dict):
@@ -42,14 +42,19 @@ def _chosen(key: str, choices: dict[str, Any], what: str) -> Any:
             raise ValueError(unknown_key(str(unknown), (key, *choices[name]._fields)))
         return TypeAdapter(choices[name]).validate_python(rest)
 
-    return Annotated[Any, BeforeValidator(pick)]
+    return BeforeValidator(pick)
 
 
-Friction = _chosen(
-    "model", {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}, "swing friction"
-)
-Method = _chosen("method", {"dop853": DOP853, "rk4": RK4, "rk8": RK8}, "integrator")
-Channel = _chosen("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
+Friction = Annotated[
+    Any,
+    _chosen(
+        "model", {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}, "swing friction"
+    ),
+]
+Method = Annotated[Any, _chosen("method", {"dop853": DOP853, "rk4": RK4, "rk8": RK8}, "integrator")]
+Channel = Annotated[
+    Any, _chosen("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
+]
 
 
 class Rope(Group):
@@ -71,7 +76,7 @@ class Initial(Group):
     """Joint coordinates at t = 0, in joint order."""
 
     q: tuple[Angle, Angle, Angle, Positive, Angle, Angle]
-    v: tuple[Real, Real, Real, Real, Real, Real] = (0.0,) * 6
+    v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Reference(Group):

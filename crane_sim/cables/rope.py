@@ -11,7 +11,7 @@ may pass any direction; the only singular point is a rope of zero length. The dr
 from math import sqrt
 from typing import NamedTuple
 
-from crane_sim.effects import Spring, add_spring, add_spring_energy
+from crane_sim.effects import RopeSpring, add_spring, add_spring_energy
 from crane_sim.frames import inertial_acceleration
 from crane_sim.jit import generic, kernel
 from crane_sim.quantities import Positive
@@ -23,7 +23,7 @@ Vector = tuple[float, float, float]
 class ForceRope(NamedTuple):
     """A winch without inertia, commanded by force."""
 
-    spring: Spring | None = None
+    spring: RopeSpring | None = None
 
 
 class RateRope(NamedTuple):

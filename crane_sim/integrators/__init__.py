@@ -7,7 +7,7 @@ size) and, when it controls its error, `advance` (one accepted step of a size it
 from math import ceil, isfinite
 from typing import Any, NamedTuple
 
-from crane_sim.jit import generic, kernel
+from crane_sim.jit import generic, kernel, routine
 from crane_sim.state_algebra import weighted_square
 from crane_sim.system import project
 
@@ -73,11 +73,9 @@ def reach(method, p, u, flow, t, end):
     return flow
 
 
-@kernel
+@routine
 def state_at(method, p, u, flow, t):
     """Return the state at a time t within the last step, by a step of its own: the flow stays as it is."""
     if t == flow.t:
         return flow.x
     return project(p, step(method, p, flow.t0, flow.x0, u, t - flow.t0))
-
-

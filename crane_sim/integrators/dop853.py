@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from crane_sim.integrators import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
 from crane_sim.integrators.runge_kutta import explicit_step, slopes
-from crane_sim.jit import kernel
+from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import add, combine, dimension, scale, weighted_square
 from crane_sim.system import project, rhs
@@ -58,8 +58,8 @@ SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
 class DOP853(NamedTuple):
     """Settings of the error-controlled method: a component's error is measured by atol + rtol |component|."""
 
-    rtol: Positive = 1e-9
-    atol: NonNegative = 1e-12
+    rtol: Positive = 1e-11
+    atol: NonNegative = 1e-13
 
 
 class RK8(NamedTuple):
@@ -92,6 +92,12 @@ def _error(ks, x, y, h, rtol, atol):
 
 @advance.register(DOP853)
 def _(method, p, u, flow, end):
+    return accepted_step(method, p, u, flow, end)
+
+
+@routine
+def accepted_step(method, p, u, flow, end):
+    """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
     t, x, h, n, rejected = flow.t, flow.x, flow.h, flow.evaluations, flow.rejected
     k1 = rhs(p, t, x, u)
     if h == 0.0:

@@ -10,8 +10,8 @@ from math import cos, sin
 from typing import NamedTuple
 
 from crane_sim.effects import (
+    BoomSpring,
     JibSpring,
-    Spring,
     add_jib_spring,
     add_jib_spring_energy,
     add_spring,
@@ -53,7 +53,7 @@ class Knuckle(NamedTuple):
     boom: Rod
     jib: Rod
     tower: Tower
-    boom_spring: Spring | None = None
+    boom_spring: BoomSpring | None = None
     jib_spring: JibSpring | None = None
 
 

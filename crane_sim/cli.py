@@ -1,0 +1,236 @@
+"""The command `crane`."""
+
+import json
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import click
+import yaml
+from rich.console import Console
+
+from crane_sim import report
+from crane_sim.catalogue import config_folder, scene_files
+from crane_sim.explain import SceneError
+
+DEFAULT_SCENE = "knuckle_setpoint"
+
+_as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
+_SCENE_OPTIONS = (
+    click.argument("scene", default=DEFAULT_SCENE),
+    click.option("--duration", type=float, help="Simulated seconds; the scene's own when left out."),
+    click.option("--law", help="Another control law than the scene's."),
+    click.option("--seed", type=int, help="Seed of everything random."),
+    click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
+    _as_json,
+)
+
+
+def _scene_options(command: Callable[..., None]) -> Callable[..., None]:
+    for option in reversed(_SCENE_OPTIONS):
+        command = option(command)
+    return command
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def app() -> None:
+    """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
+
+    SCENE is a name of the catalogue (crane scenes) or a file.
+    """
+
+
+@app.command()
+@_scene_options
+@click.option("--mode", default="lockstep", help="lockstep | realtime")
+@click.option("--rate", type=float, default=1.0, help="realtime: simulated seconds per second.")
+@click.option(
+    "--record", type=click.Path(path_type=Path), help="The recording to write (default: runs/SCENE-TIME.rrd)."
+)
+@click.option("--no-record", is_flag=True, help="Write no recording.")
+@click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out.")
+@click.option("--no-controller", is_flag=True, help="Your own node commands the crane.")
+def run(
+    scene: str,
+    as_json: bool,
+    mode: str,
+    rate: float,
+    record: Path | None,
+    no_record: bool,
+    domain_id: int | None,
+    no_controller: bool,
+    **changes: Any,
+) -> None:
+    """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
+    from crane_sim import orchestrate
+
+    _check_run(mode, rate, record, no_record, domain_id)
+    loaded = _load(scene, **changes)
+    path = None if no_record else _recording_path(record, loaded.name)
+    with _compiling(quiet=as_json):
+        _warm_plant(loaded)
+    with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as on_progress:
+        summary = orchestrate.run(
+            loaded,
+            mode=mode,
+            rate=rate,
+            record=path,
+            domain_id=domain_id,
+            controller=not no_controller,
+            on_progress=on_progress,
+        )
+    _finish(summary, as_json)
+
+
+@app.command()
+@_scene_options
+def simulate(scene: str, as_json: bool, **changes: Any) -> None:
+    """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
+    from crane_sim.simulate import simulate as roll_out
+
+    loaded = _load(scene, **changes)
+    with _compiling(quiet=as_json):
+        roll_out(replace(loaded, duration=loaded.period))
+    result = roll_out(loaded)
+    wall = result.stats["wall_time"]
+    speed = {
+        "wall_time": wall,
+        "real_time_factor": result.summary["sim_time"] / wall,
+        "steps_per_second": result.summary["steps"] / wall,
+    }
+    _finish(result.summary | speed, as_json)
+
+
+@app.command()
+@_as_json
+def scenes(as_json: bool) -> None:
+    """List the catalogue, one line each."""
+    found = {name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()}
+    if as_json:
+        print(json.dumps(found))
+    else:
+        report.print_scenes(found)
+
+
+@app.command()
+@click.argument("file")
+def check(file: str) -> None:
+    """Validate a scene file."""
+    loaded = _load(file)
+    drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
+    print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
+
+
+@app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def test(arguments: tuple[str, ...]) -> None:
+    """Run the test suite; arguments are pytest's."""
+    tree = config_folder().parent
+    if not (tree / "test").is_dir():
+        raise SceneError(f"{tree}: has no tests; run this in the source tree")
+    sys.exit(subprocess.call([sys.executable, "-m", "pytest", *arguments], cwd=tree))
+
+
+def _check_run(mode: str, rate: float, record: Path | None, no_record: bool, domain_id: int | None) -> None:
+    """Raise SceneError for options of `run` that are not possible."""
+    if mode not in ("lockstep", "realtime"):
+        raise SceneError(f"--mode = {mode!r}: possible: lockstep, realtime")
+    if not (rate > 0.0 and math.isfinite(rate)):
+        raise SceneError(f"--rate = {rate}: must be a positive number")
+    if domain_id is not None and not 0 <= domain_id <= 232:
+        raise SceneError(f"--domain-id = {domain_id}: possible: 0 .. 232")
+    if record is not None and no_record:
+        raise SceneError("--record and --no-record: only one of the two is possible")
+
+
+def _load(
+    scene: str,
+    duration: float | None = None,
+    law: str | None = None,
+    seed: int | None = None,
+    settings: tuple[str, ...] = (),
+) -> Any:
+    """Return the scene with the options of the command line put in."""
+    from crane_sim.scene import load_scene
+
+    named = {"duration": duration, "control.law": law, "seed": seed}
+    changes = _parsed(settings) | {key: value for key, value in named.items() if value is not None}
+    return load_scene(scene, changes)
+
+
+def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:
+    changes: dict[str, Any] = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not (key and equals):
+            raise SceneError(f"--set {setting!r}: must be GROUP.KEY=VALUE")
+        try:
+            changes[key] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            raise SceneError(f"--set {setting!r}: {value!r} is not a value") from None
+    return changes
+
+
+def _recording_path(wanted: Path | None, name: str) -> Path:
+    path = wanted or Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S}.rrd"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.with_name(path.name + ".part").touch()
+        path.with_name(path.name + ".part").unlink()
+    except OSError as error:
+        raise SceneError(f"--record {path}: cannot be written: {error.strerror}") from None
+    return path
+
+
+def _compiling(quiet: bool) -> Any:
+    """Return a context that tells a person why the first run of a kind of scene takes its time."""
+    console = Console(stderr=True, quiet=quiet)
+    return console.status("compiling the equations of this kind of scene (half a minute, the first time only)")
+
+
+def _warm_plant(scene: Any) -> None:
+    """Compile what the nodes need once, before they would all compile it side by side."""
+    from crane_sim.plant import Plant
+
+    plant = Plant(scene)
+    demand = scene.law(0.0, plant.q, plant.v) if scene.law else (0.0,) * len(scene.actuated)
+    plant.advance(demand if scene.sampled else None)
+    plant.summary()
+
+
+def _finish(summary: dict[str, Any], as_json: bool) -> None:
+    """Print the summary and leave with the exit code it asks for."""
+    if as_json:
+        print(json.dumps(report.plain(summary)))
+    elif summary.get("steps"):
+        report.print_summary(summary)
+    if "error" in summary:
+        print(f"crane: {summary['error']}", file=sys.stderr)
+        raise SystemExit(1)
+
+
+def _fail(message: str, code: int) -> int:
+    """Tell a failure in one line, as JSON too where that was asked for, and return the exit code."""
+    if "--json" in sys.argv:
+        print(json.dumps({"error": message}))
+    print(f"crane: {message}", file=sys.stderr)
+    return code
+
+
+def main() -> int:
+    """Run the command; return its exit code: 0 done, 1 a fault while running, 2 bad input."""
+    try:
+        return app(standalone_mode=False) or 0
+    except SceneError as error:
+        return _fail(str(error), 2)
+    except click.ClickException as error:
+        return _fail(error.format_message(), 2)
+    except RuntimeError as error:
+        return _fail(str(error), 1)
+    except (click.Abort, KeyboardInterrupt):
+        return _fail("interrupted", 1)

@@ -1,0 +1,105 @@
+"""What a person sees at the terminal: the progress bar, the summary, the catalogue."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from crane_sim.scene import Scene
+
+_GROUPS = {
+    "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
+    "motion": ("peak_swing_deg", "residual_swing_deg", "min_rope_tension", "saturated_steps", "energy_audit_error"),
+}
+_UNITS = {
+    "wall_time": "s",
+    "real_time_factor": "x",
+    "peak_swing_deg": "deg",
+    "residual_swing_deg": "deg",
+    "min_rope_tension": "N",
+    "sim_time": "s",
+}
+
+
+def plain(value: Any) -> Any:
+    """Return the value with non-finite numbers as None, which JSON can carry."""
+    if isinstance(value, dict):
+        return {key: plain(part) for key, part in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@contextmanager
+def progress(scene: Scene, hidden: bool) -> Iterator[Callable[[int, int], None]]:
+    """Yield a function of (steps done, steps in all) that moves a progress bar with the real-time factor."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %  {task.fields[factor]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), disable=hidden, transient=True) as bar:
+        task = bar.add_task(scene.name, total=scene.steps, factor="")
+
+        def move(done: int, _: int) -> None:
+            elapsed = bar.tasks[0].elapsed or 0.0
+            factor = f"{done * scene.period / elapsed:.1f} x real time" if elapsed > 0.0 and done else "starting"
+            bar.update(task, completed=done, factor=factor)
+
+        yield move
+
+
+def print_summary(summary: dict[str, Any]) -> None:
+    """Print the run's figures as tables of what a person asks first."""
+    console = Console()
+    law = summary.get("law") or "none"
+    table = Table(title=f"{summary['scene']} · law {law} · {summary['mode']}", show_header=False, title_justify="left")
+    table.add_row("simulated", f"{_number(summary.get('sim_time'))} s in {summary.get('steps')} steps")
+    for keys in _GROUPS.values():
+        table.add_section()
+        for key in keys:
+            if key in summary:
+                table.add_row(
+                    key.removesuffix("_deg").replace("_", " "), f"{_number(summary[key])} {_UNITS.get(key, '')}"
+                )
+    _add_commands(table, summary)
+    console.print(table)
+    _print_joints(console, summary)
+    console.print(f"state sha256  {summary.get('state_sha256')}", highlight=False)
+    if summary.get("recording"):
+        console.print(f"recording     {summary['recording']}", highlight=False, soft_wrap=True)
+
+
+def _add_commands(table: Table, summary: dict[str, Any]) -> None:
+    commands = summary.get("commands")
+    if commands:
+        table.add_section()
+        table.add_row("commands", ", ".join(f"{count} {name}" for name, count in commands.items()))
+    if summary.get("recording"):
+        table.add_row("recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost")
+
+
+def _print_joints(console: Console, summary: dict[str, Any]) -> None:
+    if not summary.get("peak_effort"):
+        return
+    table = Table("joint", "final error", "settled after [s]", "peak effort")
+    for name, peak in summary["peak_effort"].items():
+        error = summary.get("final_error", {}).get(name)
+        settled = summary.get("settling_time", {}).get(name)
+        table.add_row(name, _number(error), _number(settled), _number(peak))
+    console.print(table)
+
+
+def _number(value: Any) -> str:
+    return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def print_scenes(found: dict[str, str]) -> None:
+    """Print scene names and their descriptions, a line each."""
+    width = max(map(len, found), default=0)
+    console = Console()
+    for name, description in found.items():
+        console.print(f"[bold]{name:<{width}}[/bold]  {description}", highlight=False, soft_wrap=True)

@@ -1,0 +1,182 @@
+"""The closed loop in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import system
+from crane_sim.jit import entry
+from crane_sim.metrics import Derived, Metrics, derived
+from crane_sim.plant import Plant, check_status, metered_model
+from crane_sim.scene import Scene, load_scene
+from crane_sim.stepping import begin, free_rollout, held_rollout
+
+Array = npt.NDArray[np.float64]
+SceneSource = Scene | str | Path | Mapping[str, Any]
+LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """A run: K instants, joint coordinates in the order of scene.joint_names, world frame, SI units."""
+
+    scene: Scene
+    t: Array  # (K,) s
+    q: Array  # (K, nq)
+    v: Array  # (K, nq)
+    u: Array  # (K, nu), efforts applied from t on
+    tension: Array  # (K,) N
+    derived: Derived
+    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
+    summary: dict[str, Any]
+
+    @property
+    def payload(self) -> Array:
+        """Positions of the payload (K, 3) [m]."""
+        return self.derived.payload
+
+    @property
+    def tip(self) -> Array:
+        """Positions of the tip (K, 3) [m]."""
+        return self.derived.tip
+
+    @property
+    def nodes(self) -> Array:
+        """Polyline base .. tip .. payload (K, N, 3) [m]."""
+        return self.derived.nodes
+
+    @property
+    def energy(self) -> Array:
+        """Total energy (K,) [J]."""
+        return self.derived.energy
+
+    def lyapunov(self) -> Array:
+        """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2).
+
+        Raises:
+            TypeError: the law has none.
+        """
+        shaped = getattr(self.scene.law, "lyapunov", None)
+        if shaped is None:
+            raise TypeError(f"law {self.scene.law_name!r} shapes no energy")
+        return np.array([shaped(tuple(q), tuple(v)) for q, v in zip(self.q, self.v, strict=True)])
+
+
+def simulate(
+    scene: SceneSource,
+    law: str | LawFunction | None = None,
+    duration: float | None = None,
+    sample_times: Sequence[float] | Array | None = None,
+) -> Rollout:
+    """Run a scene.
+
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        law: None: the scene's own; a name; or a callable(t, q, v) -> efforts (nu,), evaluated every control period.
+        duration: s, the scene's own when None.
+        sample_times: instants of the result [s], within the run, increasing; None: every control period. They do not
+            change the steps.
+
+    Raises:
+        SceneError: the scene, the law or the instants are not possible.
+        SimulationError: the integration failed.
+    """
+    scene = _with_changes(scene, law if isinstance(law, str) else None, duration)
+    times = _checked_times(sample_times, scene.steps * scene.period)
+    started = time.perf_counter()
+    if callable(law):
+        rows, samples, flow, saturated = _call_every_period(scene.commanded(), law, times)
+    else:
+        rows, samples, flow, saturated = _compiled(scene, times)
+    wall = time.perf_counter() - started
+    counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
+    summary = _summary(scene, rows, flow, saturated)
+    t = np.arange(len(rows), dtype=np.float64) * scene.period if sample_times is None else times
+    return _rollout(scene, t, rows if sample_times is None else samples, counted, summary)
+
+
+def _with_changes(scene: SceneSource, law: str | None, duration: float | None) -> Scene:
+    changes: dict[str, Any] = {} if duration is None else {"duration": duration}
+    if law is not None:
+        changes["control.law"] = law
+    if isinstance(scene, Scene):
+        return load_scene(scene.to_dict(), changes) if changes else scene
+    return load_scene(scene, changes)
+
+
+def _checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
+    wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
+    beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
+    if wanted.ndim != 1 or len(beyond):
+        raise ValueError(f"sample_times: {beyond[:1]} is outside the run, 0 .. {end:g} s")
+    if np.any(np.diff(wanted) < 0.0):
+        raise ValueError("sample_times: must increase")
+    return np.minimum(wanted, end)
+
+
+def _compiled(scene: Scene, times: Array) -> tuple[Array, Array, Any, int]:
+    """Run inside compiled code; return (rows, samples, last flow, periods in which a demand was limited)."""
+    model = metered_model(scene)
+    flow, q, _ = begin(model, scene.initial_q, scene.initial_v)
+    nu = len(scene.actuated)
+    rows = np.empty((scene.steps + 1, 2 * len(q) + nu + 1))
+    samples, demands = np.empty((len(times), rows.shape[1])), np.empty((scene.steps, nu))
+    if not scene.sampled:
+        flow, _ = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
+        saturated = 0
+    elif isinstance(scene.law, tuple):
+        flow, _ = held_rollout(scene.method, model, scene.law, flow, scene.period, rows, demands, times, samples)
+        saturated = int(np.any(demands != rows[:-1, 2 * len(q) : -1], axis=1).sum())
+    else:
+        return _call_every_period(scene, scene.law, times)
+    check_status(flow)
+    return rows, samples, flow, saturated
+
+
+def _call_every_period(scene: Scene, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
+    """Run with a law that is Python; results as of `_compiled`."""
+    plant = Plant(scene)
+    nq, nu = len(plant.q), len(plant.applied)
+    rows = np.empty((scene.steps + 1, 2 * nq + nu + 1))
+    samples, i = np.empty((len(times), rows.shape[1])), 0
+    for k in range(scene.steps):
+        rows[k, : 2 * nq] = (*plant.q, *plant.v)
+        i = plant.advance(law(plant.t, plant.q, plant.v), times, samples, i)
+        rows[k, 2 * nq :] = (*plant.applied, plant.tension)
+    rows[-1] = final_row(plant.model, plant.flow.x, plant.applied)
+    samples[i:] = rows[-1]
+    return rows, samples, plant.flow, plant.saturated
+
+
+@entry
+def final(p, x, u):
+    """Return (q, v, tension) of state x under held efforts u."""
+    q, v = system.joints(p, x)
+    return q, v, system.tension(p, 0.0, x, u)
+
+
+def final_row(model: Any, x: Any, u: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the row [q, v, effort, tension] of a state."""
+    q, v, tension = final(model, x, u)
+    return (*q, *v, *u, tension)
+
+
+def _summary(scene: Scene, rows: Array, flow: Any, saturated: int) -> dict[str, Any]:
+    model = metered_model(scene)
+    nq = len(scene.joint_names)
+    metrics = Metrics(scene, model, begin(model, scene.initial_q, scene.initial_v)[0].x)
+    t = np.arange(len(rows), dtype=np.float64) * scene.period
+    metrics.extend(t[:-1], rows[:-1])
+    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, saturated)
+    return {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed, **figures}
+
+
+def _rollout(scene: Scene, t: Array, rows: Array, stats: dict[str, Any], summary: dict[str, Any]) -> Rollout:
+    nq = len(scene.joint_names)
+    q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : -1]
+    return Rollout(scene, t, q, v, u, rows[:, -1], derived(scene, q, v, u), stats, summary)
