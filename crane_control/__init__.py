@@ -1,0 +1,1 @@
+"""Control laws for cranes and the node that runs them."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from crane_sim.scene import Scene
+    from crane_sim.supports.knuckle import Rod
 
 Vector = tuple[float, float, float]
 ORIGIN: Vector = (0.0, 0.0, 0.0)
@@ -76,12 +77,14 @@ def _links(robot: ElementTree.Element, scene: Scene) -> None:
         ElementTree.SubElement(robot, "link", name=name)
     _link(robot, "base_link", _pedestal(pedestal_height(scene), unit))
     radius = 0.6 * unit
-    tower = Body(2.0 * support.tower.inertia / radius**2, ORIGIN, (support.tower.inertia,) * 3)
+    turning = support.tower.inertia
+    tower = Body(2.0 * turning / radius**2, ORIGIN, (turning, turning, turning))  # a disc's mass for this inertia
     _link(robot, "tower_link", _tower(unit), tower)
     _link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod(support.boom, 0.34 * unit))
     _link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod(support.jib, 0.24 * unit))
     edge = 0.55 * unit
-    _link(robot, "payload_link", _crate(edge), Body(load.mass, ORIGIN, (load.mass * edge**2 / 6.0,) * 3))
+    cube = load.mass * edge**2 / 6.0
+    _link(robot, "payload_link", _crate(edge), Body(load.mass, ORIGIN, (cube, cube, cube)))
 
 
 def _joints(robot: ElementTree.Element, scene: Scene) -> None:
@@ -148,7 +151,7 @@ def _text(numbers: Sequence[float]) -> str:
     return " ".join(f"{number:.9g}" for number in numbers)
 
 
-def _rod(rod, width: float) -> Body:
+def _rod(rod: Rod, width: float) -> Body:
     axial = rod.mass * width**2 / 6.0 if rod.axial_inertia is None else rod.axial_inertia
     return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, rod.inertia))
 

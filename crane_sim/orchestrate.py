@@ -90,13 +90,13 @@ def run(
 def _start(
     crew: Crew, scene: "Scene", scene_file: Path, settings: dict[str, object], record: Path | None, controller: bool
 ) -> None:
-    common = {"scene": str(scene_file)}
-    plant = common | settings | {"expected_recorders": int(record is not None)}
-    crew.start("plant", "crane_sim.ros.plant_node", scene.crane, plant)
+    file = {"scene": str(scene_file)}
+    common = file | {"expected_recorders": int(record is not None)}
+    crew.start("plant", "crane_sim.ros.plant_node", scene.crane, common | settings)
     if controller:
         crew.start("controller", "crane_control.controller_node", scene.crane, common)
     if record is not None:
-        recorder = common | {"path": str(Path(record).absolute())}
+        recorder = file | {"path": str(Path(record).absolute())}
         crew.start("recorder", "crane_sim.ros.recorder_node", scene.crane, recorder)
 
 

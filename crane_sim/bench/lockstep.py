@@ -1,0 +1,92 @@
+"""Lockstep speed against a bare echo of the same two messages: run with `python -m crane_sim.bench.lockstep`."""
+
+import argparse
+import json
+import statistics
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from crane_sim import load_scene
+from crane_sim.children import Crew, environment, reserved_domain
+from crane_sim.orchestrate import run
+
+if TYPE_CHECKING:
+    from crane_sim.scene import Scene
+
+_LIMIT = 120.0  # s of silence until an echo counts as failed
+
+
+def echo(scene: "Scene") -> float:
+    """Return the steps per second of a bare echo that exchanges as many messages as a run of `scene`.
+
+    Raises:
+        RuntimeError: the two processes did not meet, or died.
+    """
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        reserved_domain() as domain,
+        Crew(environment(domain, Path(folder))) as crew,
+    ):
+        scene_file = Path(folder, "scene.yaml")
+        scene.dump(scene_file)
+        common = {"scene": str(scene_file), "steps": scene.steps}
+        ping = crew.start("ping", "crane_sim.ros.echo_node", scene.crane, common | {"role": "ping"})
+        pong = crew.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
+        while not (ping.ready and pong.ready):
+            _hear(crew)
+        ping.order("go")
+        while ping.summary is None:
+            _hear(crew)
+        return ping.summary["steps_per_second"]
+
+
+def _hear(crew: Crew) -> None:
+    heard = crew.listen(_LIMIT)
+    if lost := [child.name for child in crew.children if child.fault]:
+        raise RuntimeError(f"the echo failed: {lost[0]} is gone")
+    if not heard:
+        raise RuntimeError(f"the echo failed: nothing heard for {_LIMIT:g} s")
+
+
+def lockstep(scene: "Scene", record: Path | None = None) -> float:
+    """Return the steps per second of a lockstep run of `scene`.
+
+    Raises:
+        RuntimeError: the run failed; one line.
+    """
+    summary = run(scene, record=record)
+    if "error" in summary:
+        raise RuntimeError(summary["error"])
+    return summary["steps_per_second"]
+
+
+def measure(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
+    """Return steps per second by kind, one number per round; the kinds take turns, so that drift hits all."""
+    speeds: dict[str, list[float]] = {"echo": [], "lockstep": []} | ({"recorded": []} if recorder else {})
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
+        for _ in range(rounds):
+            speeds["echo"].append(echo(scene))
+            speeds["lockstep"].append(lockstep(scene))
+            if recorder:
+                speeds["recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
+    return speeds
+
+
+def main() -> None:
+    """Measure, and print one JSON object: all rounds, medians, and the ratios to the echo."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene", nargs="?", default="knuckle_setpoint")
+    parser.add_argument("--duration", type=float, default=100.0, help="simulated seconds per round")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--no-recorder", action="store_true")
+    options = parser.parse_args()
+    content = load_scene(options.scene).to_dict() | {"duration": options.duration}
+    speeds = measure(load_scene(content), options.rounds, not options.no_recorder)
+    median = {kind: statistics.median(values) for kind, values in speeds.items()}
+    ratio = {kind: value / median["echo"] for kind, value in median.items()}
+    print(json.dumps({"steps_per_second": speeds, "median": median, "ratio_to_echo": ratio}, indent=2))
+
+
+if __name__ == "__main__":
+    main()

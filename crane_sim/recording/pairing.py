@@ -1,0 +1,102 @@
+"""Puts the messages of a run together again: the state, the effort and the command that carry the same stamp.
+
+Stamps are integer nanoseconds; step k carries k times the period. Each topic arrives in order, the topics among
+themselves do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+Vector = Sequence[float]
+PATIENCE = 200  # steps that a row waits for its command
+
+
+class Row(NamedTuple):
+    """One control step."""
+
+    step: int
+    q: Vector
+    v: Vector
+    effort: Vector
+    demanded: Vector | None  # None where no command with this stamp was heard
+    reference: Vector | None
+
+
+class Pairing:
+    """Collects messages and hands out complete rows in order, each step once.
+
+    Attributes:
+        lost: steps before the newest row that was handed out, and that never became complete.
+    """
+
+    def __init__(self, period_ns: int, reference: Vector | None, commanded: bool = True) -> None:
+        """Start with the reference that holds until another one is published; `commanded`: commands are expected."""
+        self._period_ns, self._commanded = period_ns, commanded
+        self._states: dict[int, tuple[Vector, Vector]] = {}
+        self._efforts: dict[int, Vector] = {}
+        self._commands: dict[int, Vector] = {}
+        self._references: list[tuple[int, Vector | None]] = [(0, reference)]
+        self._newest_state = self._newest_command = 0
+        self._done = 0  # newest stamp handed out
+        self.lost = 0
+
+    def begins_anew(self, stamp: int) -> bool:
+        """Whether a state of this stamp can only come from a plant that was reset: states arrive in order."""
+        return stamp < self._newest_state
+
+    def add_state(self, stamp: int, q: Vector, v: Vector) -> None:
+        """Take a joint state; one that was handed out before is a repetition."""
+        self._newest_state = stamp
+        if stamp > self._done:
+            self._states[stamp] = (q, v)
+
+    def add_effort(self, stamp: int, effort: Vector) -> None:
+        """Take the effort that was applied from `stamp` on."""
+        if stamp > self._done:
+            self._efforts[stamp] = effort
+
+    def add_command(self, stamp: int, effort: Vector) -> None:
+        """Take the command that answers the state of this stamp; the first one counts."""
+        if stamp > self._done:
+            self._commands.setdefault(stamp, effort)
+            self._newest_command = max(self._newest_command, stamp)
+
+    def add_reference(self, stamp: int, reference: Vector) -> None:
+        """Take the reference that holds from `stamp` on."""
+        if reference != self._references[-1][1]:
+            self._references.append((stamp, reference))
+
+    @property
+    def waiting(self) -> int:
+        """Number of steps that wait to be handed out; most of them are complete."""
+        return len(self._efforts)
+
+    @property
+    def complete(self) -> int:
+        """Number of waiting steps whose state and effort are both here."""
+        return len(self._efforts.keys() & self._states.keys())
+
+    def take(self, final: bool = False) -> list[Row]:
+        """Hand out the rows that are complete; the final call waits for no command any more."""
+        stamps = sorted(self._efforts.keys() & self._states.keys())
+        if stamps and self._commanded and not final:
+            limit = max(self._newest_command, stamps[-1] - PATIENCE * self._period_ns)
+            stamps = [stamp for stamp in stamps if stamp <= limit]
+        rows = [self._row(stamp) for stamp in stamps]
+        if rows:
+            self.lost += rows[-1].step - self._done // self._period_ns - len(rows)
+            self._forget(stamps[-1])
+        return rows
+
+    def _row(self, stamp: int) -> Row:
+        q, v = self._states[stamp]
+        reference = next(value for since, value in reversed(self._references) if since <= stamp)
+        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], self._commands.get(stamp), reference)
+
+    def _forget(self, stamp: int) -> None:
+        self._done = stamp
+        for messages in (self._states, self._efforts, self._commands):
+            for old in [key for key in messages if key <= stamp]:
+                del messages[old]

@@ -1,0 +1,56 @@
+"""Makes recordings whole again that a killed recorder left as `.part` files."""
+
+from __future__ import annotations
+
+import fcntl
+import subprocess
+from pathlib import Path
+
+import rerun_cli
+
+
+def repair_leftovers(folder: Path) -> list[Path]:
+    """Repair every `.rrd.part` file in a folder that nobody is writing, and return the recovered recordings.
+
+    A file from which nothing can be recovered stays as it is.
+    """
+    if not folder.is_dir():
+        return []
+    found = [repair(part) for part in sorted(folder.glob("*.rrd.part"))]
+    return [path for path in found if path is not None]
+
+
+def repair(part: Path) -> Path | None:
+    """Turn one leftover into `<name>.recovered.rrd`, or the first such name that is free.
+
+    Returns None, and leaves the file alone, where a recorder is still writing it or nothing can be recovered.
+    """
+    with part.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # a living recorder holds it
+        except OSError:
+            return None
+        target = _free_name(part)
+        fresh = target.with_name(target.name + ".tmp")
+        command = [viewer_program(), "rrd", "optimize", str(part), "-o", str(fresh)]
+        done = subprocess.run(command, capture_output=True, check=False)
+        if done.returncode or not fresh.is_file():
+            fresh.unlink(missing_ok=True)
+            return None
+        fresh.replace(target)
+        part.unlink()
+        return target
+
+
+def viewer_program() -> Path:
+    """Return the Rerun program itself; its Python wrapper would leave it behind when killed."""
+    return Path(rerun_cli.__file__).with_name("rerun")
+
+
+def _free_name(part: Path) -> Path:
+    stem = part.name.removesuffix(".rrd.part")
+    number, path = 1, part.with_name(f"{stem}.recovered.rrd")
+    while path.exists():
+        number += 1
+        path = part.with_name(f"{stem}.recovered-{number}.rrd")
+    return path

@@ -1,0 +1,127 @@
+"""One recording from its first to its last row: derives what is plotted, writes blocks, counts steps."""
+
+from __future__ import annotations
+
+import uuid
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.metrics import derived
+from crane_sim.recording.layout import Block, of_scene
+from crane_sim.recording.repair import repair_leftovers
+from crane_sim.recording.writer import RunWriter
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.pairing import Row
+    from crane_sim.scene import Scene
+
+
+class Session:
+    """Records the steps of one run of a scene.
+
+    Attributes:
+        recorded: steps that reached the disk.
+    """
+
+    def __init__(self, scene: Scene, path: Path, live_port: int | None = None) -> None:
+        """Repair what an earlier, killed recorder left beside `path`, then start the file.
+
+        Raises:
+            RecordingError: the file cannot be written.
+        """
+        self._scene = scene
+        self.recorded = 0
+        repair_leftovers(path.parent)
+        run_id = f"{scene.name}-{uuid.uuid4().hex[:12]}"
+        self._writer = RunWriter(path, of_scene(scene, run_id), live_port)
+
+    def write(self, rows: Sequence[Row]) -> None:
+        """Append rows.
+
+        Raises:
+            RecordingError: they did not reach the disk.
+        """
+        if rows:
+            self._writer.write(block_of(self._scene, rows))
+            self.recorded += len(rows)
+
+    def note(self, step: int, text: str) -> None:
+        """Add a line to the recording's log."""
+        self._writer.note(step, text)
+
+    def pace(self, step: int, real_time_factor: float) -> None:
+        """Add how fast the run was lately: simulated seconds per second."""
+        self._writer.pace(step, real_time_factor)
+
+    def mode(self, step: int, name: str) -> None:
+        """Add that the simulation went into another mode at the start of a step."""
+        self._writer.mode(step, name)
+
+    def close(self, summary: Mapping[str, Any], lost: int) -> dict[str, Any]:
+        """Finish the file with the run's summary; return what the recorder adds to it.
+
+        Raises:
+            RecordingError: the end of the file did not reach the disk.
+        """
+        own = {"recording": str(self._writer.path), "recorded_steps": self.recorded, "lost_steps": lost}
+        self._writer.close({**summary, **own})
+        return own
+
+    def broken(self, why: str, lost: int) -> dict[str, Any]:
+        """Return what the recorder adds to the summary when the file could not be finished."""
+        part = str(self._writer.part)
+        return {"recording": part, "recorded_steps": self.recorded, "lost_steps": lost, "error": f"recorder: {why}"}
+
+
+def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
+    """Turn rows into arrays, with everything that follows from them."""
+    q, v = _array(row.q for row in rows), _array(row.v for row in rows)
+    effort = _array(row.effort for row in rows)
+    silent = (np.nan,) * effort.shape[1]
+    known = derived(scene, q, v, effort)
+    reference = _references(rows)
+    return Block(
+        step=np.array([row.step for row in rows], dtype=np.int64),
+        q=q,
+        v=v,
+        effort=effort,
+        demanded=_array(silent if row.demanded is None else row.demanded for row in rows),
+        reference=reference,
+        nodes=known.nodes,
+        target=None if reference is None else _targets(scene, reference, q),
+        energy=known.energy,
+        tension=known.tension,
+        swing=known.swing,
+        lyapunov=_lyapunov(scene, rows),
+    )
+
+
+def _array(vectors: Any) -> Numbers:
+    return np.array(list(vectors), dtype=np.float64)
+
+
+def _references(rows: Sequence[Row]) -> Numbers | None:
+    found = [row.reference for row in rows]
+    return _array(found) if all(reference is not None for reference in found) else None
+
+
+def _targets(scene: Scene, reference: Numbers, q: Numbers) -> Numbers:
+    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip."""
+    changes = np.flatnonzero(np.any(np.diff(reference, axis=0), axis=1)) + 1
+    starts = np.array([0, *changes])
+    rest = np.zeros((len(starts), q.shape[1]))
+    rest[:, : reference.shape[1]] = reference[starts]
+    if reference.shape[1] < 4:  # a locked rope keeps its length
+        rest[:, 3] = q[starts, 3]
+    nodes = derived(scene, rest, np.zeros_like(rest), np.zeros((len(starts), reference.shape[1]))).nodes
+    return np.repeat(nodes, np.diff([*starts, len(reference)]), axis=0)
+
+
+def _lyapunov(scene: Scene, rows: Sequence[Row]) -> Numbers | None:
+    function = getattr(scene.law, "lyapunov", None)  # not every law has one
+    return None if function is None else _array(function(tuple(row.q), tuple(row.v)) for row in rows)

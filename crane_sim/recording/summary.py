@@ -1,0 +1,66 @@
+"""The summary of a run inside its recording: a table for people and properties for programs."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+UNITS = {
+    "sim_time": "s",
+    "wall_time": "s",
+    "peak_swing_deg": "°",
+    "residual_swing_deg": "°",
+    "settling_time": "s",
+    "min_rope_tension": "N",
+    "final_error": "rad, m",
+    "peak_effort": "N m, N",
+}
+
+
+def properties(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the summary as flat recording properties, and once whole under `json`."""
+    flat = {name: value for name, value in _flatten(summary) if isinstance(value, str | bool | int | float)}
+    return flat | {"json": json.dumps(summary)}
+
+
+def table(title: str, summary: Mapping[str, Any]) -> str:
+    """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
+    plain = [key for key, value in summary.items() if not isinstance(value, dict)]
+    rows = [[_words(key), _number(summary[key], UNITS.get(key, ""))] for key in plain]
+    parts = [f"# {title}", _table(["quantity", "value"], rows)]
+    groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
+    for key, value in summary.items():
+        if isinstance(value, dict) and value:
+            groups.setdefault(tuple(value), []).append(key)
+    for entries, keys in groups.items():
+        heads = [f"{_words(key)} [{UNITS[key]}]" if key in UNITS else _words(key) for key in keys]
+        rows = [[_words(entry), *(_number(summary[key][entry]) for key in keys)] for entry in entries]
+        parts.append(_table(["", *heads], rows))
+    return "\n\n".join(parts) + "\n"
+
+
+def _flatten(summary: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in summary.items():
+        if isinstance(value, dict):
+            yield from _flatten(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [heads, ["---"] + ["---:"] * (len(heads) - 1), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _words(key: str) -> str:
+    return key.removesuffix("_deg").replace("_", " ")
+
+
+def _number(value: Any, unit: str = "") -> str:
+    if value is None:
+        return "–"
+    text = f"{value:.5g}" if isinstance(value, float) else str(value)
+    return f"{text} {unit}".strip()

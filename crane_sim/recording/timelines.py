@@ -1,0 +1,25 @@
+"""The two timelines of a recording: scene time and the number of the control step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import rerun as rr
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.layout import Layout
+
+
+def times(layout: Layout, step: NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Return the instants at which these steps begin; the scene time is exact, in nanoseconds."""
+    elapsed = ((step - 1) * layout.period_ns).astype("timedelta64[ns]")
+    return [rr.TimeColumn("sim_time", duration=elapsed), rr.TimeColumn("step", sequence=step)]
+
+
+def set_time(rec: rr.RecordingStream, layout: Layout, step: int) -> None:
+    """Let what is logged next belong to the beginning of a step."""
+    rec.set_time("sim_time", duration=(step - 1) * layout.period_ns * 1e-9)
+    rec.set_time("step", sequence=step)

@@ -1,0 +1,97 @@
+"""A bare echo, the yardstick of lockstep: the plant's two messages go to and fro between nodes that do nothing else."""
+
+import sys
+import time
+from types import SimpleNamespace
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from crane_sim import load_scene
+from crane_sim.ros import messages, process
+from crane_sim.ros.process import Host
+
+PARAMETERS = {
+    "scene": "knuckle_setpoint",  # for the joint names and the period
+    "role": "ping",  # ping sends states, pong answers with commands
+    "steps": 1000,
+}
+
+
+class Ping:
+    """Sends state k + 1 as soon as the answer to state k is there."""
+
+    def __init__(self, node: Node, settings: SimpleNamespace) -> None:
+        """Use the names, message types, depths and period of the plant."""
+        scene = load_scene(settings.scene)
+        self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
+        self._state = messages.state_message(scene.joint_names)
+        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
+        self._commands = node.create_subscription(JointState, "joint_commands", self._on_command, messages.STREAM)
+
+    def missing(self) -> str:
+        """Return one line on the peer still missing, empty when it is there."""
+        matched = self._states.get_subscription_count() and self._commands.get_publisher_count()
+        return "" if matched else "pong"
+
+    def run(self, host: Host) -> dict[str, float]:
+        """Exchange all messages; returns what was measured."""
+        host.wait(lambda: "" if host.started else "the word to go")
+        began = time.monotonic()
+        self._send()
+        host.wait(lambda: "" if self._k > self._steps else "the answers")
+        return {"steps_per_second": self._steps / (time.monotonic() - began)}
+
+    def _send(self) -> None:
+        self._k += 1
+        messages.set_stamp(self._state.header.stamp, self._k * self._period)
+        self._states.publish(self._state)
+
+    def _on_command(self, message: JointState) -> None:
+        if messages.nanoseconds(message.header.stamp) == self._k * self._period:
+            self._send()
+
+
+class Pong:
+    """Answers every state with a command of the same stamp."""
+
+    def __init__(self, node: Node, settings: SimpleNamespace) -> None:
+        """Use the names, message types and depths of the controller."""
+        self._command = messages.effort_message(load_scene(settings.scene).actuated)
+        self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
+        self._states = node.create_subscription(JointState, "joint_states", self._on_state, messages.DEEP_STREAM)
+
+    def missing(self) -> str:
+        """Return one line on the peer still missing, empty when it is there."""
+        matched = self._commands.get_subscription_count() and self._states.get_publisher_count()
+        return "" if matched else "ping"
+
+    def run(self, host: Host) -> dict[str, float]:
+        """Answer until told to finish."""
+        while not host.stopping:
+            host.spin()
+        return {}
+
+    def _on_state(self, message: JointState) -> None:
+        self._command.header.stamp = message.header.stamp
+        self._commands.publish(self._command)
+
+
+def serve(host: Host, settings: SimpleNamespace) -> None:
+    """Play the role of the parameters."""
+    if settings.role not in ("ping", "pong"):
+        raise ValueError(f"parameter role is {settings.role!r}; it must be ping or pong")
+    role = Ping(host.node, settings) if settings.role == "ping" else Pong(host.node, settings)
+    host.wait(role.missing)
+    host.pipes.report("ready")
+    host.pipes.report("done", summary=role.run(host))
+    host.wait(lambda: "" if not host.pipes.attached else "the word to finish")
+
+
+def main() -> int:
+    """Run the node; see `process.main` for the exit code."""
+    return process.main("echo", PARAMETERS, serve)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""What the plant lets in: every command is screened before it can move the crane, every refusal is counted."""
+
+from collections import Counter
+from collections.abc import Sequence
+from math import isfinite
+
+_BAD = ("names", "length", "not finite", "future")  # refusals that are the sender's mistake
+_LATE = ("late", "stale")
+
+
+class CommandGate:
+    """Screens the commands of one run; knows stamps [ns], joint names and numbers, but no ROS.
+
+    Attributes:
+        received: commands that arrived, good or bad.
+        refused: number of refusals by reason (`names`, `length`, `not finite`, `future`, `late`, `stale`, `duplicate`).
+        last_refusal: one line on the latest refusal, empty while there is none.
+    """
+
+    def __init__(self, actuated: Sequence[str]) -> None:
+        """Accept commands for exactly the joints `actuated`; the caller gets their efforts in this order."""
+        self.received = 0
+        self.refused: Counter[str] = Counter()
+        self.last_refusal = ""
+        self._actuated = list(actuated)
+        self._newest = 0  # stamp of the last accepted command
+
+    def screen(
+        self, stamp: int, names: Sequence[str], efforts: Sequence[float], *, now: int, oldest: int
+    ) -> tuple[float, ...] | None:
+        """Return the efforts (nu,) of a command in joint order, or None when it is refused.
+
+        Args:
+            stamp: the command's stamp, ns: that of the state it answers.
+            names: its joints, in any order.
+            efforts: N m or N, in the order of `names`.
+            now: stamp of the newest published state, ns.
+            oldest: the oldest stamp still welcome, ns; equal to `now` in lockstep.
+        """
+        self.received += 1
+        if reason := self._untimely(stamp, now, oldest):
+            return self._refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
+        if names == self._actuated:
+            ordered = self._numbers(efforts)
+        else:
+            ordered = self._sorted(names, efforts)
+        if ordered is not None:
+            self._newest = stamp
+        return ordered
+
+    def screen_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
+        """Return the efforts (nu,) of a command without names and stamp, in joint order, or None when refused."""
+        self.received += 1
+        return self._numbers(efforts)
+
+    def summary(self) -> dict[str, int]:
+        """Return the counters of the run's summary."""
+        return {
+            "received": self.received,
+            "rejected": sum(self.refused[reason] for reason in _BAD),
+            "late": sum(self.refused[reason] for reason in _LATE),
+            "duplicate": self.refused["duplicate"],
+        }
+
+    def _untimely(self, stamp: int, now: int, oldest: int) -> str:
+        if stamp > now:
+            return "future"
+        if stamp == self._newest:
+            return "duplicate"
+        if stamp < self._newest:
+            return "late"
+        return "stale" if stamp < oldest else ""
+
+    def _sorted(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
+        if sorted(names) != sorted(self._actuated):
+            return self._refuse("names", f"command for joints {list(names)}, the actuated ones are {self._actuated}")
+        if len(efforts) != len(names):
+            return self._numbers(efforts)
+        by_name = dict(zip(names, efforts, strict=True))
+        return self._numbers([by_name[name] for name in self._actuated])
+
+    def _numbers(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
+        if len(efforts) != len(self._actuated):
+            return self._refuse("length", f"command with {len(efforts)} efforts for {len(self._actuated)} joints")
+        if not all(map(isfinite, efforts)):
+            return self._refuse("not finite", f"command with efforts {list(efforts)}")
+        return tuple(efforts)
+
+    def _refuse(self, reason: str, line: str) -> None:
+        self.refused[reason] += 1
+        self.last_refusal = f"{line} ({reason})"

@@ -1,0 +1,61 @@
+"""Topic names, QoS profiles and message helpers that the nodes share."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+STOPPED, PLAYING, PAUSED, QUITTING = range(4)  # values of simulation_state
+
+STREAM = QoSProfile(depth=10)  # reliable, volatile: what a subscriber or a slow writer needs
+DEEP_STREAM = QoSProfile(depth=1000)  # the same to a peer, but a recorder that lags loses nothing
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+SENSOR = qos_profile_sensor_data
+
+SECOND = 1_000_000_000  # ns
+
+
+def nanoseconds(stamp: Time) -> int:
+    """Return a stamp as an integer number of nanoseconds."""
+    return stamp.sec * SECOND + stamp.nanosec
+
+
+def set_stamp(stamp: Time, ns: int) -> None:
+    """Write `ns` nanoseconds into a stamp that is used again and again."""
+    stamp.sec, stamp.nanosec = divmod(ns, SECOND)
+
+
+def fill(buffer: Any, values: Iterable[float]) -> None:
+    """Write `values` into the array of a message field in place, which costs no new array per message."""
+    for i, value in enumerate(values):
+        buffer[i] = value
+
+
+def state_message(names: Sequence[str]) -> JointState:
+    """Return a joint state with room for the position and velocity of `names`."""
+    zeros = [0.0] * len(names)
+    return JointState(name=list(names), position=zeros, velocity=zeros)
+
+
+def effort_message(names: Sequence[str]) -> JointState:
+    """Return a joint state with room for the effort of `names`."""
+    return JointState(name=list(names), effort=[0.0] * len(names))
+
+
+def reference_message(names: Sequence[str], positions: Sequence[float]) -> JointTrajectory:
+    """Return a trajectory of one point: the constant reference of the named joints."""
+    point = JointTrajectoryPoint(positions=list(positions), velocities=[0.0] * len(names))
+    return JointTrajectory(joint_names=list(names), points=[point])
+
+
+def diagnostics(source: str, warning: str, values: Mapping[str, object]) -> DiagnosticArray:
+    """Return one diagnostic status: OK, or WARN where there is a `warning`."""
+    level = DiagnosticStatus.WARN if warning else DiagnosticStatus.OK
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    status = DiagnosticStatus(level=level, name=source, message=warning or "running", values=pairs)
+    return DiagnosticArray(status=[status])

@@ -1,0 +1,68 @@
+"""When the plant takes its steps: what `Lockstep` and `Realtime` have in common, and the pace of an open loop."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from crane_sim.ros.process import Host
+from crane_sim.ros.stepper import Stepper
+
+_BLOCK = 500  # open-loop steps between two waits for slow subscribers, well below the depth of their stream
+
+
+class Pace(Protocol):
+    """Takes the steps of a run."""
+
+    def missing(self) -> str:
+        """Return one line on the controllers still missing, empty when there are enough."""
+        ...
+
+    def run(self) -> None:
+        """Step until the stepper is at its end or the host is to stop."""
+        ...
+
+    def step_once(self) -> bool:
+        """Take one step of a paused run; False when it cannot be taken yet."""
+        ...
+
+    def go_on(self) -> None:
+        """Pick up the thread after a pause."""
+        ...
+
+    def forget(self) -> None:
+        """Drop the commands at hand: the run begins anew."""
+        ...
+
+
+class OpenLoop:
+    """Steps as fast as the subscribers can follow; nobody commands."""
+
+    def __init__(self, host: Host, stepper: Stepper, flush: Callable[[], None]) -> None:
+        """Step without commands; `flush` waits for slow subscribers."""
+        self._host, self._stepper, self._flush = host, stepper, flush
+
+    def missing(self) -> str:
+        """See `Pace`; nobody is needed."""
+        return ""
+
+    def run(self) -> None:
+        """See `Pace`."""
+        stepper = self._stepper
+        stepper.begin()
+        while stepper.running and not self._host.stopping:
+            if stepper.paused:
+                self._host.spin()
+            elif self.step_once() and stepper.plant.k % _BLOCK == 0:
+                self._flush()
+                self._host.spin(0.0)
+            stepper.heartbeat()
+
+    def step_once(self) -> bool:
+        """See `Pace`."""
+        self._stepper.step(None)
+        return True
+
+    def go_on(self) -> None:
+        """See `Pace`; there is no thread to pick up."""
+
+    def forget(self) -> None:
+        """See `Pace`; there are no commands."""

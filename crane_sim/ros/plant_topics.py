@@ -1,0 +1,79 @@
+"""The plant's side of the ROS graph: its publishers, and what each needs to fill its message quickly."""
+
+from collections.abc import Mapping, Sequence
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String, UInt8
+
+from crane_sim.ros import messages
+from crane_sim.ros.wire import JointWire
+
+_FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
+
+
+class PlantTopics:
+    """Publishes what the plant has to say; stamps are integer ns, vectors in the scene's joint order."""
+
+    def __init__(self, node: Node, joints: Sequence[str], actuated: Sequence[str]) -> None:
+        """Create every publisher of the node `plant`."""
+        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
+        self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM)
+        self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK)
+        self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR)
+        self._description = node.create_publisher(String, "robot_description", messages.LATCHED)
+        self._simulation = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
+        self._source = f"{node.get_namespace().strip('/')}/plant"
+        self._state_wire = JointWire(joints, effort=False)
+        self._effort_wire = JointWire(actuated, effort=True)
+        self._tick, self._payload = Clock(), PoseStamped()
+        self._payload.header.frame_id = "world"
+
+    def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
+        """Publish the joint state; the first thing to leave in a step, since the controller waits for it."""
+        self._states.publish(self._state_wire.encode(stamp, q, v))
+
+    def publish_effort(self, stamp: int, effort: Sequence[float]) -> None:
+        """Publish the effort applied from `stamp` on, after limits and faults."""
+        self._efforts.publish(self._effort_wire.encode(stamp, effort))
+
+    def publish_payload(self, stamp: int, position: Sequence[float]) -> None:
+        """Publish the clock and the payload's position, m, in the world frame."""
+        messages.set_stamp(self._tick.clock, stamp)
+        self._clock.publish(self._tick)
+        self._payload.header.stamp = self._tick.clock
+        point = self._payload.pose.position
+        point.x, point.y, point.z = position
+        self._pose.publish(self._payload)
+
+    def publish_description(self, urdf: str) -> None:
+        """Publish the robot description for everyone who comes, now or later."""
+        self._description.publish(String(data=urdf))
+
+    def publish_simulation_state(self, state: int) -> None:
+        """Publish STOPPED, PLAYING, PAUSED or QUITTING."""
+        self._simulation.publish(UInt8(data=state))
+
+    def publish_diagnostics(self, stamp: int, warning: str, values: Mapping[str, object]) -> None:
+        """Publish one diagnostic status, WARN where there is a `warning`."""
+        message = messages.diagnostics(self._source, warning, values)
+        messages.set_stamp(message.header.stamp, stamp)
+        self._diagnostics.publish(message)
+
+    def missing(self, peers: int, recorders: int) -> str:
+        """Return one line on the subscribers still missing, empty when all are matched."""
+        wanted = ((self._states, peers), (self._efforts, recorders))
+        for publisher, number in wanted:
+            if (found := publisher.get_subscription_count()) < number:
+                return f"{number - found} more subscriber(s) of {publisher.topic_name}"
+        return ""
+
+    def flush(self) -> None:
+        """Wait until every matched subscriber has received what was published."""
+        for publisher in (self._states, self._efforts):
+            publisher.wait_for_all_acked(Duration(seconds=_FLUSH))

@@ -1,0 +1,136 @@
+"""One simulation run as the node `plant` sees it: steps, publishes, keeps the books; knows nothing of pace."""
+
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+from crane_sim.plant import Plant, SimulationError
+from crane_sim.ros import messages
+from crane_sim.ros.gate import CommandGate
+from crane_sim.ros.plant_topics import PlantTopics
+from crane_sim.ros.process import Pipes
+from crane_sim.scene import Scene
+
+_PROGRESS = 0.1  # s of wall time between two progress reports
+_DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
+
+
+class Stepper:
+    """Advances the plant and tells everyone about it.
+
+    Attributes:
+        stamp: of the newest published state, ns; 0 before the run begins.
+        paused: commands and the wall clock move nothing for now.
+        fault: why the run cannot go on, one line, or empty.
+        warning: what the diagnostics warn of, one line, or empty.
+        deadline_misses: real-time steps that came too late.
+    """
+
+    def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes) -> None:
+        """Prepare a run of `scene`; nothing is published yet."""
+        self.scene, self.plant = scene, plant
+        self.gate = CommandGate(scene.actuated)
+        self.stamp, self.deadline_misses = 0, 0
+        self.paused, self.fault, self.warning = False, "", ""
+        self._topics, self._pipes = topics, pipes
+        self._began = self._ended = 0.0
+        self._next_progress = self._next_diagnostics = 0.0
+
+    def warm_up(self) -> None:
+        """Do once, on a plant that is then reset, all that a step does: what needs compiling is compiled here."""
+        with suppress(SimulationError):  # the run itself will meet it again, and report it
+            self.plant.advance((0.0,) * len(self.scene.actuated) if self.scene.sampled else None)
+        self.plant.summary()
+        self.plant.reset()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the scene's last step is done."""
+        return self.plant.k >= self.scene.steps
+
+    @property
+    def running(self) -> bool:
+        """Whether there are steps still to take."""
+        return not self.finished and not self.fault
+
+    def pause(self, paused: bool) -> None:
+        """Pause or go on, and say so."""
+        self.paused = paused
+        self._topics.publish_simulation_state(messages.PAUSED if paused else messages.PLAYING)
+
+    def restart(self) -> None:
+        """Return to the scene's initial state, with new books."""
+        self.plant.reset()
+        self.gate = CommandGate(self.scene.actuated)
+        self.deadline_misses = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Publish the first state."""
+        self.pause(self.paused)
+        self._began = time.monotonic()
+        self.publish_state()
+        self._topics.publish_payload(self.stamp, self.plant.payload)
+
+    def publish_state(self) -> None:
+        """Publish the present state, for the first time or again."""
+        plant = self.plant
+        self.stamp = (plant.k + 1) * self.scene.period_ns
+        self._topics.publish_state(self.stamp, plant.q, plant.v)
+
+    def step(self, effort: Sequence[float] | None) -> None:
+        """Advance one period with `effort` (nu,) held; the state leaves first, so that the controller can go on."""
+        stamp = self.stamp
+        try:
+            self.plant.advance(effort)
+        except SimulationError as error:
+            self.fault = str(error)
+            return
+        self.publish_state()
+        self._topics.publish_effort(stamp, self.plant.applied)
+        self._topics.publish_payload(self.stamp, self.plant.payload)
+
+    def heartbeat(self) -> None:
+        """Report progress and publish diagnostics when they are due."""
+        now = time.monotonic()
+        if now < self._next_progress:
+            return
+        self._next_progress = now + _PROGRESS
+        self._pipes.report("progress", step=self.plant.k)
+        if now >= self._next_diagnostics:
+            self._next_diagnostics = now + _DIAGNOSTICS
+            self._topics.publish_diagnostics(self.stamp, self.warning, self._health(now))
+
+    def end(self) -> None:
+        """Say that the run is over, and wait until every subscriber has all of it."""
+        self._ended = time.monotonic()
+        self._topics.publish_simulation_state(messages.QUITTING)
+        self._topics.publish_simulation_state(messages.STOPPED)
+        self._topics.flush()
+
+    def summary(self, mode: str) -> dict[str, Any]:
+        """Return the run's summary, without what only the recorder knows."""
+        wall = self._ended - self._began if self._began else 0.0
+        steps = self.plant.k
+        head = {"scene": self.scene.name, "law": self.scene.law_name, "mode": mode, "seed": self.scene.seed}
+        speed = {
+            "wall_time": wall,
+            "real_time_factor": steps * self.scene.period / wall if wall else 0.0,
+            "steps_per_second": steps / wall if wall else 0.0,
+            "deadline_misses": self.deadline_misses,
+            "commands": self.gate.summary(),
+        }
+        return head | self.plant.summary() | speed
+
+    def _health(self, now: float) -> dict[str, object]:
+        physics = self.plant.summary()
+        return {
+            "step": self.plant.k,
+            "real_time_factor": self.plant.k * self.scene.period / max(now - self._began, 1e-9),
+            "deadline_misses": self.deadline_misses,
+            "saturated_steps": physics["saturated_steps"],
+            "min_rope_tension": physics["min_rope_tension"],
+            **{f"commands {name}": number for name, number in self.gate.summary().items()},
+            **{f"refused: {reason}": number for reason, number in self.gate.refused.items()},
+        }

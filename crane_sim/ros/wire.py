@@ -1,0 +1,104 @@
+"""Joint states as bytes: during a run only the numbers of a topic change, so only the numbers are written and read.
+
+The generated message class takes 11 µs to read a joint state and 5 µs to write one, several times that with cold
+caches, and lockstep does both twice per step. Here a message of the expected layout is packed and unpacked by one
+`struct.Struct` (CDR, little endian, as every ROS 2 middleware sends it); any other goes through the generated class.
+"""
+
+import struct
+from collections.abc import Sequence
+from operator import itemgetter
+from typing import NamedTuple
+
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+
+from crane_sim.ros.messages import SECOND, nanoseconds
+
+_HEAD = b"\x00\x01\x00\x00"  # encapsulation: plain CDR, little endian
+
+
+class Frame(NamedTuple):
+    """A joint state in plain Python: stamp in ns; the three fields hold one number per name, or nothing."""
+
+    stamp: int
+    names: list[str]
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    effort: tuple[float, ...]
+
+
+class JointWire:
+    """Writes and reads joint states of fixed names that carry either position and velocity, or effort."""
+
+    def __init__(self, names: Sequence[str], *, effort: bool) -> None:
+        """Lay the message out for `names` (n,) with effort (n,), or with position (n,) and velocity (n,)."""
+        self._names, self._n, self._effort = list(names), len(names), effort
+        layout = _Layout()
+        layout.strings([""])  # frame_id
+        layout.count(len(names))
+        layout.strings(names)
+        first = len(layout.constants)
+        self._prefix = (_HEAD, *layout.constants[3:])
+        for present in (not effort, not effort, effort):
+            layout.doubles(len(names) if present else 0)
+        constant_at = [i for i, value in enumerate(layout.constants) if value is not None]
+        self._struct = struct.Struct(layout.format)
+        self._constants_of = itemgetter(*constant_at)
+        self._constants = tuple(layout.constants[i] for i in constant_at)
+        self._at = first + (3 if effort else 1)  # of the first number
+
+    def encode(self, stamp: int, *vectors: Sequence[float]) -> bytes:
+        """Return the message with `stamp`, ns, and position and velocity, or effort, each (n,)."""
+        n = self._n
+        numbers = (0, 0, n, *vectors[0]) if self._effort else (n, *vectors[0], n, *vectors[1], 0)
+        head, *rest = self._prefix
+        return self._struct.pack(head, *divmod(stamp, SECOND), *rest, *numbers)
+
+    def decode(self, data: bytes) -> Frame:
+        """Return what a message says, whatever its layout."""
+        try:
+            values = self._struct.unpack_from(data)
+        except struct.error:
+            return _decode_any(data)
+        if self._constants_of(values) != self._constants:
+            return _decode_any(data)
+        stamp, n, at = values[1] * SECOND + values[2], self._n, self._at
+        if self._effort:
+            return Frame(stamp, self._names, (), (), values[at : at + n])
+        return Frame(stamp, self._names, values[at : at + n], values[at + n + 1 : at + 2 * n + 1], ())
+
+
+class _Layout:
+    """Builds a struct format with CDR's alignment, and the constants of the message with None for every number."""
+
+    def __init__(self) -> None:
+        self.format = "<4siI"
+        self.constants: list[object] = [_HEAD, None, None]
+        self._size = 8  # alignment counts from behind the encapsulation
+
+    def strings(self, texts: Sequence[str]) -> None:
+        for text in texts:
+            encoded = text.encode() + b"\0"
+            self.count(len(encoded))
+            self._add(f"{len(encoded)}s", 1, len(encoded), [encoded])
+
+    def count(self, number: int) -> None:
+        self._add("I", 4, 4, [number])
+
+    def doubles(self, number: int) -> None:
+        self.count(number)
+        if number:
+            self._add(f"{number}d", 8, 8 * number, [None] * number)
+
+    def _add(self, code: str, alignment: int, size: int, values: Sequence[object]) -> None:
+        padding = -self._size % alignment
+        self.format += f"{padding}x{code}"
+        self.constants += values
+        self._size += padding + size
+
+
+def _decode_any(data: bytes) -> Frame:
+    message = deserialize_message(data, JointState)
+    stamp = nanoseconds(message.header.stamp)
+    return Frame(stamp, list(message.name), tuple(message.position), tuple(message.velocity), tuple(message.effort))

@@ -1,0 +1,55 @@
+"""What all tests share: a ROS domain of their own, and a check that a test session leaves nothing behind."""
+
+import os
+import time
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from crane_sim.children import environment, reserved_domain
+
+_MARK = "CRANE_SIM_TEST_SESSION"
+
+
+@pytest.fixture
+def domain_id() -> Iterator[int]:
+    """Yield a ROS domain id that nobody else on this machine uses."""
+    with reserved_domain() as domain:
+        yield domain
+
+
+@pytest.fixture
+def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
+    """Return the environment of a node in this test's domain, with the message classes checking their fields."""
+    return environment(domain_id, tmp_path) | {"ROS_PYTHON_CHECK_FIELDS": "1"}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def nothing_left() -> Iterator[None]:
+    """Fail the session when a process that a test started, or a shared-memory file, outlives it."""
+    shared = Path("/dev/shm")
+    before = set(os.listdir(shared))
+    os.environ[_MARK] = str(uuid.uuid4())  # every process of this session inherits it
+    yield
+    deadline = time.monotonic() + 10.0
+    while (left := marked_processes()) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    files = {name for name in os.listdir(shared) if name.startswith(("fastrtps", "sem.fastrtps"))} - before
+    assert not left, f"processes outlive the tests: {left}"
+    assert not files, f"files left in {shared}: {sorted(files)}"
+
+
+def marked_processes() -> list[str]:
+    """Return the command lines of the processes that this test session started and that still live."""
+    mark = os.environ[_MARK].encode()
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            ours = folder.name != str(os.getpid()) and mark in (folder / "environ").read_bytes()
+            if ours:  # a zombie has no environment and is skipped: whoever adopted it has yet to reap it
+                found.append((folder / "cmdline").read_bytes().replace(b"\0", b" ").decode())
+        except OSError:
+            continue
+    return found

@@ -1,0 +1,53 @@
+"""A controller that owes nothing to ours: plain rclpy, zero efforts, and a mistake in some of the first states."""
+
+import math
+import sys
+
+import rclpy
+from builtin_interfaces.msg import Time
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+JOINTS = ["slew", "boom", "jib", "rope"]
+PERIOD = 10_000_000  # ns
+
+
+class ForeignController(Node):
+    """Answers every state; what it does wrong goes out before the right answer."""
+
+    def __init__(self) -> None:
+        """Join the crane's namespace."""
+        super().__init__("foreign", namespace="knuckle")
+        self._ignored = False
+        self._commands = self.create_publisher(JointState, "joint_commands", 10)
+        self.create_subscription(JointState, "joint_states", self._on_state, 10)
+
+    def _on_state(self, state: JointState) -> None:
+        stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+        match stamp // PERIOD:
+            case 3:
+                self._send(stamp, JOINTS, [math.nan, 0.0, 0.0, 0.0])
+            case 4:
+                self._send(stamp, [*JOINTS, "swing_radial"], [0.0] * 5)
+            case 5:
+                self._send(stamp + PERIOD, JOINTS, [1e3] * 4)
+            case 6:
+                self._send(stamp - 2 * PERIOD, JOINTS, [1e3] * 4)
+            case 7:
+                self._send(stamp - PERIOD, JOINTS, [1e3] * 4)
+            case 8 if not self._ignored:
+                self._ignored = True
+                return
+            case _:
+                pass
+        self._send(stamp, JOINTS[::-1], [0.0] * 4)
+
+    def _send(self, stamp: int, names: list[str], efforts: list[float]) -> None:
+        message = JointState(name=names, effort=efforts)
+        message.header.stamp = Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+        self._commands.publish(message)
+
+
+if __name__ == "__main__":
+    rclpy.init(args=sys.argv)
+    rclpy.spin(ForeignController())

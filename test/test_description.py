@@ -1,0 +1,118 @@
+"""The URDF of the crane says the same about geometry and inertia as the model."""
+
+from math import cos, sin
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from crane_sim import load_scene
+from crane_sim.description import urdf
+from crane_sim.scene import Scene
+
+SCENE = load_scene("knuckle_setpoint")
+ANGLE = st.floats(-3.0, 3.0)
+SWING = st.floats(-1.5, 1.5)
+
+
+def rotation(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Return the matrix (3, 3) that turns about a unit axis (3,)."""
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + sin(angle) * cross + (1.0 - cos(angle)) * cross @ cross
+
+
+def numbers(element: ElementTree.Element | None, key: str) -> np.ndarray:
+    """Return an attribute's numbers (n,)."""
+    assert element is not None
+    return np.array(element.attrib[key].split(), dtype=float)
+
+
+def forward(document: str, joints: dict[str, float], link: str) -> np.ndarray:
+    """Return the position (3,) of a link's origin in the root frame, from the URDF alone, mimic joints included."""
+    robot = ElementTree.fromstring(document)
+    parents = {joint.find("child").attrib["link"]: joint for joint in robot.iter("joint")}  # pyright: ignore
+    position = np.zeros(3)
+    while link in parents:
+        joint = parents[link]
+        assert not numbers(joint.find("origin"), "rpy").any()
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            value = float(mimic.attrib["multiplier"]) * joints[mimic.attrib["joint"]] + float(mimic.attrib["offset"])
+        else:
+            value = joints.get(joint.attrib["name"], 0.0)
+        kind = joint.attrib["type"]
+        if kind == "prismatic":
+            position = position + value * numbers(joint.find("axis"), "xyz")
+        elif kind != "fixed":
+            position = rotation(numbers(joint.find("axis"), "xyz"), value) @ position
+        position = position + numbers(joint.find("origin"), "xyz")
+        link = joint.find("parent").attrib["link"]  # pyright: ignore[reportOptionalMemberAccess]
+    return position
+
+
+def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
+    """Return the payload's position (3,) by the formula of the model's convention."""
+    a, b, c, d, t1, t2 = q
+    boom, jib = scene.model.support.boom.length, scene.model.support.jib.length
+    out, across = np.array([cos(a), sin(a), 0.0]), np.array([-sin(a), cos(a), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    tip = (boom * cos(b) + jib * cos(c)) * out + (boom * sin(b) + jib * sin(c)) * up
+    return tip + d * (sin(t2) * out + cos(t2) * sin(t1) * across - cos(t1) * cos(t2) * up)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
+def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
+    """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""
+    found = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
+    # lengths up to 17 m; the URDF prints nine digits, here of lengths that need two
+    assert found == pytest.approx(payload(SCENE, q), abs=1e-12)
+
+
+def test_joints_are_the_scenes() -> None:
+    """Every joint state has its joint, and nothing else moves but the two level frames."""
+    robot = ElementTree.fromstring(urdf(SCENE))
+    free = {j.attrib["name"] for j in robot.iter("joint") if j.attrib["type"] != "fixed" and j.find("mimic") is None}
+    assert free == set(SCENE.joint_names)
+    assert {joint.attrib["name"] for joint in robot.iter("joint") if joint.find("mimic") is not None} == {
+        "boom_level",
+        "jib_level",
+    }
+
+
+def test_links_make_one_tree() -> None:
+    """Each link but the root has one parent, so robot_state_publisher accepts the description."""
+    robot = ElementTree.fromstring(urdf(SCENE))
+    links = [link.attrib["name"] for link in robot.iter("link")]
+    children = [child.attrib["link"] for child in robot.iter("child")]
+    assert len(set(links)) == len(links)
+    assert sorted(children) == sorted(set(links) - {"world"})
+    assert {parent.attrib["link"] for parent in robot.iter("parent")} <= set(links)
+
+
+def test_masses_and_inertias_are_the_models() -> None:
+    """Rods and payload weigh what the scene says, and every inertia is one that a rigid body can have."""
+    robot = ElementTree.fromstring(urdf(SCENE))
+    inertials = {link.attrib["name"]: link.find("inertial") for link in robot.iter("link")}
+    support = SCENE.model.support
+    for name, rod in (("boom_link", support.boom), ("jib_link", support.jib)):
+        body = inertials[name]
+        assert body is not None
+        assert numbers(body.find("mass"), "value") == pytest.approx([rod.mass])
+        assert numbers(body.find("origin"), "xyz") == pytest.approx([0.5 * rod.length, 0.0, 0.0])
+        assert numbers(body.find("inertia"), "izz") == pytest.approx([rod.inertia], rel=1e-8)  # nine digits are printed
+    crate = inertials["payload_link"]
+    assert crate is not None
+    assert numbers(crate.find("mass"), "value") == pytest.approx([SCENE.model.load.mass])
+    for body in filter(None, inertials.values()):
+        moments = sorted(float(numbers(body.find("inertia"), key)[0]) for key in ("ixx", "iyy", "izz"))
+        assert 0.0 < moments[0] and moments[2] <= moments[0] + moments[1]
+
+
+def test_locked_rope_is_described_too() -> None:
+    """A scene whose rope is locked still describes the rope, since the joint states still contain it."""
+    scene = load_scene(SCENE.to_dict() | {"rope": {"drive": "locked"}})
+    assert 'name="rope" type="prismatic"' in urdf(scene)

@@ -1,0 +1,157 @@
+"""The recorder puts a run together from messages that come in any order between topics, and counts what is lost."""
+
+import os
+import random
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crane_sim import load_scene, orchestrate
+from crane_sim.plant import Plant
+from crane_sim.recording.pairing import PATIENCE, Pairing
+from crane_sim.recording.reading import read_curves, read_summary
+from crane_sim.recording.recorder import Recorder
+
+PERIOD = 10_000_000  # ns
+TARGET = (0.0, 0.0, 0.0, 2.0)
+SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
+
+
+def number(k: int, size: int) -> tuple[float, ...]:
+    """Return a vector (size,) that names its step."""
+    return (float(k),) * size
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_topics_may_overtake_each_other(seed: int) -> None:
+    """However the three topics interleave, each step comes out once, in order, with its own state, effort, command."""
+    pairing, order = Pairing(PERIOD, TARGET), random.Random(seed)
+    queues = [[(topic, k) for k in range(1, 201)] for topic in ("state", "effort", "command")]
+    rows = []
+    while any(queues):
+        topic, k = order.choice([queue for queue in queues if queue]).pop(0)
+        if topic == "state":
+            pairing.add_state(k * PERIOD, number(k, 6), number(-k, 6))
+        elif topic == "effort":
+            pairing.add_effort(k * PERIOD, number(k, 4))
+        else:
+            pairing.add_command(k * PERIOD, number(2 * k, 4))
+        if order.random() < 0.1:
+            rows += pairing.take()
+    rows += pairing.take(final=True)
+    assert [row.step for row in rows] == list(range(1, 201))
+    assert all((row.q[0], row.v[0], row.effort[0]) == (row.step, -row.step, row.step) for row in rows)
+    assert [row.demanded for row in rows] == [number(2 * k, 4) for k in range(1, 201)]
+    assert pairing.lost == 0
+
+
+def test_lost_steps_are_counted() -> None:
+    """A step whose effort never came is lost and counted; its neighbours are not."""
+    pairing = Pairing(PERIOD, TARGET)
+    for k in range(1, 11):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        if k not in (3, 7, 8):
+            pairing.add_effort(k * PERIOD, number(k, 4))
+    assert [row.step for row in pairing.take(final=True)] == [1, 2, 4, 5, 6, 9, 10]
+    assert pairing.lost == 3
+
+
+def test_a_repeated_state_is_one_step() -> None:
+    """A state that lockstep sent again, before or after it was written, adds nothing."""
+    pairing = Pairing(PERIOD, TARGET)
+    for k in (1, 1, 2):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        pairing.add_command(k * PERIOD, number(k, 4))
+        pairing.add_effort(k * PERIOD, number(k, 4))
+    assert [row.step for row in pairing.take()] == [1, 2]
+    pairing.add_state(2 * PERIOD, number(2, 6), number(2, 6))
+    assert pairing.take(final=True) == []
+
+
+def test_a_step_waits_for_its_command() -> None:
+    """A step whose command is on its way is held back, but not for ever, and not at the end of the run."""
+    pairing = Pairing(PERIOD, TARGET)
+    for k in range(1, PATIENCE + 4):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        pairing.add_effort(k * PERIOD, number(k, 4))
+    pairing.add_command(1 * PERIOD, number(1, 4))
+    held = pairing.take()
+    assert [(row.step, row.demanded) for row in held] == [(1, number(1, 4)), (2, None), (3, None)]
+    assert len(pairing.take(final=True)) == PATIENCE
+
+
+def test_a_reference_holds_from_its_stamp_on() -> None:
+    """A new target does not change the steps before it, however late it is heard."""
+    pairing, later = Pairing(PERIOD, TARGET), (0.5, 0.5, 0.5, 1.0)
+    for k in range(1, 5):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        pairing.add_effort(k * PERIOD, number(k, 4))
+    pairing.add_reference(3 * PERIOD, later)
+    assert [row.reference for row in pairing.take(final=True)] == [TARGET, TARGET, later, later]
+
+
+def feed(recorder: Recorder, steps: int) -> None:
+    """Let the plant make steps and tell the recorder of them."""
+    plant = Plant(SCENE)
+    for k in range(1, steps + 1):
+        recorder.state(k * PERIOD, plant.q, plant.v)
+        assert SCENE.law is not None
+        demanded = SCENE.law(plant.t, plant.q, plant.v)
+        plant.advance(demanded)
+        recorder.command(k * PERIOD, demanded)
+        recorder.effort(k * PERIOD, plant.applied)
+
+
+def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
+    """What was recorded before a reset is kept in its own file, and the new pass is complete in the usual one."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 30)
+    feed(recorder, 20)
+    added = recorder.finish({"steps": 20})
+    assert added == {"recording": str(tmp_path / "run.rrd"), "recorded_steps": 20, "lost_steps": 0}
+    assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == 20
+    assert len(read_curves(tmp_path / "run.before_reset_1.rrd", "plots/q").step) == 30
+
+
+def test_the_summary_counts_the_missing_end(tmp_path: Path) -> None:
+    """Steps that the plant made and the recorder never heard of are lost, in the summary of the file, too."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 20)
+    assert recorder.finish({"steps": 25})["lost_steps"] == 5
+    assert read_summary(tmp_path / "run.rrd")["lost_steps"] == 5
+
+
+def test_the_node_records_every_step(tmp_path: Path) -> None:
+    """Over ROS in lockstep the recording has each step's state and applied effort, bit for bit as without ROS."""
+    path = tmp_path / "run.rrd"
+    summary = orchestrate.run(SCENE, record=path)
+    assert "error" not in summary
+    assert (summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, 0)
+    plant, states, efforts = Plant(SCENE), [], []
+    for _ in range(SCENE.steps):
+        states.append(plant.q)
+        assert SCENE.law is not None
+        plant.advance(SCENE.law(plant.t, plant.q, plant.v))
+        efforts.append(plant.applied)
+    assert np.array_equal(read_curves(path, "plots/q").values, states)
+    for entity in ("plots/effort", "plots/effort_demanded"):  # nothing limits this crane's drives
+        assert np.array_equal(read_curves(path, entity).values, efforts)
+    assert read_summary(path) == summary
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may mount a small disk")
+def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
+    """When the disk fills up the run still comes to its end, and its summary says what is missing and why."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", disk], check=False).returncode:
+        pytest.skip("no right to mount here")
+    try:
+        summary = orchestrate.run(SCENE, record=disk / "run.rrd")
+    finally:
+        subprocess.run(["umount", disk], check=True)
+    assert summary["steps"] == SCENE.steps
+    assert summary["error"].startswith("recorder: recording ")
+    assert summary["lost_steps"] == SCENE.steps - summary["recorded_steps"] > 0

@@ -1,0 +1,79 @@
+"""A recording survives the end of its recorder, and a recorder says so when it cannot write."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from test_recording import SCENE, STEPS
+
+from crane_sim.recording.reading import read_curves
+from crane_sim.recording.repair import repair, repair_leftovers
+from crane_sim.recording.session import Session
+
+CHILD = """
+import os, resource, signal, sys
+from pathlib import Path
+from test_recording import SCENE, steps_of
+from crane_sim.recording.session import Session
+from crane_sim.recording.writer import RecordingError
+
+rows, session = list(steps_of(SCENE)), Session(SCENE, Path(sys.argv[1]))
+if sys.argv[2] == "killed":
+    session.write(rows[:500])
+    os.kill(os.getpid(), signal.SIGKILL)
+resource.setrlimit(resource.RLIMIT_FSIZE, (800_000, 800_000))
+try:
+    for first in range(0, len(rows), 50):
+        session.write(rows[first:first + 50])
+except RecordingError as error:
+    print(session.recorded, error, sep="|", flush=True)
+    os._exit(3)
+"""
+
+
+def child(path: Path, end: str) -> subprocess.CompletedProcess[str]:
+    """Record in another process that comes to a bad end."""
+    here = Path(__file__).parent
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
+    command = [sys.executable, "-c", CHILD, str(path), end]
+    return subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+
+
+def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
+    """After SIGKILL the next recorder repairs what was left, and every step that was written is in it."""
+    assert child(tmp_path / "run.rrd", "killed").returncode == -9
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
+    session = Session(SCENE, tmp_path / "next.rrd")
+    curves = read_curves(tmp_path / "run.recovered.rrd", "plots/q")
+    assert np.array_equal(curves.step, np.arange(1, 501))
+    assert not (tmp_path / "run.rrd.part").exists()
+    session.close({}, lost=0)
+
+
+def test_a_living_recorder_is_left_alone(tmp_path: Path) -> None:
+    """A file that is still being written is not taken for a leftover."""
+    session = Session(SCENE, tmp_path / "run.rrd")
+    assert repair_leftovers(tmp_path) == []
+    session.close({}, lost=0)
+    assert (tmp_path / "run.rrd").exists()
+
+
+def test_rubbish_is_left_alone(tmp_path: Path) -> None:
+    """A leftover from which nothing can be recovered stays where it is."""
+    part = tmp_path / "run.rrd.part"
+    part.write_bytes(b"not a recording")
+    assert repair(part) is None
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
+
+
+def test_a_full_disk_is_noticed(tmp_path: Path) -> None:
+    """A block that does not reach the disk is an error of one line that names the file; what was written survives."""
+    done = child(tmp_path / "run.rrd", "full")
+    recorded, _, why = done.stdout.strip().partition("|")
+    assert done.returncode == 3, done.stderr
+    assert str(tmp_path / "run.rrd.part") in why and "\n" not in why
+    recovered = repair(tmp_path / "run.rrd.part")
+    assert recovered is not None
+    assert 0 < int(recorded) <= len(read_curves(recovered, "plots/q").step) < STEPS

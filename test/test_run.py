@@ -1,0 +1,183 @@
+"""Whole runs: real processes that exchange real messages."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from crane_sim import load_scene, orchestrate
+from crane_sim.plant import Plant
+
+ENDLESS = {"duration": 1e5}  # s of simulated time: far more than a test waits for
+PERIOD = 10_000_000  # ns, of the default scene
+ORCHESTRATOR = """
+import json, sys
+from crane_sim import load_scene, orchestrate
+scene = load_scene("knuckle_setpoint", {overrides})
+print(json.dumps(orchestrate.run(scene, record=None, on_progress=lambda step, steps: print(step, flush=True))))
+"""
+
+
+def run(overrides: dict | None = None, **options) -> dict:
+    """Run the default scene, 2 s of it, without a recorder."""
+    scene = load_scene("knuckle_setpoint", {"duration": 2.0} | (overrides or {}))
+    return orchestrate.run(scene, record=None, **options)
+
+
+def children(pid: int) -> dict[str, int]:
+    """Return the process ids of the nodes that a process has started, by node name."""
+    found = {}
+    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+        command = Path(f"/proc/{child}/cmdline").read_bytes().decode()
+        found["plant" if "plant_node" in command else "controller"] = int(child)
+    return found
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended: it is no more, or a zombie that nobody has reaped yet."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+@contextmanager
+def orchestrator() -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
+    """Yield a process that is in the middle of an endless run, and its children."""
+    script = ORCHESTRATOR.replace("{overrides}", repr(ENDLESS))
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            while int(process.stdout.readline()) < 10:
+                pass
+            yield process, children(process.pid)
+        finally:
+            process.kill()
+
+
+def summary_of(process: subprocess.Popen[str]) -> dict:
+    """Return the summary that the orchestrator prints at its end."""
+    return json.loads(process.communicate()[0].splitlines()[-1])
+
+
+def test_lockstep_changes_no_bit() -> None:
+    """A run over ROS passes through exactly the states of plant and law in one process."""
+    scene = load_scene("knuckle_setpoint", {"duration": 2.0})
+    plant, law = Plant(scene), scene.law
+    assert law is not None
+    for _ in range(scene.steps):
+        plant.advance(law(plant.t, plant.q, plant.v))
+    summary = run()
+    assert summary["state_sha256"] == plant.summary()["state_sha256"]
+    assert summary["steps"] == scene.steps
+    assert summary["commands"] == {"received": scene.steps, "rejected": 0, "late": 0, "duplicate": 0}
+    assert "error" not in summary
+
+
+def test_only_right_commands_move_the_crane(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """A foreign controller's mistakes are counted and move nothing; a state that it missed is sent again."""
+    scene = load_scene("knuckle_setpoint", {"duration": 0.5})
+    plant = Plant(scene)
+    for _ in range(scene.steps):
+        plant.advance((0.0,) * 4)
+    foreign = [sys.executable, Path(__file__).with_name("foreign_controller.py")]
+    with subprocess.Popen(foreign, env=ros_environment) as process:
+        try:
+            summary = run({"duration": 0.5}, controller=False, domain_id=domain_id)
+        finally:
+            process.kill()
+    assert "error" not in summary
+    assert summary["commands"] == {"received": scene.steps + 5, "rejected": 3, "late": 1, "duplicate": 1}
+    assert summary["state_sha256"] == plant.summary()["state_sha256"]
+
+
+def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """A paused run moves only by the steps asked for, and after a reset it goes the same way as an undisturbed one."""
+    command = [sys.executable, Path(__file__).with_name("remote_control.py")]
+    with subprocess.Popen(command, env=ros_environment, stdout=subprocess.PIPE, text=True) as remote:
+        try:
+            summary = run({"duration": 100.0}, domain_id=domain_id)
+            seen = json.loads(remote.communicate(timeout=30.0)[0])
+        finally:
+            remote.kill()
+    assert seen["step while playing"] == "the simulation is not paused"
+    assert (seen["pause"], seen["mode"], seen["steps"], seen["reset"], seen["go on"]) == ("ok", 2, ["ok"] * 3, "ok", "ok")
+    assert seen["stepped to"] - seen["paused at"] == 3 * PERIOD
+    assert seen["reset to"] == PERIOD
+    assert summary["state_sha256"] == run({"duration": 100.0})["state_sha256"]
+
+
+def test_open_loop_needs_no_controller() -> None:
+    """A scene without a control law runs with the plant alone."""
+    document = load_scene("knuckle_setpoint").to_dict() | {"duration": 10.0}
+    del document["control"]
+    summary = orchestrate.run(load_scene(document), record=None)
+    assert "error" not in summary
+    assert (summary["steps"], summary["commands"]["received"]) == (1000, 0)
+
+
+def test_realtime_takes_every_step() -> None:
+    """In real time the run takes as many steps as in lockstep, on the wall clock and not on the commands."""
+    summary = run(mode="realtime", rate=4.0)
+    assert "error" not in summary
+    assert summary["steps"] == 200
+    assert summary["real_time_factor"] < 4.01  # steps wait for their deadlines; a late end only lowers the factor
+
+
+@pytest.mark.parametrize("victim", ["plant", "controller"])
+def test_a_killed_node_ends_the_run(victim: str) -> None:
+    """When a node is killed the others end, the error names it, and the summary says how far the run came."""
+    with orchestrator() as (process, nodes):
+        os.kill(nodes[victim], signal.SIGKILL)
+        summary = summary_of(process)
+    assert summary["error"] == f"{victim}: it was killed by SIGKILL"
+    assert summary["steps"] > 0
+    assert all(map(gone, nodes.values()))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_still_reports(number: signal.Signals) -> None:
+    """SIGINT and SIGTERM end a run early, with the summary of what was done and no process left."""
+    with orchestrator() as (process, nodes):
+        process.send_signal(number)
+        summary = summary_of(process)
+    assert summary["error"] == "interrupted"
+    assert summary["steps"] == summary["commands"]["received"] > 0
+    assert all(map(gone, nodes.values()))
+
+
+def test_nodes_outlive_no_orchestrator() -> None:
+    """When the orchestrator itself is killed its nodes notice, and end."""
+    with orchestrator() as (process, nodes):
+        process.kill()
+        process.wait()
+        deadline = time.monotonic() + 30.0  # only so that a failure ends; nodes look at their pipe 20 times a second
+        while not all(map(gone, nodes.values())) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert all(map(gone, nodes.values()))
+
+
+@pytest.mark.parametrize(
+    ("setting", "complaint"),
+    [
+        ("sceen:=knuckle_setpoint", "unknown parameter sceen"),
+        ("mode:=fast", "parameter mode is 'fast'"),
+        ("rate:=0.0", "parameter rate is 0.0"),
+        ("resends:=many", "parameter resends is 'many'"),
+        ("scene:=knukle_setpoint", "knukle_setpoint"),
+    ],
+)
+def test_bad_parameters_are_refused(setting: str, complaint: str, ros_environment: dict[str, str]) -> None:
+    """A node that is given a parameter it cannot use ends with exit code 2 and one line that names it."""
+    command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", setting]
+    ended = subprocess.run(command, env=ros_environment, capture_output=True, text=True)
+    assert ended.returncode == 2
+    assert complaint in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
