@@ -1,13 +1,15 @@
 """Arithmetic on states: floats, and tuples of states nested to any depth, held in registers by compiled code.
 
 A structural zero of a tableau is None: it is seen by type, so it costs no arithmetic. Sums run left to right over the
-stages and meet the state last, in Python and in compiled code alike.
+stages and meet the state last, in Python and in compiled code alike. The compiled forms are written as LLVM
+instructions, one for each float: going through numba's front end for every tuple length takes seconds.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from numba.core import types
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from crane_sim.jit import OPTIONS
 
@@ -20,41 +22,14 @@ def add(x: State, y: State) -> State:
     return tuple(add(a, b) for a, b in zip(x, y, strict=True)) if isinstance(x, tuple) else x + y
 
 
-@overload(add, jit_options=OPTIONS)
-def _add(x, y):
-    if isinstance(x, types.Float):
-        return lambda x, y: x + y
-    if len(x) == 0:
-        return lambda x, y: ()
-    return lambda x, y: (add(x[0], y[0]), *add(x[1:], y[1:]))
-
-
 def scale(a: float, x: State) -> State:
     """Return a x."""
     return tuple(scale(a, b) for b in x) if isinstance(x, tuple) else a * x
 
 
-@overload(scale, jit_options=OPTIONS)
-def _scale(a, x):
-    if isinstance(x, types.Float):
-        return lambda a, x: a * x
-    if len(x) == 0:
-        return lambda a, x: ()
-    return lambda a, x: (scale(a, x[0]), *scale(a, x[1:]))
-
-
 def add_scaled(x: State, a: float, y: State) -> State:
     """Return x + a y."""
     return tuple(add_scaled(b, a, c) for b, c in zip(x, y, strict=True)) if isinstance(x, tuple) else x + a * y
-
-
-@overload(add_scaled, jit_options=OPTIONS)
-def _add_scaled(x, a, y):
-    if isinstance(x, types.Float):
-        return lambda x, a, y: x + a * y
-    if len(x) == 0:
-        return lambda x, a, y: ()
-    return lambda x, a, y: (add_scaled(x[0], a, y[0]), *add_scaled(x[1:], a, y[1:]))
 
 
 def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
@@ -66,63 +41,111 @@ def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> S
     return total
 
 
-@overload(combine, jit_options=OPTIONS)
-def _combine(h, row, ks):
-    if isinstance(row[0], types.NoneType):
-        return lambda h, row, ks: combine(h, row[1:], ks[1:])
-    return lambda h, row, ks: _add_rest(scale(h * row[0], ks[0]), h, row[1:], ks[1:])
-
-
-def _add_rest(total, h, row, ks):
-    raise NotImplementedError  # compiled code only
-
-
-@overload(_add_rest, jit_options=OPTIONS)
-def _compiled_add_rest(total, h, row, ks):
-    if len(row) == 0:
-        return lambda total, h, row, ks: total
-    if isinstance(row[0], types.NoneType):
-        return lambda total, h, row, ks: _add_rest(total, h, row[1:], ks[1:])
-    return lambda total, h, row, ks: _add_rest(add_scaled(total, h * row[0], ks[0]), h, row[1:], ks[1:])
-
-
 def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> float:
     """Return the sum of squares of e / (atol + rtol max(|x|, |y|)), component by component."""
-    if isinstance(e, tuple):
-        return sum((weighted_square(*parts, rtol, atol) for parts in zip(e, x, y, strict=True)), 0.0)
-    ratio = e / (atol + rtol * max(abs(x), abs(y)))
-    return ratio * ratio
+    total = 0.0
+    for a, b, c in zip(leaves(e), leaves(x), leaves(y), strict=True):
+        ratio = a / (atol + rtol * max(abs(b), abs(c)))
+        total += ratio * ratio
+    return total
 
 
-@overload(weighted_square, jit_options=OPTIONS)
-def _weighted_square(e, x, y, rtol, atol):
-    if isinstance(e, types.Float):
-
-        def component(e, x, y, rtol, atol):
-            ratio = e / (atol + rtol * max(abs(x), abs(y)))
-            return ratio * ratio
-
-        return component
-    if len(e) == 0:
-        return lambda e, x, y, rtol, atol: 0.0
-
-    def components(e, x, y, rtol, atol):
-        head = weighted_square(e[0], x[0], y[0], rtol, atol)
-        return head + weighted_square(e[1:], x[1:], y[1:], rtol, atol)
-
-    return components
+def leaves(x: State) -> tuple[float, ...]:
+    """Return the floats of x as a flat tuple."""
+    return tuple(leaf for part in x for leaf in leaves(part)) if isinstance(x, tuple) else (x,)
 
 
 def dimension(x: State) -> int:
     """Return the number of floats in x."""
-    return sum(dimension(part) for part in x) if isinstance(x, tuple) else 1
+    return len(leaves(x))
 
 
-@overload(dimension, jit_options=OPTIONS)
-def _dimension(x):
-    n = _count(x)
-    return lambda x: n
+def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], *parts: Any) -> Any:
+    """Return the state of type `kind` whose floats are the operation of the floats of `parts`."""
+    if not isinstance(kind, types.BaseTuple):
+        return operation(*parts)
+    found = []
+    for i, inner in enumerate(kind):
+        found.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
+    return context.make_tuple(builder, kind, found)
 
 
-def _count(t: types.Type) -> int:
-    return sum(_count(part) for part in t) if isinstance(t, types.BaseTuple) else 1  # pyright: ignore[reportGeneralTypeIssues]
+@intrinsic
+def _add(typing_context, x, y):
+    def generate(context, builder, signature, args):
+        return _each(context, builder, x, builder.fadd, *args)
+
+    return x(x, y), generate
+
+
+@intrinsic
+def _scale(typing_context, a, x):
+    def generate(context, builder, signature, args):
+        return _each(context, builder, x, lambda leaf: builder.fmul(args[0], leaf), args[1])
+
+    return x(a, x), generate
+
+
+@intrinsic
+def _add_scaled(typing_context, x, a, y):
+    def generate(context, builder, signature, args):
+        def operation(b, c):
+            return builder.fadd(b, builder.fmul(args[1], c))
+
+        return _each(context, builder, x, operation, args[0], args[2])
+
+    return x(x, a, y), generate
+
+
+@intrinsic
+def _combine(typing_context, h, row, ks):
+    used = [j for j, entry in enumerate(row) if isinstance(entry, types.Float)]
+
+    def generate(context, builder, signature, args):
+        factors = [builder.fmul(args[0], builder.extract_value(args[1], j)) for j in used]
+
+        def operation(*slopes):
+            total = builder.fmul(factors[0], slopes[0])
+            for factor, slope in zip(factors[1:], slopes[1:], strict=True):
+                total = builder.fadd(total, builder.fmul(factor, slope))
+            return total
+
+        stages = [builder.extract_value(args[2], j) for j in used]
+        return _each(context, builder, ks[0], operation, *stages)
+
+    return ks[0](h, row, ks), generate
+
+
+@intrinsic
+def _leaves(typing_context, x):
+    def flat(kind):
+        return [leaf for part in kind for leaf in flat(part)] if isinstance(kind, types.BaseTuple) else [kind]
+
+    kind = types.UniTuple(types.float64, len(flat(x)))
+
+    def generate(context, builder, signature, args):
+        found = []
+        _each(context, builder, x, lambda leaf: found.append(leaf) or leaf, args[0])
+        return context.make_tuple(builder, kind, found)
+
+    return kind(x), generate
+
+
+overload(add, jit_options=OPTIONS)(lambda x, y: lambda x, y: _add(x, y))
+overload(scale, jit_options=OPTIONS)(lambda a, x: lambda a, x: _scale(a, x))
+overload(add_scaled, jit_options=OPTIONS)(lambda x, a, y: lambda x, a, y: _add_scaled(x, a, y))
+overload(combine, jit_options=OPTIONS)(lambda h, row, ks: lambda h, row, ks: _combine(h, row, ks))
+overload(leaves, jit_options=OPTIONS)(lambda x: lambda x: _leaves(x))
+overload(dimension, jit_options=OPTIONS)(lambda x: lambda x: len(_leaves(x)))
+
+
+@overload(weighted_square, jit_options=OPTIONS)
+def _weighted_square(e, x, y, rtol, atol):
+    def total_of_leaves(e, x, y, rtol, atol):
+        es, xs, ys, total = leaves(e), leaves(x), leaves(y), 0.0
+        for i in range(len(es)):
+            ratio = es[i] / (atol + rtol * max(abs(xs[i]), abs(ys[i])))
+            total += ratio * ratio
+        return total
+
+    return total_of_leaves

@@ -17,7 +17,11 @@ _FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
 
 
 class PlantTopics:
-    """Publishes what the plant has to say; stamps are integer ns, vectors in the scene's joint order."""
+    """Publishes what the plant has to say; stamps are integer ns, vectors in the scene's joint order.
+
+    Attributes:
+        clock_heard, effort_heard, payload_heard: somebody subscribed to this topic when `look_around` last looked.
+    """
 
     def __init__(self, node: Node, joints: Sequence[str], actuated: Sequence[str]) -> None:
         """Create every publisher of the node `plant`."""
@@ -33,6 +37,7 @@ class PlantTopics:
         self._effort_wire = JointWire(actuated, effort=True)
         self._tick, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
+        self.clock_heard = self.effort_heard = self.payload_heard = False
 
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Publish the joint state; the first thing to leave in a step, since the controller waits for it."""
@@ -42,11 +47,14 @@ class PlantTopics:
         """Publish the effort applied from `stamp` on, after limits and faults."""
         self._efforts.publish(self._effort_wire.encode(stamp, effort))
 
-    def publish_payload(self, stamp: int, position: Sequence[float]) -> None:
-        """Publish the clock and the payload's position, m, in the world frame."""
+    def publish_clock(self, stamp: int) -> None:
+        """Publish the simulation's time."""
         messages.set_stamp(self._tick.clock, stamp)
         self._clock.publish(self._tick)
-        self._payload.header.stamp = self._tick.clock
+
+    def publish_payload(self, stamp: int, position: Sequence[float]) -> None:
+        """Publish the payload's position, m, in the world frame."""
+        messages.set_stamp(self._payload.header.stamp, stamp)
         point = self._payload.pose.position
         point.x, point.y, point.z = position
         self._pose.publish(self._payload)
@@ -64,6 +72,12 @@ class PlantTopics:
         message = messages.diagnostics(self._source, warning, values)
         messages.set_stamp(message.header.stamp, stamp)
         self._diagnostics.publish(message)
+
+    def look_around(self) -> None:
+        """Note who listens: what nobody hears need not be said, which saves a tenth of a lockstep step."""
+        self.clock_heard = self._clock.get_subscription_count() > 0
+        self.effort_heard = self._efforts.get_subscription_count() > 0
+        self.payload_heard = self._pose.get_subscription_count() > 0
 
     def missing(self, peers: int, recorders: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""

@@ -70,8 +70,9 @@ class Stepper:
         """Publish the first state."""
         self.pause(self.paused)
         self._began = time.monotonic()
+        self._topics.look_around()
         self.publish_state()
-        self._topics.publish_payload(self.stamp, self.plant.payload)
+        self._publish_rest()
 
     def publish_state(self) -> None:
         """Publish the present state, for the first time or again."""
@@ -88,8 +89,9 @@ class Stepper:
             self.fault = str(error)
             return
         self.publish_state()
-        self._topics.publish_effort(stamp, self.plant.applied)
-        self._topics.publish_payload(self.stamp, self.plant.payload)
+        if self._topics.effort_heard:
+            self._topics.publish_effort(stamp, self.plant.applied)
+        self._publish_rest()
 
     def heartbeat(self) -> None:
         """Report progress and publish diagnostics when they are due."""
@@ -97,6 +99,7 @@ class Stepper:
         if now < self._next_progress:
             return
         self._next_progress = now + _PROGRESS
+        self._topics.look_around()
         self._pipes.report("progress", step=self.plant.k)
         if now >= self._next_diagnostics:
             self._next_diagnostics = now + _DIAGNOSTICS
@@ -122,6 +125,12 @@ class Stepper:
             "commands": self.gate.summary(),
         }
         return head | self.plant.summary() | speed
+
+    def _publish_rest(self) -> None:
+        if self._topics.clock_heard:
+            self._topics.publish_clock(self.stamp)
+        if self._topics.payload_heard:
+            self._topics.publish_payload(self.stamp, self.plant.payload)
 
     def _health(self, now: float) -> dict[str, object]:
         physics = self.plant.summary()
