@@ -190,7 +190,7 @@ def _recording_path(wanted: Path | None, name: str) -> Path:
 def _compiling(quiet: bool) -> Any:
     """Return a context that tells a person why the first run of a kind of scene takes its time."""
     console = Console(stderr=True, quiet=quiet)
-    return console.status("compiling the equations of this kind of scene (half a minute, the first time only)")
+    return console.status("compiling the equations of this kind of scene (ten seconds or so, the first time only)")
 
 
 def _warm_plant(scene: Any) -> None:

@@ -21,12 +21,13 @@ def unknown_key(key: str, known: Iterable[str], what: str = "key") -> str:
     )
 
 
-def one_line(error: ValidationError, kind: type) -> str:
-    """Return the first mistake of a validation of `kind`, as one line."""
+def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) -> str:
+    """Return the first mistake of a validation of `kind`, which stands in `group`, as one line."""
     first = error.errors()[0]
-    where, message = first["loc"], first["msg"].removeprefix("Value error, ")
+    inside, message = first["loc"], first["msg"].removeprefix("Value error, ")
+    where = (*group, *inside)
     if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, where[:-1])))
+        return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, inside[:-1])))
     if first["type"] == "missing" and isinstance(where[-1], int):
         return _at(where[:-1], f"has {len(first['input'])} values, too few: {_shorten(first['input'])}")
     if first["type"] == "missing":

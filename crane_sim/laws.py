@@ -57,4 +57,4 @@ def read_settings(kind: type[T], settings: Mapping[str, Any]) -> T:
     try:
         return TypeAdapter(kind).validate_python(dict(settings))
     except ValidationError as error:
-        raise SceneError(f"control.{one_line(error, kind)}") from None
+        raise SceneError(one_line(error, kind, ("control",))) from None

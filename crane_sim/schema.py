@@ -35,7 +35,7 @@ def _chosen(key: str, choices: dict[str, Any], what: str) -> BeforeValidator:
         if not isinstance(value, dict):
             raise ValueError(f"a {what} is a group of keys, with {key}: {' | '.join(choices)}")
         name = value.get(key)
-        if name not in choices:
+        if not isinstance(name, str) or name not in choices:
             raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
         rest = {k: v for k, v in value.items() if k != key}
         for unknown in rest.keys() - set(choices[name]._fields):

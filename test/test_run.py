@@ -108,7 +108,13 @@ def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: 
         finally:
             remote.kill()
     assert seen["step while playing"] == "the simulation is not paused"
-    assert (seen["pause"], seen["mode"], seen["steps"], seen["reset"], seen["go on"]) == ("ok", 2, ["ok"] * 3, "ok", "ok")
+    assert (seen["pause"], seen["mode"], seen["steps"], seen["reset"], seen["go on"]) == (
+        "ok",
+        2,
+        ["ok"] * 3,
+        "ok",
+        "ok",
+    )
     assert seen["stepped to"] - seen["paused at"] == 3 * PERIOD
     assert seen["reset to"] == PERIOD
     assert summary["state_sha256"] == run({"duration": 100.0})["state_sha256"]

@@ -7,7 +7,7 @@ from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 from crane_sim.integrators import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import explicit_step, slopes
+from crane_sim.integrators.runge_kutta import moved, slope
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import add, combine, dimension, scale, weighted_square
@@ -69,6 +69,23 @@ class RK8(NamedTuple):
 
 
 @kernel
+def slopes(p, t, x, u, h, k1):
+    """Return the derivatives of all twelve stages, the first one given."""
+    k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
+    k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
+    k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+    k5 = slope(p, t, x, u, h, A[3], C[3], (k1, k2, k3, k4))
+    k6 = slope(p, t, x, u, h, A[4], C[4], (k1, k2, k3, k4, k5))
+    k7 = slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
+    k8 = slope(p, t, x, u, h, A[6], C[6], (k1, k2, k3, k4, k5, k6, k7))
+    k9 = slope(p, t, x, u, h, A[7], C[7], (k1, k2, k3, k4, k5, k6, k7, k8))
+    k10 = slope(p, t, x, u, h, A[8], C[8], (k1, k2, k3, k4, k5, k6, k7, k8, k9))
+    k11 = slope(p, t, x, u, h, A[9], C[9], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10))
+    k12 = slope(p, t, x, u, h, A[10], C[10], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11))
+    return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
+
+
+@kernel
 def _first_size(p, t, x, u, k1, rtol, atol):
     """Return a first step that an explicit Euler step shows to be careful (Hairer et al., II.4)."""
     n = dimension(x)
@@ -106,8 +123,8 @@ def accepted_step(method, p, u, flow, end):
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
-        ks = slopes(p, t, x, u, size, A, C, (k1,))
-        y = add(x, combine(size, B, ks))
+        ks = slopes(p, t, x, u, size, k1)
+        y = moved(x, size, B, ks)
         error, n = _error(ks, x, y, size, method.rtol, method.atol), n + 11
         factor = min(growth, max(SHRINK, SAFETY * error ** (-1.0 / ORDER))) if error > 0.0 else growth
         if error <= 1.0:
@@ -125,7 +142,7 @@ def _(method, end):
 
 @step.register(DOP853)
 def _(method, p, t, x, u, h):
-    return explicit_step(p, t, x, u, h, A, C, B)
+    return moved(x, h, B, slopes(p, t, x, u, h, rhs(p, t, x, u)))
 
 
 @stages.register(DOP853)
@@ -135,7 +152,7 @@ def _(method):
 
 @step.register(RK8)
 def _(method, p, t, x, u, h):
-    return explicit_step(p, t, x, u, h, A, C, B)
+    return moved(x, h, B, slopes(p, t, x, u, h, rhs(p, t, x, u)))
 
 
 @stages.register(RK8)

@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 from crane_sim.integrators import stages, step
-from crane_sim.integrators.runge_kutta import explicit_step
+from crane_sim.integrators.runge_kutta import moved, slope
 from crane_sim.quantities import Positive
+from crane_sim.system import rhs
 
 A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
 C = (1 / 2, 1 / 2, 1.0)
@@ -20,7 +21,11 @@ class RK4(NamedTuple):
 
 @step.register(RK4)
 def _(method, p, t, x, u, h):
-    return explicit_step(p, t, x, u, h, A, C, B)
+    k1 = rhs(p, t, x, u)
+    k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
+    k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
+    k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+    return moved(x, h, B, (k1, k2, k3, k4))
 
 
 @stages.register(RK4)
