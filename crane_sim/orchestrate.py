@@ -56,6 +56,8 @@ def run(
     mode: str = "lockstep",
     rate: float = 1.0,
     record: Path | None,
+    mcap: Path | None = None,
+    live_port: int | None = None,
     domain_id: int | None = None,
     controller: bool = True,
     on_progress: Callable[[int, int], None] | None = None,
@@ -66,7 +68,9 @@ def run(
         scene: what to simulate.
         mode: "lockstep" or "realtime".
         rate: simulated seconds per second in realtime.
-        record: the recording to write, or None for no recorder.
+        record: the recording to write, or None for none.
+        mcap: the MCAP file to write, with the messages as they came over the wire, or None for none.
+        live_port: serve the recording to viewers on this port of the loopback interface, too.
         domain_id: ROS domain; None picks one that is free on this machine.
         controller: the scene's own law commands; False leaves it out and waits for the user's node on `joint_commands`.
         on_progress: called with (steps done, steps in all) about ten times a second.
@@ -83,28 +87,42 @@ def run(
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
         settings = {"mode": mode, "rate": rate, "commanded": not controller}
-        _start(crew, scene, scene_file, settings, record, controller and scene.sampled)
-        return _conduct(crew, scene, mode, record, interrupts, on_progress)
+        wanted = _recorder_settings(record, mcap, live_port)
+        _start(crew, scene, scene_file, settings, wanted, controller and scene.sampled)
+        return _conduct(crew, scene, mode, wanted, interrupts, on_progress)
+
+
+def _recorder_settings(record: Path | None, mcap: Path | None, live_port: int | None) -> dict[str, object]:
+    """Return the recorder's parameters, none at all where it has nothing to do."""
+    if record is None and mcap is None:
+        return {}
+    paths = {"path": record, "mcap": mcap}
+    files: dict[str, object] = {name: str(Path(path).absolute()) if path else "" for name, path in paths.items()}
+    return files | {"live_port": live_port or 0}
 
 
 def _start(
-    crew: Crew, scene: "Scene", scene_file: Path, settings: dict[str, object], record: Path | None, controller: bool
+    crew: Crew,
+    scene: "Scene",
+    scene_file: Path,
+    settings: dict[str, object],
+    wanted: dict[str, object],
+    controller: bool,
 ) -> None:
     file = {"scene": str(scene_file)}
-    common = file | {"expected_recorders": int(record is not None)}
+    common = file | {"expected_recorders": int(bool(wanted))}
     crew.start("plant", "crane_sim.ros.plant_node", scene.crane, common | settings)
     if controller:
         crew.start("controller", "crane_control.controller_node", scene.crane, common)
-    if record is not None:
-        recorder = file | {"path": str(Path(record).absolute())}
-        crew.start("recorder", "crane_sim.ros.recorder_node", scene.crane, recorder)
+    if wanted:
+        crew.start("recorder", "crane_sim.ros.recorder_node", scene.crane, file | wanted)
 
 
 def _conduct(
     crew: Crew,
     scene: "Scene",
     mode: str,
-    record: Path | None,
+    wanted: dict[str, object],
     interrupts: list[int],
     on_progress: Callable[[int, int], None] | None,
 ) -> dict[str, Any]:
@@ -123,23 +141,23 @@ def _conduct(
     summary = plant.summary or head
     if error:
         summary["error"] = error
-    return _recorded(crew, summary, record)
+    return _recorded(crew, summary, wanted)
 
 
-def _recorded(crew: Crew, summary: dict[str, Any], record: Path | None) -> dict[str, Any]:
-    """Let the recorder finish its file with the summary, and add what it says to the summary."""
+def _recorded(crew: Crew, summary: dict[str, Any], wanted: dict[str, object]) -> dict[str, Any]:
+    """Let the recorder finish its files with the summary, and add what it says to the summary."""
     nothing = {"recording": None, "recorded_steps": 0, "lost_steps": 0}
-    if record is None:
+    if not wanted:
         return summary | nothing
     recorder = crew.children[-1]
     recorder.order(f"finish {json.dumps(summary)}")
     _hear_out(crew, recorder, _WRITE)
     merged = summary | nothing | (recorder.summary or {})
-    if merged.get("error"):
-        return merged
+    if error := summary.get("error", merged.get("error")):  # what the plant says comes first
+        return merged | {"error": error}
     if recorder.summary is None:
         return merged | {"error": f"recorder: {recorder.fault or 'it did not finish the recording'}"}
-    if merged["lost_steps"] or merged["recorded_steps"] != merged["steps"]:
+    if wanted["path"] and (merged["lost_steps"] or merged["recorded_steps"] != merged["steps"]):
         counts = f"{merged['recorded_steps']} of {merged['steps']} steps"
         return merged | {"error": f"recorder: the recording is incomplete, it has {counts}"}
     return merged

@@ -114,7 +114,7 @@ class Plant:
 
     def _flush(self) -> None:
         start = self.k - self._filled
-        self._metrics.extend(np.arange(start, self.k) * self.scene.period, self._rows[: self._filled])
+        self._metrics.extend(np.arange(start, self.k, dtype=np.float64) * self.scene.period, self._rows[: self._filled])
         self._filled = 0
 
     def summary(self) -> dict[str, Any]:

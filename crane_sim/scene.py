@@ -9,17 +9,15 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim import system
 from crane_sim.catalogue import scene_files
 from crane_sim.explain import SceneError, one_line, unknown_key
+from crane_sim.knuckle_scene import KnuckleFile
 from crane_sim.laws import Law, make_law
 from crane_sim.model import Crane
-from crane_sim.schema import InputGroup, KnuckleFile
-from crane_sim.sources import Inputs
-from crane_sim.supports.knuckle import Knuckle
 
-JOINTS = ("slew", "boom", "jib", "rope", "swing_tangential", "swing_radial")
-UNITS = ("N m", "N m", "N m", "N")
+FORMS = {"knuckle": KnuckleFile}
+"""The kinds of crane, and the form of their scene files."""
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
 
 
@@ -42,26 +40,15 @@ class Scene:
     reference: tuple[float, ...] | None  # (nu,)
     seed: int
     description: str
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    effort_units: tuple[str, ...]  # (nu,)
     document: Mapping[str, Any] = field(repr=False)
-    joint_names: tuple[str, ...] = JOINTS
-    joint_units: tuple[str, ...] = ("rad", "rad", "rad", "m", "rad", "rad")
 
     @property
     def actuated(self) -> tuple[str, ...]:
         """Names of the joints that take commands (nu,)."""
-        return self.joint_names[: 3 if isinstance(self.model.cable, LockedRope) else 4]
-
-    @property
-    def effort_units(self) -> tuple[str, ...]:
-        """Units of the commands (nu,)."""
-        units = (*UNITS[:3], self._winch_unit)
-        return units[: len(self.actuated)]
-
-    @property
-    def _winch_unit(self) -> str:
-        if not isinstance(self.model.cable, RateRope):
-            return UNITS[3]
-        return "m/s²" if self.model.cable.time_constant is None else "m/s"
+        return self.joint_names[: len(self.effort_units)]
 
     @property
     def period_ns(self) -> int:
@@ -131,42 +118,52 @@ def _set(document: dict[str, Any], key: str, value: Any) -> None:
 
 
 def _build(document: dict[str, Any]) -> Scene:
-    if document.get("crane") != "knuckle":
-        raise SceneError(f"crane = {document.get('crane')!r}: possible: knuckle")
     file = _validated(document)
-    control, reference = file.control, file.reference
-    law = None
-    if control is not None:
-        if file.inputs is not None:
-            raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
-        law = make_law(control.law, control.model_extra or {}, _build(_nominal(document, control.nominal)))
+    control = file.control
     continuous = control is not None and control.period == "continuous"
-    cable = _cable(file)
+    law = _law(file, document) if control is not None else None
     return Scene(
         name=file.name or "unnamed",
         crane=file.crane,
-        model=_model(file, cable),
+        model=file.model(),
         initial_q=file.initial.q,
         initial_v=file.initial.v,
         duration=file.duration,
         period=float(control.period) if control is not None and not continuous else DEFAULT_PERIOD,
         method=file.integrator,
         law=law,
-        law_name=control.law if control else None,
+        law_name=control.law if control is not None else None,
         sampled=control is not None and not continuous,
-        source=law if continuous else None if control else _inputs(file, cable),
-        reference=reference.q[: 3 if isinstance(cable, LockedRope) else 4] if reference else None,
+        source=law if continuous else None if control is not None else file.open_loop(),
+        reference=file.target,
         seed=file.seed,
         description=file.description,
+        joint_names=file.joint_names,
+        joint_units=file.joint_units,
+        effort_units=file.effort_units,
         document=document,
     )
 
 
 def _validated(document: dict[str, Any]) -> KnuckleFile:
+    form = FORMS.get(str(document.get("crane")))
+    if form is None:
+        raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
     try:
-        return KnuckleFile.model_validate(document)
+        return form.model_validate(document)
     except ValidationError as error:
-        raise SceneError(one_line(error, KnuckleFile)) from None
+        raise SceneError(one_line(error, form)) from None
+
+
+def _law(file: KnuckleFile, document: dict[str, Any]) -> Law:
+    control = file.control
+    assert control is not None
+    if file.inputs is not None:
+        raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
+    law = make_law(control.law, control.model_extra or {}, _build(_nominal(document, control.nominal)))
+    if control.period == "continuous" and not system.effort.knows(type(law)):
+        raise SceneError(f"control.period = 'continuous': law {control.law!r} has no compiled form; give a period")
+    return law
 
 
 def _nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -178,26 +175,3 @@ def _nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str
         return {**base, **{key: merged(base.get(key), value) for key, value in over.items()}}
 
     return merged({key: value for key, value in document.items() if key != "control"}, dict(overrides))
-
-
-def _cable(file: KnuckleFile) -> ForceRope | RateRope | LockedRope:
-    if file.rope.time_constant is not None and file.rope.drive != "rate":
-        raise SceneError(f"rope.time_constant: only a rate drive has one, this drive is {file.rope.drive!r}")
-    if file.springs.rope is not None and file.rope.drive != "force":
-        raise SceneError(f"springs.rope: only a force drive can have one, this drive is {file.rope.drive!r}")
-    if file.rope.drive == "locked":
-        if file.initial.v[3] != 0.0:
-            raise SceneError(f"initial.v[3] = {file.initial.v[3]}: a locked rope starts at rest")
-        return LockedRope(file.initial.q[3])
-    return RateRope(file.rope.time_constant) if file.rope.drive == "rate" else ForceRope(file.springs.rope)
-
-
-def _model(file: KnuckleFile, cable: ForceRope | RateRope | LockedRope) -> Crane:
-    support = Knuckle(file.boom, file.jib, file.tower, file.springs.boom, file.springs.jib)
-    return Crane(support, cable, file.payload, file.gravity, file.swing_friction, file.payload_drag)
-
-
-def _inputs(file: KnuckleFile, cable: ForceRope | RateRope | LockedRope) -> Inputs:
-    given = file.inputs or InputGroup()
-    inputs = None if isinstance(cable, LockedRope) else Inputs(given.rope)
-    return Inputs(given.slew, Inputs(given.boom, Inputs(given.jib, inputs)))

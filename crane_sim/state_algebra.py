@@ -9,12 +9,15 @@ from collections.abc import Callable
 from typing import Any
 
 from numba.core import types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic as _intrinsic
+from numba.extending import overload
 
 from crane_sim.jit import OPTIONS
 
 State = Any
 """A float, or a tuple of states."""
+instructions: Any = _intrinsic
+"""Marks a function that returns (signature, generator of LLVM instructions)."""
 
 
 def add(x: State, y: State) -> State:
@@ -65,12 +68,12 @@ def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], 
     if not isinstance(kind, types.BaseTuple):
         return operation(*parts)
     found = []
-    for i, inner in enumerate(kind):
+    for i, inner in enumerate(tuple(kind)):  # pyright: ignore[reportArgumentType]
         found.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
     return context.make_tuple(builder, kind, found)
 
 
-@intrinsic
+@instructions
 def _add(typing_context, x, y):
     def generate(context, builder, signature, args):
         return _each(context, builder, x, builder.fadd, *args)
@@ -78,7 +81,7 @@ def _add(typing_context, x, y):
     return x(x, y), generate
 
 
-@intrinsic
+@instructions
 def _scale(typing_context, a, x):
     def generate(context, builder, signature, args):
         return _each(context, builder, x, lambda leaf: builder.fmul(args[0], leaf), args[1])
@@ -86,7 +89,7 @@ def _scale(typing_context, a, x):
     return x(a, x), generate
 
 
-@intrinsic
+@instructions
 def _add_scaled(typing_context, x, a, y):
     def generate(context, builder, signature, args):
         def operation(b, c):
@@ -97,7 +100,7 @@ def _add_scaled(typing_context, x, a, y):
     return x(x, a, y), generate
 
 
-@intrinsic
+@instructions
 def _combine(typing_context, h, row, ks):
     used = [j for j, entry in enumerate(row) if isinstance(entry, types.Float)]
 
@@ -116,12 +119,12 @@ def _combine(typing_context, h, row, ks):
     return ks[0](h, row, ks), generate
 
 
-@intrinsic
+@instructions
 def _leaves(typing_context, x):
-    def flat(kind):
-        return [leaf for part in kind for leaf in flat(part)] if isinstance(kind, types.BaseTuple) else [kind]
+    def count(kind: Any) -> int:
+        return sum(count(part) for part in kind) if isinstance(kind, types.BaseTuple) else 1
 
-    kind = types.UniTuple(types.float64, len(flat(x)))
+    kind = types.UniTuple(types.float64, count(x))
 
     def generate(context, builder, signature, args):
         found = []

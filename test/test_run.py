@@ -49,10 +49,11 @@ def gone(pid: int) -> bool:
 
 
 @contextmanager
-def orchestrator() -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
+def orchestrator(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
     """Yield a process that is in the middle of an endless run, and its children."""
     script = ORCHESTRATOR.replace("{overrides}", repr(ENDLESS))
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+    env = os.environ | {"TMPDIR": str(folder)}  # a killed orchestrator cannot remove its temporary files
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=env) as process:
         try:
             assert process.stdout is not None
             while int(process.stdout.readline()) < 10:
@@ -138,9 +139,9 @@ def test_realtime_takes_every_step() -> None:
 
 
 @pytest.mark.parametrize("victim", ["plant", "controller"])
-def test_a_killed_node_ends_the_run(victim: str) -> None:
+def test_a_killed_node_ends_the_run(victim: str, tmp_path: Path) -> None:
     """When a node is killed the others end, the error names it, and the summary says how far the run came."""
-    with orchestrator() as (process, nodes):
+    with orchestrator(tmp_path) as (process, nodes):
         os.kill(nodes[victim], signal.SIGKILL)
         summary = summary_of(process)
     assert summary["error"] == f"{victim}: it was killed by SIGKILL"
@@ -149,9 +150,9 @@ def test_a_killed_node_ends_the_run(victim: str) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_still_reports(number: signal.Signals) -> None:
+def test_an_interrupted_run_still_reports(number: signal.Signals, tmp_path: Path) -> None:
     """SIGINT and SIGTERM end a run early, with the summary of what was done and no process left."""
-    with orchestrator() as (process, nodes):
+    with orchestrator(tmp_path) as (process, nodes):
         process.send_signal(number)
         summary = summary_of(process)
     assert summary["error"] == "interrupted"
@@ -159,9 +160,9 @@ def test_an_interrupted_run_still_reports(number: signal.Signals) -> None:
     assert all(map(gone, nodes.values()))
 
 
-def test_nodes_outlive_no_orchestrator() -> None:
+def test_nodes_outlive_no_orchestrator(tmp_path: Path) -> None:
     """When the orchestrator itself is killed its nodes notice, and end."""
-    with orchestrator() as (process, nodes):
+    with orchestrator(tmp_path) as (process, nodes):
         process.kill()
         process.wait()
         deadline = time.monotonic() + 30.0  # only so that a failure ends; nodes look at their pipe 20 times a second

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import crane_sim
-from crane_sim.catalogue import scene_files
 from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim.catalogue import scene_files
 from crane_sim.scene import load_scene
 
 BAD = [

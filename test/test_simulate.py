@@ -66,7 +66,7 @@ def test_constant_efforts_conserve_energy_minus_their_work() -> None:
 
 
 def test_the_payload_passes_the_pole() -> None:
-    """A payload that loops through theta2 = 90 degrees keeps the rope's length and the energy, and angles stay finite."""
+    """A payload that loops through theta2 = 90 degrees keeps its rope length and energy; angles stay finite."""
     run = simulate("knuckle_pole")
     assert np.max(np.abs(run.q[:, 5])) > np.radians(89.0)  # it gets there
     assert np.ptp(np.unwrap(2.0 * np.arctan2(*_plane(run).T)) / 2.0) > 2.0 * np.pi  # and goes round

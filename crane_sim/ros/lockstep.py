@@ -87,6 +87,7 @@ class Lockstep:
     def _step(self, effort: tuple[float, ...]) -> None:
         self._answer = None
         self._stepper.step(effort)
+        self._stepper.let_catch_up()
         self._sent, self._resends = time.monotonic(), 0
 
     def _resend(self) -> None:

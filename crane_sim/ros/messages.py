@@ -12,7 +12,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)  # values of simulation_state
 
 STREAM = QoSProfile(depth=10)  # reliable, volatile: what a subscriber or a slow writer needs
-DEEP_STREAM = QoSProfile(depth=1000)  # the same to a peer, but a recorder that lags loses nothing
+DEEP_STREAM = QoSProfile(depth=10_000)  # the same to a peer, but a recorder that lags for seconds loses nothing
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = qos_profile_sensor_data

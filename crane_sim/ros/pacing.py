@@ -1,12 +1,11 @@
 """When the plant takes its steps: what `Lockstep` and `Realtime` have in common, and the pace of an open loop."""
 
-from collections.abc import Callable
 from typing import Protocol
 
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
-_BLOCK = 500  # open-loop steps between two waits for slow subscribers, well below the depth of their stream
+_BLOCK = 100  # open-loop steps between two looks at services and pipes
 
 
 class Pace(Protocol):
@@ -36,9 +35,9 @@ class Pace(Protocol):
 class OpenLoop:
     """Steps as fast as the subscribers can follow; nobody commands."""
 
-    def __init__(self, host: Host, stepper: Stepper, flush: Callable[[], None]) -> None:
-        """Step without commands; `flush` waits for slow subscribers."""
-        self._host, self._stepper, self._flush = host, stepper, flush
+    def __init__(self, host: Host, stepper: Stepper) -> None:
+        """Step without commands."""
+        self._host, self._stepper = host, stepper
 
     def missing(self) -> str:
         """See `Pace`; nobody is needed."""
@@ -51,8 +50,10 @@ class OpenLoop:
         while stepper.running and not self._host.stopping:
             if stepper.paused:
                 self._host.spin()
-            elif self.step_once() and stepper.plant.k % _BLOCK == 0:
-                self._flush()
+            else:
+                self.step_once()
+                stepper.let_catch_up()
+            if stepper.plant.k % _BLOCK == 0:
                 self._host.spin(0.0)
             stepper.heartbeat()
 

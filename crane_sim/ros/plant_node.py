@@ -77,7 +77,7 @@ class PlantNode:
             return Realtime(self._host, self._stepper, self._settings)
         if self._stepper.scene.sampled:
             return Lockstep(self._host, self._stepper, self._settings)
-        return OpenLoop(self._host, self._stepper, self._topics.flush)
+        return OpenLoop(self._host, self._stepper)
 
 
 def check(settings: SimpleNamespace) -> None:

@@ -1,137 +1,133 @@
-"""The node `recorder`: listens to a run and writes it to a Rerun file; whatever happens to it, the plant goes on."""
+"""The node `recorder`: listens to a run and writes it to files; whatever happens to it, the plant goes on."""
 
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
-
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import JointState
-from std_msgs.msg import UInt8
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from typing import TYPE_CHECKING, Any, Protocol
 
 from crane_sim import load_scene
-from crane_sim.recording.recorder import Recorder
-from crane_sim.recording.writer import RecordingError
-from crane_sim.ros import messages, process
+from crane_sim.ros import process
+from crane_sim.ros.hearing import Hearing, topics
 from crane_sim.ros.process import Fault, Host
-from crane_sim.ros.wire import JointWire
+from crane_sim.ros.transcript import Transcript
 
 if TYPE_CHECKING:
+    from crane_sim.recording.bag import Bag
+    from crane_sim.recording.recorder import Recorder
     from crane_sim.scene import Scene
 
 PARAMETERS = {
     "scene": "knuckle_setpoint",  # catalogue name or path
-    "path": "runs/run.rrd",  # the recording; <path>.part while it grows
-    "live_port": 0,  # serve the run to viewers on this local port, too; 0: do not
+    "path": "runs/run.rrd",  # the Rerun recording; <path>.part while it grows; empty: none
+    "mcap": "",  # the messages as they came, for other tools; <mcap>.part while it grows; empty: none
+    "live_port": 0,  # serve the Rerun recording to viewers on this local port, too; 0: do not
 }
-MODES = ("stopped", "playing", "paused", "quitting")
-_DEEP = QoSProfile(depth=10_000)  # more steps than a plant makes while a block is written
-_LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-class RecorderNode:
-    """Subscribes to a run and passes its numbers on to a recorder.
+class Output(Protocol):
+    """A file in the making."""
 
-    Attributes:
-        over: the plant said that the run has ended.
-    """
+    broken: str
 
-    def __init__(self, node: Node, scene: "Scene", recorder: Recorder) -> None:
-        """Subscribe."""
-        self._recorder, self._scene = recorder, scene
-        self._state_wire = JointWire(scene.joint_names, effort=False)
-        self._effort_wire = JointWire(scene.actuated, effort=True)
-        self._began, self.over = False, False
-        self._states = node.create_subscription(JointState, "joint_states", self._on_state, _DEEP, raw=True)
-        self._efforts = node.create_subscription(JointState, "applied_effort", self._on_effort, _DEEP, raw=True)
-        self._others = (
-            node.create_subscription(JointState, "joint_commands", self._on_command, _DEEP, raw=True),
-            node.create_subscription(JointTrajectory, "joint_trajectory", self._on_reference, _DEEP),
-            node.create_subscription(UInt8, "simulation_state", self._on_mode, _LATCHED),
-        )
+    def idle(self) -> None:
+        """Write what waits, when its time has come."""
 
-    def missing(self) -> str:
-        """Return one line on the peer still missing, empty when the plant is there."""
-        for subscription in (self._states, self._efforts):
-            if not subscription.get_publisher_count():
-                return f"a publisher of {subscription.topic_name}"
-        return ""
+    def has_all(self, steps: int | None) -> bool:
+        """Whether everything of `steps` steps has come in, or nothing more is coming."""
+        ...
 
-    def _on_state(self, data: bytes) -> None:
-        state = self._state_wire.decode(data)
-        self._recorder.state(state.stamp, state.position, state.velocity)
-
-    def _on_effort(self, data: bytes) -> None:
-        applied = self._effort_wire.decode(data)
-        self._recorder.effort(applied.stamp, applied.effort)
-
-    def _on_command(self, data: bytes) -> None:
-        command = self._effort_wire.decode(data)
-        effort = self._sorted(command.names, command.effort)
-        if effort is not None:
-            self._recorder.command(command.stamp, effort)
-
-    def _on_reference(self, message: JointTrajectory) -> None:
-        if message.points:
-            point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
-            target = self._sorted(list(message.joint_names), list(point.positions))
-            if target is not None:
-                self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
-
-    def _on_mode(self, message: UInt8) -> None:
-        name = MODES[message.data] if message.data < len(MODES) else str(message.data)
-        self._began = self._began or name == "playing"
-        self.over = self._began and name in ("stopped", "quitting")
-        self._recorder.mode(name)
-
-    def _sorted(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
-        """Return one value per actuated joint, or None for what the plant refuses, too."""
-        by_name = dict(zip(names, values, strict=False))
-        if by_name.keys() != set(self._scene.actuated):
-            return None
-        return tuple(by_name[name] for name in self._scene.actuated)
+    def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
+        """Complete the file; return what it adds to the run's summary."""
+        ...
 
 
 def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     """Record until told to finish, or until the run is over; what must outlive a failure goes into `kept`.
 
     Raises:
-        Fault: the recording could not be written.
+        ValueError: the settings leave nothing to record.
+        Fault: a file could not be written.
     """
+    check(settings)
     scene = load_scene(settings.scene)
+    bag = _opened_bag(host, scene, settings)
+    recorder = _opened_recorder(scene, settings, kept, bag)
+    outputs = [output for output in (bag, recorder) if output]
+    readers = [bag, recorder and Transcript(scene, recorder)]
+    hearing = Hearing(host.node, [reader.takers() for reader in readers if reader])
+    host.wait(hearing.missing)
+    host.pipes.report("ready")
+    _listen(host, hearing, outputs)
+    added = _finish(host, outputs, _summary(scene, host.stopping))
+    host.pipes.report("done", summary=added)
+    for output in outputs:
+        if output.broken:
+            raise Fault(output.broken)
+    files = [added[key] for key in ("recording", "mcap") if key in added]
+    host.node.get_logger().info(f"wrote {' and '.join(files)}")
+
+
+def check(settings: SimpleNamespace) -> None:
+    """Raise ValueError, one line, for settings that make no sense together."""
+    if not (settings.path or settings.mcap):
+        raise ValueError("parameters path and mcap are both empty: there is nothing to write")
+    if settings.live_port and not settings.path:
+        raise ValueError("parameter live_port serves a recording; path must not be empty")
+
+
+def _opened_bag(host: Host, scene: "Scene", settings: SimpleNamespace) -> "Bag | None":
+    if not settings.mcap:
+        return None
+    from crane_sim.recording.bag import Bag  # needs rosbags, which not everyone has
+
+    try:
+        return Bag(Path(settings.mcap), topics(host.node), scene.period_ns)
+    except OSError as error:
+        raise Fault(f"{settings.mcap}: {error.strerror}") from error
+
+
+def _opened_recorder(
+    scene: "Scene", settings: SimpleNamespace, kept: list[object], bag: "Bag | None"
+) -> "Recorder | None":
+    if not settings.path:
+        return None
+    from crane_sim.recording.recorder import Recorder  # needs Rerun
+    from crane_sim.recording.writer import RecordingError
+
     try:
         recorder = Recorder(scene, Path(settings.path), settings.live_port or None)
     except RecordingError as error:
         kept.append(error)
+        if bag:
+            bag.abandon()
         raise Fault(str(error)) from error
     kept.append(recorder)
-    node = RecorderNode(host.node, scene, recorder)
-    host.wait(node.missing)
-    host.pipes.report("ready")
-    _listen(host, node, recorder)
-    summary = _summary(scene, host.stopping)
-    while not host.stopping.startswith("interrupted") and not recorder.has_all(summary.get("steps")):
-        host.spin()
-    added = recorder.finish(summary)
-    host.pipes.report("done", summary=added)
-    if recorder.broken:
-        raise Fault(recorder.broken)
-    host.node.get_logger().info(f"recorded {added['recorded_steps']} steps in {added['recording']}")
+    return recorder
 
 
-def _listen(host: Host, node: RecorderNode, recorder: Recorder) -> None:
-    complained = False
-    while not host.stopping and (host.pipes.attached or not node.over):
+def _listen(host: Host, hearing: Hearing, outputs: Sequence[Output]) -> None:
+    complaints: set[str] = set()
+    while not host.stopping and (host.pipes.attached or not hearing.over):
         host.spin()
-        recorder.idle()
-        if recorder.broken and not complained:
-            complained = True
-            host.node.get_logger().error(f"{recorder.broken}; the run goes on unrecorded")
+        for output in outputs:
+            output.idle()
+            if output.broken and output.broken not in complaints:
+                complaints.add(output.broken)
+                host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
+
+
+def _finish(host: Host, outputs: Sequence[Output], summary: dict[str, Any]) -> dict[str, Any]:
+    """Wait for what is still on its way, complete the files one after the other, return what they add together."""
+    steps = summary.get("steps")
+    while not host.stopping.startswith("interrupted") and not all(output.has_all(steps) for output in outputs):
+        host.spin()
+    added: dict[str, Any] = {}
+    for output in outputs:
+        added = output.finish(summary | added) | added  # the first error stands
+    return added
 
 
 def _summary(scene: "Scene", order: str) -> dict[str, Any]:

@@ -104,11 +104,7 @@ def _(support, xs):
     jib_turning, jib_slope = turning_inertia(jib.axial_inertia, jib.inertia, cg, sg)
     return KnucklePosture(
         tip=(boom.length * cb + jib.length * cg, 0.0, boom.length * sb + jib.length * sg),
-        tip_velocity=(
-            -boom.length * sb * vb - jib.length * sg * vg,
-            0.0,
-            boom.length * cb * vb + jib.length * cg * vg,
-        ),
+        tip_velocity=(-boom.length * sb * vb - jib.length * sg * vg, 0.0, boom.length * cb * vb + jib.length * cg * vg),
         yaw_rate=yaw_rate,
         beta=beta,
         gamma=gamma,

@@ -1,0 +1,118 @@
+"""The form of a scene file with a knuckle-boom crane, and the model that it describes."""
+
+from typing import ClassVar, Literal
+
+from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
+from crane_sim.explain import SceneError
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.loads.point import PointLoad
+from crane_sim.model import Crane
+from crane_sim.quantities import Angle, NonNegative, Positive, Real
+from crane_sim.scene_groups import Channel, Control, Friction, Group, Method
+from crane_sim.sources import Constant, Inputs
+from crane_sim.supports.knuckle import Knuckle, Rod, Tower
+
+
+class Rope(Group):
+    """How the winch moves the rope."""
+
+    drive: Literal["force", "rate", "locked"] = "force"
+    time_constant: Positive | None = None  # s, of a rate drive
+
+
+class Springs(Group):
+    """Springs on joints."""
+
+    boom: BoomSpring | None = None
+    jib: JibSpring | None = None
+    rope: RopeSpring | None = None
+
+
+class Initial(Group):
+    """Joint coordinates at t = 0, in joint order."""
+
+    q: tuple[Angle, Angle, Angle, Positive, Angle, Angle]
+    v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Reference(Group):
+    """Where the actuated joints should go."""
+
+    q: tuple[Angle, Angle, Angle, Positive]
+
+
+class InputGroup(Group):
+    """Open-loop inputs of the actuated joints; silent ones are zero."""
+
+    slew: Channel = Constant(0.0)
+    boom: Channel = Constant(0.0)
+    jib: Channel = Constant(0.0)
+    rope: Channel = Constant(0.0)
+
+
+class KnuckleFile(Group):
+    """A scene with a knuckle-boom crane."""
+
+    crane: Literal["knuckle"]
+    name: str = ""
+    description: str = ""
+    duration: Positive  # s
+    gravity: NonNegative = 9.81  # m/s²
+    seed: int = 0
+    boom: Rod
+    jib: Rod
+    tower: Tower
+    rope: Rope = Rope()
+    payload: PointLoad
+    initial: Initial
+    springs: Springs = Springs()
+    swing_friction: Friction = None
+    payload_drag: PayloadDrag | None = None
+    reference: Reference | None = None
+    control: Control | None = None
+    inputs: InputGroup | None = None
+    integrator: Method = DOP853()
+
+    joint_names: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope", "swing_tangential", "swing_radial")
+    joint_units: ClassVar[tuple[str, ...]] = ("rad", "rad", "rad", "m", "rad", "rad")
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands, of the actuated joints only."""
+        if self.rope.drive == "locked":
+            return "N m", "N m", "N m"
+        imposed = "m/s²" if self.rope.time_constant is None else "m/s"
+        return "N m", "N m", "N m", imposed if self.rope.drive == "rate" else "N"
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Where the actuated joints should go."""
+        return self.reference.q[: len(self.effort_units)] if self.reference else None
+
+    def model(self) -> Crane:
+        """Return the parameters of the crane.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib)
+        return Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
+
+    def _cable(self) -> ForceRope | RateRope | LockedRope:
+        drive = self.rope.drive
+        if self.rope.time_constant is not None and drive != "rate":
+            raise SceneError(f"rope.time_constant: only a rate drive has one, this drive is {drive!r}")
+        if self.springs.rope is not None and drive != "force":
+            raise SceneError(f"springs.rope: only a force drive can have one, this drive is {drive!r}")
+        if drive == "locked" and self.initial.v[3] != 0.0:
+            raise SceneError(f"initial.v[3] = {self.initial.v[3]}: a locked rope starts at rest")
+        if drive == "locked":
+            return LockedRope(self.initial.q[3])
+        return RateRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)
+
+    def open_loop(self) -> Inputs:
+        """Return the open-loop inputs, zero where the file is silent."""
+        given = self.inputs or InputGroup()
+        winch = None if self.rope.drive == "locked" else Inputs(given.rope)
+        return Inputs(given.slew, Inputs(given.boom, Inputs(given.jib, winch)))

@@ -1,0 +1,70 @@
+"""Reads the messages of a run to a recorder, which knows stamps and numbers but no ROS."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, cast
+
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import UInt8
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from crane_sim.ros import messages
+from crane_sim.ros.wire import JointWire
+
+if TYPE_CHECKING:
+    from crane_sim.recording.recorder import Recorder
+    from crane_sim.scene import Scene
+
+MODES = ("stopped", "playing", "paused", "quitting")
+
+
+class Transcript:
+    """Decodes serialized messages and passes their numbers on to a recorder."""
+
+    def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
+        """Expect the joints of a scene."""
+        self._recorder, self._scene = recorder, scene
+        self._state_wire = JointWire(scene.joint_names, effort=False)
+        self._effort_wire = JointWire(scene.actuated, effort=True)
+
+    def takers(self) -> dict[str, Callable[[bytes], None]]:
+        """Return one function of a serialized message per topic."""
+        return {
+            "joint_states": self._on_state,
+            "applied_effort": self._on_effort,
+            "joint_commands": self._on_command,
+            "joint_trajectory": self._on_reference,
+            "simulation_state": self._on_mode,
+        }
+
+    def _on_state(self, data: bytes) -> None:
+        state = self._state_wire.decode(data)
+        self._recorder.state(state.stamp, state.position, state.velocity)
+
+    def _on_effort(self, data: bytes) -> None:
+        applied = self._effort_wire.decode(data)
+        self._recorder.effort(applied.stamp, applied.effort)
+
+    def _on_command(self, data: bytes) -> None:
+        command = self._effort_wire.decode(data)
+        effort = self._sorted(command.names, command.effort)
+        if effort is not None:
+            self._recorder.command(command.stamp, effort)
+
+    def _on_reference(self, data: bytes) -> None:
+        message = deserialize_message(data, JointTrajectory)
+        if message.points:
+            point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
+            target = self._sorted(list(message.joint_names), list(point.positions))
+            if target is not None:
+                self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
+
+    def _on_mode(self, data: bytes) -> None:
+        mode = deserialize_message(data, UInt8).data
+        self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
+
+    def _sorted(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
+        """Return one value per actuated joint, or None for what the plant refuses, too."""
+        by_name = dict(zip(names, values, strict=False))
+        if by_name.keys() != set(self._scene.actuated):
+            return None
+        return tuple(by_name[name] for name in self._scene.actuated)

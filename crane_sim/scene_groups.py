@@ -1,0 +1,62 @@
+"""The groups of a scene file that every crane shares: what they may hold."""
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
+from crane_sim.explain import unknown_key
+from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.sources import Constant, Polynomial, Sine, Table
+
+
+class Group(BaseModel):
+    """A group of a scene file: unknown keys and non-finite numbers are errors."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False) -> BeforeValidator:
+    """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
+
+    def pick(value: Any) -> Any:
+        if value is None and optional:
+            return None
+        if not isinstance(value, dict):
+            raise ValueError(f"a {what} is a group of keys, with {key}: {' | '.join(choices)}")
+        name = value.get(key)
+        if not isinstance(name, str) or name not in choices:
+            raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
+        rest = {k: v for k, v in value.items() if k != key}
+        for unknown in rest.keys() - set(choices[name]._fields):
+            raise ValueError(unknown_key(str(unknown), (key, *choices[name]._fields)))
+        return TypeAdapter(choices[name]).validate_python(rest)
+
+    return BeforeValidator(pick)
+
+
+_FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
+Friction = Annotated[Any, _chosen("model", _FRICTION, "swing friction", optional=True)]
+Method = Annotated[Any, _chosen("method", {"dop853": DOP853, "rk4": RK4, "rk8": RK8}, "integrator")]
+Channel = Annotated[
+    Any, _chosen("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
+]
+
+
+def _period(value: Any) -> Any:
+    if value == "continuous":
+        return value
+    try:
+        return TypeAdapter(Annotated[float, Field(ge=1e-6, allow_inf_nan=False)]).validate_python(value)
+    except ValidationError:
+        raise ValueError("a period is a number of seconds, at least 1e-6, or 'continuous'") from None
+
+
+class Control(Group):
+    """The law, how often it is evaluated, and what it is to believe; further keys are the law's own settings."""
+
+    model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True)
+    law: str
+    period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, or "continuous"
+    nominal: dict[str, Any] = {}
