@@ -19,8 +19,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numba
+from numba.core import config as numba_config
 from numba.core import types
 from numba.core.caching import FunctionCache
+from numba.core.dispatcher import Dispatcher
 from numba.extending import overload
 
 Function = Callable[..., Any]
@@ -92,10 +94,11 @@ def routine(f: Function) -> Function:
 def entry(f: Function) -> Function:
     """Compile `f` for calls from Python, and keep the result on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
-    if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):  # plain Python under NUMBA_DISABLE_JIT=1
-        numba.config.CACHE_DIR, previous = str(cache_folder()), numba.config.CACHE_DIR
+    if isinstance(dispatcher, Dispatcher):  # plain Python under NUMBA_DISABLE_JIT=1
+        settings: Any = numba_config
+        settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
         dispatcher._cache = _CheckedCache(f)
-        numba.config.CACHE_DIR = previous
+        settings.CACHE_DIR = previous
     return dispatcher
 
 

@@ -69,7 +69,8 @@ def derived(scene: Scene, q: Array, v: Array, u: Array) -> Derived:
     fill_derived(scene.model, *rows, nodes, scalars)
     rope = nodes[:, -1] - nodes[:, -2]
     swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
-    return Derived(nodes, nodes[:, -2], nodes[:, -1], *scalars.T, swing)
+    kinetic, potential, tension = scalars.T
+    return Derived(nodes, nodes[:, -2], nodes[:, -1], kinetic, potential, tension, swing)
 
 
 class Metrics:

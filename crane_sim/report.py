@@ -3,13 +3,14 @@
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from crane_sim.scene import Scene
+if TYPE_CHECKING:
+    from crane_sim.scene import Scene
 
 _GROUPS = {
     "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
@@ -33,7 +34,7 @@ def plain(value: Any) -> Any:
 
 
 @contextmanager
-def progress(scene: Scene, hidden: bool) -> Iterator[Callable[[int, int], None]]:
+def progress(scene: "Scene", hidden: bool) -> Iterator[Callable[[int, int], None]]:
     """Yield a function of (steps done, steps in all) that moves a progress bar with the real-time factor."""
     columns = (
         TextColumn("{task.description}"),

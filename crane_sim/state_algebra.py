@@ -63,12 +63,16 @@ def dimension(x: State) -> int:
     return len(leaves(x))
 
 
+def _is_tuple(kind: Any) -> bool:
+    return isinstance(kind, types.BaseTuple)
+
+
 def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], *parts: Any) -> Any:
     """Return the state of type `kind` whose floats are the operation of the floats of `parts`."""
-    if not isinstance(kind, types.BaseTuple):
+    if not _is_tuple(kind):
         return operation(*parts)
     found = []
-    for i, inner in enumerate(tuple(kind)):  # pyright: ignore[reportArgumentType]
+    for i, inner in enumerate(kind):
         found.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
     return context.make_tuple(builder, kind, found)
 
@@ -122,7 +126,7 @@ def _combine(typing_context, h, row, ks):
 @instructions
 def _leaves(typing_context, x):
     def count(kind: Any) -> int:
-        return sum(count(part) for part in kind) if isinstance(kind, types.BaseTuple) else 1
+        return sum(count(part) for part in kind) if _is_tuple(kind) else 1
 
     kind = types.UniTuple(types.float64, count(x))
 

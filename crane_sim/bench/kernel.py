@@ -75,7 +75,7 @@ def measure() -> dict[str, Any]:
     """Return nanoseconds per step (median, minimum) of both, their ratio, and how far apart they end [m]."""
     scene = load_scene("knuckle_setpoint")
     method, x0 = RK4(STEP), start_state(scene.model, scene.initial_q, scene.initial_v)
-    parameters, times = c_parameters(scene), {"python": [], "c": []}
+    parameters, times, y = c_parameters(scene), {"python": [], "c": []}, np.empty(12)
     with tempfile.TemporaryDirectory() as folder:
         c = compiled_c(Path(folder))
         x = run(method, scene.model, x0, scene.law, STEP, 1)

@@ -10,6 +10,8 @@ from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 from crane_sim.ros.wire import JointWire
 
+_BLOCK = 4000  # steps between two waits for a recorder, each up to 20 ms: under half the depth of the streams
+
 
 class Lockstep:
     """Publishes state k, waits for the command with exactly its stamp, steps; wall time changes no number."""
@@ -87,7 +89,7 @@ class Lockstep:
     def _step(self, effort: tuple[float, ...]) -> None:
         self._answer = None
         self._stepper.step(effort)
-        self._stepper.let_catch_up()
+        self._stepper.let_catch_up(_BLOCK)
         self._sent, self._resends = time.monotonic(), 0
 
     def _resend(self) -> None:

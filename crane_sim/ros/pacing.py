@@ -5,7 +5,8 @@ from typing import Protocol
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
-_BLOCK = 100  # open-loop steps between two looks at services and pipes
+_BLOCK = 500  # steps between two waits for a recorder: what the smallest usual socket buffer holds
+_LOOK = 100  # open-loop steps between two looks at services and pipes
 
 
 class Pace(Protocol):
@@ -52,8 +53,8 @@ class OpenLoop:
                 self._host.spin()
             else:
                 self.step_once()
-                stepper.let_catch_up()
-            if stepper.plant.k % _BLOCK == 0:
+                stepper.let_catch_up(_BLOCK)
+            if stepper.plant.k % _LOOK == 0:
                 self._host.spin(0.0)
             stepper.heartbeat()
 

@@ -13,7 +13,6 @@ from crane_sim.ros.process import Pipes
 from crane_sim.scene import Scene
 
 _PROGRESS = 0.1  # s of wall time between two progress reports
-_BLOCK = 4000  # steps between two waits for a recorder; the depth of its streams is over twice that
 _DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
 
 
@@ -94,9 +93,9 @@ class Stepper:
             self._topics.publish_effort(stamp, self.plant.applied)
         self._publish_rest()
 
-    def let_catch_up(self) -> None:
-        """Wait for a recorder that lags, now and then: well before the oldest step it lacks can no longer be repaired."""
-        if self.plant.k % _BLOCK == 0 and self._topics.effort_heard:
+    def let_catch_up(self, block: int) -> None:
+        """Wait for a recorder every `block` steps, so that nothing it lacks is ever dropped from the writers' history."""
+        if self.plant.k % block == 0 and self._topics.effort_heard:
             self._topics.flush()
 
     def heartbeat(self) -> None:

@@ -1,0 +1,85 @@
+"""The command `crane` as a person or a script meets it: exit codes, one-line errors, JSON, tables."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from crane_sim.catalogue import scene_files
+from crane_sim.simulate import simulate
+
+CRANE = Path(sys.executable).with_name("crane")
+
+
+def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Return what the command did."""
+    return subprocess.run([str(CRANE), *arguments], capture_output=True, text=True, cwd=cwd, check=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["run", "nowhere"], "crane: unknown scene 'nowhere'"),
+        (["simulate", "--set", "payload.mas=2"], "did you mean 'mass'?"),
+        (["simulate", "--set", "payload.mass"], "--set 'payload.mass': must be GROUP.KEY=VALUE"),
+        (["simulate", "--set", "payload.mass=-1"], "payload.mass = -1: must be greater than 0"),
+        (["simulate", "--set", "payload.mass=.nan"], "payload.mass = nan: must be a finite number"),
+        (["simulate", "--duration", "-1"], "duration = -1.0: must be greater than 0"),
+        (["simulate", "--duration", "soon"], "'soon' is not a valid float"),
+        (["simulate", "--law", "magic"], "control.law = 'magic': no such law (known: energy"),
+        (["run", "--mode", "warp"], "--mode = 'warp': possible: lockstep, realtime"),
+        (["run", "--rate", "0"], "--rate = 0.0: must be a positive number"),
+        (["run", "--domain-id", "999"], "--domain-id = 999: possible: 0 .. 232"),
+        (["run", "--record", "/proc/none/run.rrd"], "--record /proc/none/run.rrd: cannot be written"),
+        (["run", "--fast"], "No such option"),
+        (["fly"], "No such command 'fly'"),
+        (["check", "/"], "cannot be read"),
+    ],
+    ids=lambda case: " ".join(case) if isinstance(case, list) else "",
+)
+def test_bad_input_is_one_line_and_exit_2(arguments: list[str], line: str) -> None:
+    """Bad input ends with exit code 2 and one line on stderr that names it, without a traceback."""
+    done = crane(*arguments)
+    assert done.returncode == 2
+    assert line in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_json_carries_the_error_too() -> None:
+    """With --json, a failure is an object with the key `error` on stdout as well."""
+    done = crane("simulate", "nowhere", "--json")
+    assert done.returncode == 2
+    assert json.loads(done.stdout)["error"] in done.stderr
+
+
+def test_simulate_prints_one_object_with_the_summary() -> None:
+    """`crane simulate --json` prints the figures of the same run in Python, and nothing else on stdout."""
+    done = crane("simulate", "--duration", "1", "--json")
+    found = json.loads(done.stdout)
+    expected = simulate("knuckle_setpoint", duration=1.0).summary
+    assert done.returncode == 0
+    assert {key: found[key] for key in expected} == expected
+
+
+def test_scenes_lists_the_catalogue() -> None:
+    """`crane scenes` has one line for each catalogue scene, beginning with its name."""
+    lines = crane("scenes").stdout.strip().splitlines()
+    assert [line.split()[0] for line in lines] == list(scene_files())
+
+
+def test_check_accepts_a_file_and_says_what_it_is(tmp_path: Path) -> None:
+    """`crane check FILE` validates a file of one's own."""
+    file = tmp_path / "mine.yaml"
+    file.write_text(scene_files()["knuckle_setpoint"].read_text())
+    done = crane("check", str(file))
+    assert done.returncode == 0
+    assert "fine (knuckle, 40 s, 4000 steps of 0.01 s, law energy)" in done.stdout
+
+
+def test_tables_are_plain_when_piped() -> None:
+    """What a script reads from a pipe has no escape sequences and no progress bar."""
+    done = crane("simulate", "--duration", "0.5")
+    assert "state sha256" in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr
