@@ -22,7 +22,6 @@ import numba
 from numba.core import config as numba_config
 from numba.core import types
 from numba.core.caching import FunctionCache
-from numba.core.dispatcher import Dispatcher
 from numba.extending import overload
 
 Function = Callable[..., Any]
@@ -94,8 +93,8 @@ def routine(f: Function) -> Function:
 def entry(f: Function) -> Function:
     """Compile `f` for calls from Python, and keep the result on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
-    if isinstance(dispatcher, Dispatcher):  # plain Python under NUMBA_DISABLE_JIT=1
-        settings: Any = numba_config
+    settings: Any = numba_config
+    if not settings.DISABLE_JIT:
         settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
         dispatcher._cache = _CheckedCache(f)
         settings.CACHE_DIR = previous

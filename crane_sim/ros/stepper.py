@@ -94,7 +94,7 @@ class Stepper:
         self._publish_rest()
 
     def let_catch_up(self, block: int) -> None:
-        """Wait for a recorder every `block` steps, so that nothing it lacks is ever dropped from the writers' history."""
+        """Wait for a recorder every `block` steps: what it lacks must still be in the writers' history."""
         if self.plant.k % block == 0 and self._topics.effort_heard:
             self._topics.flush()
 
