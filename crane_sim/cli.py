@@ -1,12 +1,10 @@
 """The command `crane`."""
 
 import json
-import math
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +15,7 @@ from rich.console import Console
 from crane_sim import report
 from crane_sim.catalogue import config_folder, scene_files
 from crane_sim.explain import SceneError
+from crane_sim.run_options import RunOptions, run_options
 
 DEFAULT_SCENE = "knuckle_setpoint"
 
@@ -47,43 +46,19 @@ def app() -> None:
 
 @app.command()
 @_scene_options
-@click.option("--mode", default="lockstep", help="lockstep | realtime")
-@click.option("--rate", type=float, default=1.0, help="realtime: simulated seconds per second.")
-@click.option(
-    "--record", type=click.Path(path_type=Path), help="The recording to write (default: runs/SCENE-TIME.rrd)."
-)
-@click.option("--no-record", is_flag=True, help="Write no recording.")
-@click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out.")
-@click.option("--no-controller", is_flag=True, help="Your own node commands the crane.")
-def run(
-    scene: str,
-    as_json: bool,
-    mode: str,
-    rate: float,
-    record: Path | None,
-    no_record: bool,
-    domain_id: int | None,
-    no_controller: bool,
-    **changes: Any,
-) -> None:
+@run_options
+def run(scene: str, as_json: bool, **given: Any) -> None:
     """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
     from crane_sim import orchestrate
 
-    _check_run(mode, rate, record, no_record, domain_id)
-    loaded = _load(scene, **changes)
-    path = None if no_record else _recording_path(record, loaded.name)
+    options = RunOptions(**{name: given.pop(name) for name in RunOptions._fields})
+    options.check()
+    loaded = _load(scene, **given)
+    arguments = options.arguments(loaded.name)
     with _compiling(quiet=as_json):
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as on_progress:
-        summary = orchestrate.run(
-            loaded,
-            mode=mode,
-            rate=rate,
-            record=path,
-            domain_id=domain_id,
-            controller=not no_controller,
-            on_progress=on_progress,
-        )
+        summary = orchestrate.run(loaded, on_progress=on_progress, **arguments)
     _finish(summary, as_json)
 
 
@@ -103,7 +78,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
         "real_time_factor": result.summary["sim_time"] / wall,
         "steps_per_second": result.summary["steps"] / wall,
     }
-    _finish(result.summary | speed, as_json)
+    _finish(result.summary | speed | report.WITHOUT_ROS, as_json)
 
 
 @app.command()
@@ -136,18 +111,6 @@ def test(arguments: tuple[str, ...]) -> None:
     sys.exit(subprocess.call([sys.executable, "-m", "pytest", *arguments], cwd=tree))
 
 
-def _check_run(mode: str, rate: float, record: Path | None, no_record: bool, domain_id: int | None) -> None:
-    """Raise SceneError for options of `run` that are not possible."""
-    if mode not in ("lockstep", "realtime"):
-        raise SceneError(f"--mode = {mode!r}: possible: lockstep, realtime")
-    if not (rate > 0.0 and math.isfinite(rate)):
-        raise SceneError(f"--rate = {rate}: must be a positive number")
-    if domain_id is not None and not 0 <= domain_id <= 232:
-        raise SceneError(f"--domain-id = {domain_id}: possible: 0 .. 232")
-    if record is not None and no_record:
-        raise SceneError("--record and --no-record: only one of the two is possible")
-
-
 def _load(
     scene: str,
     duration: float | None = None,
@@ -174,17 +137,6 @@ def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:
         except yaml.YAMLError:
             raise SceneError(f"--set {setting!r}: {value!r} is not a value") from None
     return changes
-
-
-def _recording_path(wanted: Path | None, name: str) -> Path:
-    path = wanted or Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S}.rrd"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.with_name(path.name + ".part").touch()
-        path.with_name(path.name + ".part").unlink()
-    except OSError as error:
-        raise SceneError(f"--record {path}: cannot be written: {error.strerror}") from None
-    return path
 
 
 def _compiling(quiet: bool) -> Any:

@@ -12,6 +12,7 @@ was imported, so stale machine code cannot be met.
 import functools
 import hashlib
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable
@@ -41,6 +42,7 @@ def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
 
 
 _AT_IMPORT = digest()
+_KEPT = 8  # folders of compiled code, one for each state of the sources
 
 
 def cache_folder() -> Path:
@@ -48,10 +50,21 @@ def cache_folder() -> Path:
     root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     folder = Path(root) / "crane_sim" / _AT_IMPORT
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="crane_sim_"))
+        if not folder.is_dir():
+            folder.mkdir(parents=True, exist_ok=True)
+            _prune(folder.parent)
+        if os.access(folder, os.W_OK):
+            return folder
     except OSError:
-        return Path(tempfile.mkdtemp(prefix="crane_sim_"))
+        pass  # a read-only home: compile anew in every process rather than not at all
+    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / _AT_IMPORT
+
+
+def _prune(root: Path) -> None:
+    """Remove all but the newest folders of compiled code."""
+    folders = sorted(root.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
+    for old in folders[_KEPT:]:
+        shutil.rmtree(old, ignore_errors=True)
 
 
 class _CheckedCache(FunctionCache):

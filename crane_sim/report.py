@@ -25,6 +25,15 @@ _UNITS = {
     "sim_time": "s",
 }
 
+WITHOUT_ROS: dict[str, Any] = {
+    "deadline_misses": 0,
+    "commands": None,
+    "recording": None,
+    "recorded_steps": 0,
+    "lost_steps": 0,
+}
+"""What a run without ROS has to say of topics and recordings."""
+
 
 def plain(value: Any) -> Any:
     """Return the value with non-finite numbers as None, which JSON can carry."""

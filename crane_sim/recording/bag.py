@@ -75,7 +75,7 @@ class Bag:
         return self._states.stamp >= last + self._period_ns and self._efforts.stamp >= last
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
-        """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where something is missing."""
+        """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where some is missing."""
         if not self.broken:
             self._guarded(self._file.close)
         if self.broken:

@@ -1,7 +1,6 @@
 """Topic names, QoS profiles and message helpers that the nodes share."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -28,12 +27,6 @@ def nanoseconds(stamp: Time) -> int:
 def set_stamp(stamp: Time, ns: int) -> None:
     """Write `ns` nanoseconds into a stamp that is used again and again."""
     stamp.sec, stamp.nanosec = divmod(ns, SECOND)
-
-
-def fill(buffer: Any, values: Iterable[float]) -> None:
-    """Write `values` into the array of a message field in place, which costs no new array per message."""
-    for i, value in enumerate(values):
-        buffer[i] = value
 
 
 def state_message(names: Sequence[str]) -> JointState:

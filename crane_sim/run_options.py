@@ -1,0 +1,119 @@
+"""The options of `crane run`: what is possible, what goes together, and where files go, checked before anything starts."""
+
+import math
+import socket
+import tempfile
+from collections.abc import Callable
+from datetime import datetime
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from crane_sim.explain import SceneError
+
+VIEWER_PORT = 9876  # where a Rerun viewer looks when it is told nothing
+
+_OPTIONS = (
+    click.option("--mode", default="lockstep", help="lockstep | realtime"),
+    click.option("--rate", type=float, default=1.0, help="realtime: simulated seconds per second."),
+    click.option("--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."),
+    click.option("--no-record", is_flag=True, help="Write no recording."),
+    click.option("--mcap", type=click.Path(path_type=Path), help="Write the ROS messages, too: FILE.mcap."),
+    click.option("--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."),
+    click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
+    click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
+)
+
+
+class RunOptions(NamedTuple):
+    """The options of one run."""
+
+    mode: str
+    rate: float
+    record: Path | None
+    no_record: bool
+    mcap: Path | None
+    live: bool
+    domain_id: int | None
+    no_controller: bool
+
+    def check(self) -> None:
+        """Raise SceneError, one line, for what is not possible."""
+        if self.mode not in ("lockstep", "realtime"):
+            raise SceneError(f"--mode = {self.mode!r}: possible: lockstep, realtime")
+        if not (self.rate > 0.0 and math.isfinite(self.rate)):
+            raise SceneError(f"--rate = {self.rate}: must be a positive number")
+        if self.domain_id is not None and not 0 <= self.domain_id <= 232:
+            raise SceneError(f"--domain-id = {self.domain_id}: possible: 0 .. 232")
+        if self.record is not None and self.no_record:
+            raise SceneError("--record and --no-record: only one of the two is possible")
+        if self.live and self.no_record:
+            raise SceneError("--live and --no-record: only one of the two is possible, viewers see the recording grow")
+        if self.mcap is not None:
+            _check_mcap(self.mcap)
+
+    def arguments(self, scene: str) -> dict[str, Any]:
+        """Return the arguments of `orchestrate.run` for a scene of this name.
+
+        Raises:
+            SceneError: a file cannot be written.
+        """
+        record = None if self.no_record else self.record or _default_recording(scene)
+        for option, path in (("--record", record), ("--mcap", self.mcap)):
+            if path is not None:
+                _check_writable(option, path)
+        return {
+            "mode": self.mode,
+            "rate": self.rate,
+            "record": record,
+            "mcap": self.mcap,
+            "live_port": _free_port() if self.live else None,
+            "domain_id": self.domain_id,
+            "controller": not self.no_controller,
+        }
+
+
+def run_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of `RunOptions`."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def _default_recording(scene: str) -> Path:
+    return Path("runs") / f"{scene}-{datetime.now():%Y%m%d-%H%M%S}.rrd"
+
+
+def _check_mcap(path: Path) -> None:
+    if find_spec("rosbags") is None:
+        raise SceneError("--mcap: needs the Python package rosbags, which is not installed")
+    if path.suffix != ".mcap":
+        raise SceneError(f"--mcap {path}: must end in .mcap, by which its readers know it")
+    part = path.with_name(path.name + ".part")
+    if part.exists():
+        raise SceneError(f"--mcap {path}: {part} is in the way, left by a killed run or in use by another one")
+
+
+def _check_writable(option: str, path: Path) -> None:
+    if path.is_dir():
+        raise SceneError(f"{option} {path}: is a folder")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):  # not the file itself: what is there stays until the end
+            pass
+    except OSError as error:
+        raise SceneError(f"{option} {path}: cannot be written: {error.strerror}") from None
+
+
+def _free_port() -> int:
+    """Return the viewers' usual port, or another one where that is taken."""
+    for port in (VIEWER_PORT, 0):
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return probe.getsockname()[1]
+    raise SceneError("--live: no free port on this machine")
