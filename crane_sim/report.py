@@ -79,8 +79,9 @@ def print_summary(summary: dict[str, Any]) -> None:
     console.print(table)
     _print_joints(console, summary)
     console.print(f"state sha256  {summary.get('state_sha256')}", highlight=False)
-    if summary.get("recording"):
-        console.print(f"recording     {summary['recording']}", highlight=False, soft_wrap=True)
+    for key in ("recording", "mcap"):
+        if summary.get(key):
+            console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
 
 
 def _add_commands(table: Table, summary: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""The options of `crane run`: what is possible, what goes together, and where files go, checked before anything starts."""
+"""The options of `crane run`: what is possible and what goes together, told before anything starts."""
 
 import math
 import socket
@@ -53,6 +53,8 @@ class RunOptions(NamedTuple):
             raise SceneError("--live and --no-record: only one of the two is possible, viewers see the recording grow")
         if self.mcap is not None:
             _check_mcap(self.mcap)
+        if self.mcap is not None and self.mcap == self.record:
+            raise SceneError(f"--mcap and --record: both are {self.mcap}")
 
     def arguments(self, scene: str) -> dict[str, Any]:
         """Return the arguments of `orchestrate.run` for a scene of this name.

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -58,6 +59,8 @@ def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     outputs = [output for output in (bag, recorder) if output]
     readers = [bag, recorder and Transcript(scene, recorder)]
     hearing = Hearing(host.node, [reader.takers() for reader in readers if reader])
+    if settings.live_port:
+        host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
     host.wait(hearing.missing)
     host.pipes.report("ready")
     _listen(host, hearing, outputs)
@@ -76,6 +79,12 @@ def check(settings: SimpleNamespace) -> None:
         raise ValueError("parameters path and mcap are both empty: there is nothing to write")
     if settings.live_port and not settings.path:
         raise ValueError("parameter live_port serves a recording; path must not be empty")
+
+
+def viewer_command(port: int) -> str:
+    """Return the command that shows what is served on a port."""
+    program = shutil.which("rerun") or Path(sys.executable).with_name("rerun")
+    return f"{program} --connect rerun+http://127.0.0.1:{port}/proxy"
 
 
 def _opened_bag(host: Host, scene: "Scene", settings: SimpleNamespace) -> "Bag | None":
