@@ -23,7 +23,11 @@ setup(
     ],
     python_requires=">=3.11",
     install_requires=["setuptools", "numpy>=2", "scipy", "numba", "pydantic", "pyyaml", "rich", "click"],
-    extras_require={"rerun": ["rerun-sdk==0.41.*"], "test": ["pytest", "hypothesis", "sympy", "mpmath"]},
+    extras_require={
+        "rerun": ["rerun-sdk==0.41.*"],
+        "mcap": ["rosbags"],
+        "test": ["pytest", "hypothesis", "sympy", "mpmath"],
+    },
     zip_safe=False,
     entry_points={
         "console_scripts": [

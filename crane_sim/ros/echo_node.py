@@ -3,6 +3,7 @@
 import sys
 import time
 from types import SimpleNamespace
+from typing import Any
 
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -10,11 +11,13 @@ from sensor_msgs.msg import JointState
 from crane_sim import load_scene
 from crane_sim.ros import messages, process
 from crane_sim.ros.process import Host
+from crane_sim.ros.wire import JointWire
 
 PARAMETERS = {
     "scene": "knuckle_setpoint",  # for the joint names and the period
     "role": "ping",  # ping sends states, pong answers with commands
     "steps": 1000,
+    "packed": False,  # pack and unpack the messages as plant and controller do, not by the generated classes
 }
 
 
@@ -26,8 +29,14 @@ class Ping:
         scene = load_scene(settings.scene)
         self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
         self._state = messages.state_message(scene.joint_names)
+        self._q, self._v = scene.initial_q, scene.initial_v
+        self._out, self._in = JointWire(scene.joint_names, effort=False), JointWire(scene.actuated, effort=True)
+        self._packed = settings.packed
+        heard: Any = self._on_packed if settings.packed else self._on_command
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
-        self._commands = node.create_subscription(JointState, "joint_commands", self._on_command, messages.STREAM)
+        self._commands = node.create_subscription(
+            JointState, "joint_commands", heard, messages.STREAM, raw=settings.packed
+        )
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is there."""
@@ -44,8 +53,15 @@ class Ping:
 
     def _send(self) -> None:
         self._k += 1
+        if self._packed:
+            self._states.publish(self._out.encode(self._k * self._period, self._q, self._v))
+            return
         messages.set_stamp(self._state.header.stamp, self._k * self._period)
         self._states.publish(self._state)
+
+    def _on_packed(self, data: bytes) -> None:
+        if self._in.decode(data).stamp == self._k * self._period:
+            self._send()
 
     def _on_command(self, message: JointState) -> None:
         if messages.nanoseconds(message.header.stamp) == self._k * self._period:
@@ -57,9 +73,15 @@ class Pong:
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Use the names, message types and depths of the controller."""
-        self._command = messages.effort_message(load_scene(settings.scene).actuated)
+        scene = load_scene(settings.scene)
+        self._command = messages.effort_message(scene.actuated)
+        self._effort = (0.0,) * len(scene.actuated)
+        self._out, self._in = JointWire(scene.actuated, effort=True), JointWire(scene.joint_names, effort=False)
+        heard: Any = self._on_packed if settings.packed else self._on_state
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
-        self._states = node.create_subscription(JointState, "joint_states", self._on_state, messages.DEEP_STREAM)
+        self._states = node.create_subscription(
+            JointState, "joint_states", heard, messages.DEEP_STREAM, raw=settings.packed
+        )
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is there."""
@@ -71,6 +93,9 @@ class Pong:
         while not host.stopping:
             host.spin()
         return {}
+
+    def _on_packed(self, data: bytes) -> None:
+        self._commands.publish(self._out.encode(self._in.decode(data).stamp, self._effort))
 
     def _on_state(self, message: JointState) -> None:
         self._command.header.stamp = message.header.stamp
