@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from crane_sim.explain import SceneError
     from crane_sim.functions import acceleration, energy
     from crane_sim.plant import SimulationError
+    from crane_sim.rollout import Rollout, simulate
     from crane_sim.scene import Scene, load_scene
-    from crane_sim.simulate import Rollout, simulate
 
 _HOMES = {
     "SceneError": "explain",
@@ -24,8 +24,8 @@ _HOMES = {
     "SimulationError": "plant",
     "Scene": "scene",
     "load_scene": "scene",
-    "Rollout": "simulate",
-    "simulate": "simulate",
+    "Rollout": "rollout",
+    "simulate": "rollout",
 }
 __all__ = ["Rollout", "Scene", "SceneError", "SimulationError", "acceleration", "energy", "load_scene", "simulate"]
 

@@ -65,7 +65,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
 @_scene_options
 def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
-    from crane_sim.simulate import simulate as roll_out
+    from crane_sim.rollout import simulate as roll_out
 
     loaded = _load(scene, **changes)
     with _compiling(quiet=as_json):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from crane_sim.catalogue import scene_files
-from crane_sim.simulate import simulate
+from crane_sim.rollout import simulate
 
 CRANE = Path(sys.executable).with_name("crane")
 

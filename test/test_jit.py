@@ -12,7 +12,7 @@ import pytest
 import crane_sim
 from crane_sim import jit
 from crane_sim.effects import PayloadDrag, add_drag
-from crane_sim.simulate import simulate
+from crane_sim.rollout import simulate
 from crane_sim.state_algebra import add, add_scaled, combine, dimension, leaves, scale, weighted_square
 
 ROOT = Path(__file__).parents[1]

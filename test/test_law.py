@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.simulate import simulate
+from crane_sim.rollout import simulate
 
 CASE = next(
     case

@@ -20,8 +20,8 @@ from crane_sim.recording.bag import Bag
 from crane_sim.recording.mcap_file import McapFile, part_of
 from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.recording.topic import Topic
+from crane_sim.rollout import simulate
 from crane_sim.ros.wire import JointWire
-from crane_sim.simulate import simulate
 
 CRANE = Path(sys.executable).with_name("crane")
 SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})

@@ -144,3 +144,10 @@ def test_any_value_anywhere_is_a_scene_or_an_error(key: str, value: Any) -> None
         load_scene(DOCUMENT, {key: value})
     except crane_sim.SceneError as error:
         assert "\n" not in str(error)
+
+
+def test_the_front_door_stays_open() -> None:
+    """Every public name of the package can be taken from it again and again, whatever was imported meanwhile."""
+    for _ in range(2):
+        for name in crane_sim.__all__:
+            assert callable(getattr(crane_sim, name)), name

@@ -9,7 +9,7 @@ import pytest
 
 import crane_sim
 from crane_sim.plant import Plant
-from crane_sim.simulate import simulate
+from crane_sim.rollout import simulate
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "knuckle.json").read_text())["trajectories"]
 FRICTION = {1: "paper", 2: "quadratic", 3: "linear"}
