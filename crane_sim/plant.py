@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
 from crane_sim.cables.rope import RateRope
@@ -12,11 +11,9 @@ from crane_sim.integrators import NOT_FINITE, OK
 from crane_sim.metrics import Metrics, polyline
 from crane_sim.model import Meter
 from crane_sim.scene import Scene
-from crane_sim.stepping import begin, free_period, held_period
+from crane_sim.stepping import begin, free_step, held_step
 
-Array = npt.NDArray[np.float64]
 BLOCK = 512
-_NO_TIMES = np.empty(0)
 
 
 class SimulationError(RuntimeError):
@@ -38,7 +35,6 @@ class Plant:
         k: control periods passed.
         q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
         applied: efforts applied in the last period (nu,), after limits.
-        tension: rope tension [N] at the start of the last period, under `applied`.
         saturated: periods in which a demand was limited.
     """
 
@@ -51,12 +47,10 @@ class Plant:
     def reset(self) -> None:
         """Return to the scene's initial state and forget the run."""
         self._flow, self.q, self.v = begin(self.model, self.scene.initial_q, self.scene.initial_v)
-        self.k, self.saturated, self.tension = 0, 0, 0.0
+        self.k, self.saturated, self._filled = 0, 0, 0
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         nq = len(self.q)
         self._rows = np.empty((BLOCK, 2 * nq + len(self.applied) + 1))
-        self._samples = np.empty((0, self._rows.shape[1]))
-        self._filled = 0
         self._metrics = Metrics(self.scene, self.model, self._flow.x)
 
     @property
@@ -74,47 +68,35 @@ class Plant:
         """The integration under way, with its counters of evaluations and steps."""
         return self._flow
 
-    def advance(
-        self, u: Sequence[float] | None = None, times: Array = _NO_TIMES, samples: Array | None = None, first: int = 0
-    ) -> int:
+    def advance(self, u: Sequence[float] | None = None) -> None:
         """Pass one control period.
 
         Args:
             u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source.
-            times: instants [s] where the solution is wanted too, increasing (m,).
-            samples: rows [q, v, effort, tension] to fill at these instants (m, ...).
-            first: index of the first instant not yet passed.
-
-        Returns:
-            The index of the first instant still to come.
 
         Raises:
-            SimulationError: the integration failed.
+            SimulationError: the integration failed; the plant stays at the start of the period.
         """
-        q, v, end = self.q, self.v, (self.k + 1) * self.scene.period
-        rest = (end, times, self._samples if samples is None else samples, first)
-        method = self.scene.method
+        scene, end = self.scene, (self.k + 1) * self.scene.period
         if u is None:
-            flow, *found = free_period(method, self.model, self.scene.source, self._flow, self.t, *rest)
+            here = (self._flow, self.t, end, self._rows, self._filled)
+            flow, q, v, applied = free_step(scene.method, self.model, scene.source, *here)
         else:
-            u = tuple(map(float, u))
-            flow, *found = held_period(method, self.model, u, self._flow, *rest)
-            self.saturated += found[2] != u
-        check_status(flow)
-        self._flow, (self.q, self.v, self.applied, self.tension, first) = flow, found
-        self._note((*q, *v, *self.applied, self.tension))
-        return first
-
-    def _note(self, row: tuple[float, ...]) -> None:
-        self._rows[self._filled] = row
-        self._filled += 1
+            u = tuple(u)
+            flow, q, v, applied = held_step(scene.method, self.model, u, self._flow, end, self._rows, self._filled)
+            self.saturated += applied != u
+        if flow.status != OK:
+            check_status(flow)
+        self._flow, self.q, self.v, self.applied = flow, q, v, applied
         self.k += 1
+        self._filled += 1
         if self._filled == BLOCK:
             self._flush()
 
     def _flush(self) -> None:
         start = self.k - self._filled
-        self._metrics.extend(np.arange(start, self.k, dtype=np.float64) * self.scene.period, self._rows[: self._filled])
+        t = np.arange(start, self.k, dtype=np.float64) * self.scene.period
+        self._metrics.extend(t, self._rows[: self._filled])
         self._filled = 0
 
     def summary(self) -> dict[str, Any]:

@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.jit import entry
 from crane_sim.metrics import Derived, Metrics, derived
 from crane_sim.plant import Plant, check_status, metered_model
 from crane_sim.scene import Scene, load_scene
-from crane_sim.stepping import begin, free_rollout, held_rollout
+from crane_sim.stepping import Replay, begin, free_rollout, held_rollout
 
 Array = npt.NDArray[np.float64]
 SceneSource = Scene | str | Path | Mapping[str, Any]
@@ -89,10 +88,8 @@ def simulate(
     scene = _with_changes(scene, law if isinstance(law, str) else None, duration)
     times = _checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
-    if callable(law):
-        rows, samples, flow, saturated = _call_every_period(scene.commanded(), law, times)
-    else:
-        rows, samples, flow, saturated = _compiled(scene, times)
+    scene = scene.commanded() if callable(law) else scene
+    rows, samples, flow, saturated = _run(scene, law if callable(law) else scene.law, times)
     wall = time.perf_counter() - started
     counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
     summary = _summary(scene, rows, flow, saturated)
@@ -119,51 +116,32 @@ def _checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     return np.minimum(wanted, end)
 
 
-def _compiled(scene: Scene, times: Array) -> tuple[Array, Array, Any, int]:
-    """Run inside compiled code; return (rows, samples, last flow, periods in which a demand was limited)."""
+def _run(scene: Scene, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
+    """Return (rows, samples, last flow, periods in which a demand was limited) of a run."""
     model = metered_model(scene)
     flow, q, _ = begin(model, scene.initial_q, scene.initial_v)
-    nu = len(scene.actuated)
-    rows = np.empty((scene.steps + 1, 2 * len(q) + nu + 1))
-    samples, demands = np.empty((len(times), rows.shape[1])), np.empty((scene.steps, nu))
+    nq, nu = len(q), len(scene.actuated)
+    rows, samples = (np.empty((n, 2 * nq + nu + 1)) for n in (scene.steps + 1, len(times)))
+    demands = np.empty((scene.steps, nu))
     if not scene.sampled:
         flow, _ = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
-        saturated = 0
-    elif isinstance(scene.law, tuple):
-        flow, _ = held_rollout(scene.method, model, scene.law, flow, scene.period, rows, demands, times, samples)
-        saturated = int(np.any(demands != rows[:-1, 2 * len(q) : -1], axis=1).sum())
-    else:
-        return _call_every_period(scene, scene.law, times)
+        check_status(flow)
+        return rows, samples, flow, 0
+    if not system.command.knows(type(law)):
+        law = Replay(model, scene.period, _asked(scene, law))
+    flow, _ = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
     check_status(flow)
-    return rows, samples, flow, saturated
+    return rows, samples, flow, int(np.any(demands != rows[:-1, 2 * nq : -1], axis=1).sum())
 
 
-def _call_every_period(scene: Scene, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
-    """Run with a law that is Python; results as of `_compiled`."""
+def _asked(scene: Scene, law: Any) -> Array:
+    """Return the demands (steps, nu) of a law that is Python, asked every period."""
     plant = Plant(scene)
-    nq, nu = len(plant.q), len(plant.applied)
-    rows = np.empty((scene.steps + 1, 2 * nq + nu + 1))
-    samples, i = np.empty((len(times), rows.shape[1])), 0
+    demands = np.empty((scene.steps, len(scene.actuated)))
     for k in range(scene.steps):
-        rows[k, : 2 * nq] = (*plant.q, *plant.v)
-        i = plant.advance(law(plant.t, plant.q, plant.v), times, samples, i)
-        rows[k, 2 * nq :] = (*plant.applied, plant.tension)
-    rows[-1] = final_row(plant.model, plant.flow.x, plant.applied)
-    samples[i:] = rows[-1]
-    return rows, samples, plant.flow, plant.saturated
-
-
-@entry
-def final(p, x, u):
-    """Return (q, v, tension) of state x under held efforts u."""
-    q, v = system.joints(p, x)
-    return q, v, system.tension(p, 0.0, x, u)
-
-
-def final_row(model: Any, x: Any, u: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the row [q, v, effort, tension] of a state."""
-    q, v, tension = final(model, x, u)
-    return (*q, *v, *u, tension)
+        demands[k] = law(plant.t, plant.q, plant.v)
+        plant.advance(demands[k].tolist())
+    return demands
 
 
 def _summary(scene: Scene, rows: Array, flow: Any, saturated: int) -> dict[str, Any]:

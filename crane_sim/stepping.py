@@ -5,9 +5,24 @@ A row of results is [q (nq), v (nq), effort applied (nu), rope tension]. Within 
 follow the solution alone and rows are read off between them.
 """
 
+from typing import Any, NamedTuple
+
 from crane_sim import system
 from crane_sim.integrators import OK, horizon, reach, start, state_at
 from crane_sim.jit import entry, kernel
+
+
+class Replay(NamedTuple):
+    """A law that repeats demands that are known."""
+
+    model: Any  # of the plant: how many efforts there are
+    period: float  # s
+    demands: Any  # (steps, nu)
+
+
+@system.command.register(Replay)
+def _(law, t, q, v):
+    return system.held(law.model, law.demands[round(t / law.period)])
 
 
 @entry
@@ -50,28 +65,28 @@ def pass_period(method, p, u, flow, end, horizon, times, samples, i):
 
 
 @entry
-def held_period(method, p, demand, flow, end, times, samples, i):
-    """Pass one period with the efforts that `demand` leaves after limits.
+def held_step(method, p, demand, flow, end, rows, i):
+    """Write row i, then pass one period with the efforts that `demand` leaves after limits.
 
     Returns:
-        (flow, q, v, effort applied, tension at the start of the period, index of the next sample)
+        (flow, q, v, effort applied)
     """
     u = system.limited(p, demand)
-    tension = system.tension(p, flow.t, flow.x, u)
-    flow, i = pass_period(method, p, u, flow, end, end, times, samples, i)
+    write(rows, i, p, flow.t, flow.x, u)
+    flow = reach(method, p, u, flow, end, end)
     q, v = system.joints(p, flow.x)
-    return flow, q, v, u, tension, i
+    return flow, q, v, u
 
 
 @entry
-def free_period(method, p, source, flow, begin, end, times, samples, i):
-    """Pass one period with efforts that the equations evaluate; results as of `held_period`, effort of its start."""
+def free_step(method, p, source, flow, begin, end, rows, i):
+    """Write row i, then pass one period with efforts that the equations evaluate; results as of `held_step`."""
     x = state_at(method, p, source, flow, begin)
     u = system.effort(source, p, begin, x)
-    tension = system.tension(p, begin, x, u)
-    flow, i = pass_period(method, p, source, flow, end, horizon(method, end), times, samples, i)
+    write(rows, i, p, begin, x, u)
+    flow = reach(method, p, source, flow, end, horizon(method, end))
     q, v = system.joints(p, state_at(method, p, source, flow, end))
-    return flow, q, v, u, tension, i
+    return flow, q, v, u
 
 
 @kernel

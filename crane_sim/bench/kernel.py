@@ -64,11 +64,10 @@ def compiled_c(folder: Path) -> Any:
 
 def c_parameters(scene: Scene) -> np.ndarray:
     """Return the numbers of the scene in the order of the C struct."""
-    boom, jib, law = scene.model.support.boom, scene.model.support.jib, scene.law
+    boom, jib, law = scene.model.support.boom, scene.model.support.jib, scene.document["control"]
     rods = [boom.length, boom.mass, boom.inertia, jib.length, jib.mass, jib.inertia]
     rest = [scene.model.support.tower.inertia, scene.model.load.mass, scene.model.gravity]
-    gains = [*law.kp, *law.kd, *law.target]  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue]
-    return np.array([*rods, *rest, *gains])
+    return np.array([*rods, *rest, *law["kp"], *law["kd"], *(scene.reference or ())])
 
 
 def measure() -> dict[str, Any]:
