@@ -14,6 +14,7 @@ import pytest
 
 from crane_sim import load_scene, orchestrate
 from crane_sim.plant import Plant
+from crane_sim.rollout import simulate
 
 ENDLESS = {"duration": 1e5}  # s of simulated time: far more than a test waits for
 PERIOD = 10_000_000  # ns, of the default scene
@@ -188,3 +189,9 @@ def test_bad_parameters_are_refused(setting: str, complaint: str, ros_environmen
     assert ended.returncode == 2
     assert complaint in ended.stderr
     assert len(ended.stderr.splitlines()) == 1
+
+
+def test_ten_runs_in_a_row_are_one() -> None:
+    """Ten runs over ROS, one after the other, and the run in one process end with one and the same hash."""
+    hashes = {run({"duration": 0.5})["state_sha256"] for _ in range(10)}
+    assert hashes == {simulate("knuckle_setpoint", duration=0.5).summary["state_sha256"]}
