@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim import load_scene
-from crane_sim.laws import Law
+from crane_sim.laws import Law, LawError, asked
 from crane_sim.ros import messages, process
 from crane_sim.ros.process import Fault, Host
 from crane_sim.ros.wire import Frame, JointWire
@@ -72,9 +72,9 @@ class ControllerNode:
             return False
         time = (state.stamp / self._scene.period_ns - 1.0) * self._scene.period  # s, exactly the plant's own time
         try:
-            effort = self._law(time, *vectors)
-        except ArithmeticError as error:
-            self.fault = f"the law failed at t = {time:g} s: {error}"
+            effort = asked(self._law, time, *vectors, len(self._scene.actuated))
+        except LawError as error:
+            self.fault = str(error)
             return False
         self._command = self._command_wire.encode(state.stamp, effort)
         self._answered = state.stamp

@@ -1,6 +1,7 @@
 """The command `crane`."""
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -70,6 +71,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     loaded = _load(scene, **changes)
     with _compiling(quiet=as_json):
         roll_out(replace(loaded, duration=loaded.period))
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # compiled code cannot carry a KeyboardInterrupt out
     result = roll_out(loaded)
     wall = result.stats["wall_time"]
     speed = {
@@ -181,7 +183,9 @@ def main() -> int:
         return _fail(str(error), 2)
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
+    except (click.Abort, KeyboardInterrupt):  # Abort is a RuntimeError as well
+        return _fail("interrupted", 1)
     except RuntimeError as error:
         return _fail(str(error), 1)
-    except (click.Abort, KeyboardInterrupt):
-        return _fail("interrupted", 1)
+    except MemoryError:
+        return _fail("the run does not fit into memory; shorten its duration", 1)

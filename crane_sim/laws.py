@@ -7,6 +7,7 @@ nominal; `scene` is the *nominal* scene, all that the law may believe. It raises
 
 from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
+from math import isfinite
 from typing import Any, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -39,13 +40,37 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     found = [entry for entry in entry_points(group=GROUP) if entry.name == name]
     if not found:
         raise SceneError(f"control.law = {name!r}: no such law (known: {', '.join(law_names())})")
-    build: Callable[[Mapping[str, Any], Any], Law] = found[0].load()
     try:
+        build: Callable[[Mapping[str, Any], Any], Law] = found[0].load()
         return build(settings, nominal)
     except SceneError:
         raise
     except ValueError as error:
         raise SceneError(f"control: {error}") from None
+    except Exception as error:  # somebody else's package: whatever it raises is one line for the user
+        raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
+
+
+class LawError(RuntimeError):
+    """A law that failed, or gave something that is not a vector of efforts; one line."""
+
+
+def asked(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
+    """Return the efforts (nu,) that the law demands; arguments as of `Law`.
+
+    Raises:
+        LawError: the law raised, or its answer is not nu finite numbers.
+    """
+    try:
+        answer = law(t, q, v)
+        efforts = tuple(map(float, answer))
+    except Exception as error:
+        raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {error}") from error
+    if len(efforts) != nu:
+        raise LawError(f"the law gave {len(efforts)} efforts at t = {t:g} s, {nu} joints are actuated")
+    if not all(map(isfinite, efforts)):
+        raise LawError(f"the law gave efforts that are not finite at t = {t:g} s: {list(efforts)}")
+    return efforts
 
 
 def read_settings(kind: type[T], settings: Mapping[str, Any]) -> T:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -66,7 +67,11 @@ def print_summary(summary: dict[str, Any]) -> None:
     """Print the run's figures as tables of what a person asks first."""
     console = Console()
     law = summary.get("law") or "none"
-    table = Table(title=f"{summary['scene']} · law {law} · {summary['mode']}", show_header=False, title_justify="left")
+    table = Table(
+        title=f"{escape(summary['scene'])} · law {escape(law)} · {summary['mode']}",
+        show_header=False,
+        title_justify="left",
+    )
     table.add_row("simulated", f"{_number(summary.get('sim_time'))} s in {summary.get('steps')} steps")
     for keys in _GROUPS.values():
         table.add_section()
@@ -96,7 +101,7 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
 def _print_joints(console: Console, summary: dict[str, Any]) -> None:
     if not summary.get("peak_effort"):
         return
-    table = Table("joint", "final error", "settled after [s]", "peak effort")
+    table = Table("joint", "final error", r"settled after \[s]", "peak effort")
     for name, peak in summary["peak_effort"].items():
         error = summary.get("final_error", {}).get(name)
         settled = summary.get("settling_time", {}).get(name)
@@ -113,4 +118,4 @@ def print_scenes(found: dict[str, str]) -> None:
     width = max(map(len, found), default=0)
     console = Console()
     for name, description in found.items():
-        console.print(f"[bold]{name:<{width}}[/bold]  {description}", highlight=False, soft_wrap=True)
+        console.print(f"[bold]{name:<{width}}[/bold]  {escape(description)}", highlight=False, soft_wrap=True)

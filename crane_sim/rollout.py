@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
+from crane_sim.laws import asked
 from crane_sim.metrics import Derived, Metrics, derived
 from crane_sim.plant import Plant, check_status, metered_model
 from crane_sim.scene import Scene, load_scene
@@ -84,6 +85,7 @@ def simulate(
     Raises:
         SceneError: the scene, the law or the instants are not possible.
         SimulationError: the integration failed.
+        LawError: the law failed, or its answer is not a vector of efforts.
     """
     scene = _with_changes(scene, law if isinstance(law, str) else None, duration)
     times = _checked_times(sample_times, scene.steps * scene.period)
@@ -128,19 +130,20 @@ def _run(scene: Scene, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
         check_status(flow)
         return rows, samples, flow, 0
     if not system.command.knows(type(law)):
-        law = Replay(model, scene.period, _asked(scene, law))
+        law = Replay(model, scene.period, _demanded(scene, law))
     flow, _ = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
     check_status(flow)
     return rows, samples, flow, int(np.any(demands != rows[:-1, 2 * nq : -1], axis=1).sum())
 
 
-def _asked(scene: Scene, law: Any) -> Array:
+def _demanded(scene: Scene, law: Any) -> Array:
     """Return the demands (steps, nu) of a law that is Python, asked every period."""
     plant = Plant(scene)
     demands = np.empty((scene.steps, len(scene.actuated)))
     for k in range(scene.steps):
-        demands[k] = law(plant.t, plant.q, plant.v)
-        plant.advance(demands[k].tolist())
+        demand = asked(law, plant.t, plant.q, plant.v, demands.shape[1])
+        demands[k] = demand
+        plant.advance(demand)
     return demands
 
 

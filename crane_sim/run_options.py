@@ -101,6 +101,8 @@ def _check_mcap(path: Path) -> None:
 def _check_writable(option: str, path: Path) -> None:
     if path.is_dir():
         raise SceneError(f"{option} {path}: is a folder")
+    if path.exists() and not path.is_file():
+        raise SceneError(f"{option} {path}: is no ordinary file")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):  # not the file itself: what is there stays until the end

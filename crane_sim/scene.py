@@ -16,6 +16,7 @@ from crane_sim.knuckle_scene import KnuckleFile
 from crane_sim.laws import Law, make_law
 from crane_sim.model import Crane
 
+MOST_STEPS = 1e8  # control periods in a run
 FORMS = {"knuckle": KnuckleFile}
 """The kinds of crane, and the form of their scene files."""
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
@@ -122,6 +123,9 @@ def _build(document: dict[str, Any]) -> Scene:
     control = file.control
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
+    period = float(control.period) if control is not None and not continuous else DEFAULT_PERIOD
+    if not period <= file.duration <= MOST_STEPS * period:
+        raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
     return Scene(
         name=file.name or "unnamed",
         crane=file.crane,
@@ -129,7 +133,7 @@ def _build(document: dict[str, Any]) -> Scene:
         initial_q=file.initial.q,
         initial_v=file.initial.v,
         duration=file.duration,
-        period=float(control.period) if control is not None and not continuous else DEFAULT_PERIOD,
+        period=period,
         method=file.integrator,
         law=law,
         law_name=control.law if control is not None else None,

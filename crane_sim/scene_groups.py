@@ -31,7 +31,11 @@ def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False
         rest = {k: v for k, v in value.items() if k != key}
         for unknown in rest.keys() - set(choices[name]._fields):
             raise ValueError(unknown_key(str(unknown), (key, *choices[name]._fields)))
-        return TypeAdapter(choices[name]).validate_python(rest)
+        found = TypeAdapter(choices[name]).validate_python(rest)
+        complaint = found.complaint() if hasattr(found, "complaint") else ""
+        if complaint:
+            raise ValueError(complaint)
+        return found
 
     return BeforeValidator(pick)
 

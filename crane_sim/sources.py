@@ -1,7 +1,9 @@
 """Open-loop inputs: functions of time that drive the actuated joints where no law commands."""
 
 from math import sin
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from pydantic import Field
 
 from crane_sim import system
 from crane_sim.jit import generic
@@ -26,14 +28,22 @@ class Sine(NamedTuple):
 class Polynomial(NamedTuple):
     """The sum of coefficients[k] t^k."""
 
-    coefficients: tuple[Real, ...]
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]
 
 
 class Table(NamedTuple):
     """Linear interpolation between (times, values); the ends are held."""
 
-    times: tuple[Real, ...]  # s, increasing
-    values: tuple[Real, ...]
+    times: Annotated[tuple[Real, ...], Field(min_length=1)]  # s, increasing
+    values: Annotated[tuple[Real, ...], Field(min_length=1)]
+
+    def complaint(self) -> str:
+        """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
+        if len(self.times) != len(self.values):
+            return f"a table needs as many values as times, here are {len(self.values)} and {len(self.times)}"
+        if any(later <= sooner for sooner, later in zip(self.times, self.times[1:], strict=False)):
+            return f"the times of a table must increase, here are {list(self.times)}"
+        return ""
 
 
 class Inputs(NamedTuple):

@@ -104,7 +104,7 @@ def _error(ks, x, y, h, rtol, atol):
     """Return the error of a step relative to the tolerance, from both embedded orders."""
     e5 = weighted_square(combine(h, E5, ks), x, y, rtol, atol)
     e3 = weighted_square(combine(h, E3, ks), x, y, rtol, atol)
-    return e5 / sqrt((e5 + 0.01 * e3) * dimension(x)) if e5 > 0.0 else 0.0
+    return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # not a number stays one
 
 
 @advance.register(DOP853)
@@ -119,7 +119,8 @@ def accepted_step(method, p, u, flow, end):
     k1 = rhs(p, t, x, u)
     if h == 0.0:
         h, n = _first_size(p, t, x, u, k1, method.rtol, method.atol), n + 1
-    n, y, reached, status, growth = n + 1, x, t, STALLED, GROW
+    n, y, reached, growth = n + 1, x, t, GROW
+    status = STALLED if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h

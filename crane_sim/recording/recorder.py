@@ -122,7 +122,7 @@ class Recorder:
         self._last_step, self._last_time = 0, 0.0
         if not self.broken:
             self._path.replace(self._path.with_name(f"{self._path.stem}.before_reset_{self._passes}.rrd"))
-            self._session = self._guarded(lambda: Session(self._scene, Path(done["recording"]), 9879)) or self._session
+            self._session = self._guarded(lambda: Session(self._scene, Path(done["recording"]))) or self._session
 
 
 def _warm_up(scene: Scene) -> None:
