@@ -67,11 +67,8 @@ def print_summary(summary: dict[str, Any]) -> None:
     """Print the run's figures as tables of what a person asks first."""
     console = Console()
     law = summary.get("law") or "none"
-    table = Table(
-        title=f"{escape(summary['scene'])} · law {escape(law)} · {summary['mode']}",
-        show_header=False,
-        title_justify="left",
-    )
+    title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
+    table = Table(title=title, show_header=False, title_justify="left")
     table.add_row("simulated", f"{_number(summary.get('sim_time'))} s in {summary.get('steps')} steps")
     for keys in _GROUPS.values():
         table.add_section()

@@ -12,9 +12,8 @@ ROOT = Path(__file__).parents[1]
 SOURCES = sorted(file for package in ("crane_sim", "crane_control") for file in (ROOT / package).rglob("*.py"))
 KERNELS = """supports cables loads integrators frames effects model outputs sources stepping system state_algebra jit
 quantities""".split()
-ABOVE = (
-    "scene scene_groups knuckle_scene laws plant rollout functions metrics report cli orchestrate ros recording".split()
-)
+ABOVE = """scene scene_groups knuckle_scene laws plant rollout functions metrics report cli run_options orchestrate
+children ros recording bench""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 
 

@@ -1,6 +1,6 @@
 """Integrators: the coefficients' identities, the measured order, error control, stiffness and long horizons."""
 
-from math import cos, pi, sin
+from math import cos, nan, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -172,3 +172,20 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
 def test_rest_stays_rest(method: Any) -> None:
     """Every method leaves a state at rest exactly where it is."""
     assert one_step(method, Fall(0.0), (2.0,), 0.0, 0.1) == (2.0,)
+
+
+class Broken(NamedTuple):
+    """x' = 1 until t = 0.5, not a number from then on."""
+
+    unused: float = 0.0
+
+
+@system.rhs.register(Broken)
+def _(p, t, x, u):
+    return (1.0 if t < 0.5 else nan,)
+
+
+def test_an_adaptive_step_is_no_good_when_it_is_not_a_number() -> None:
+    """Derivatives that turn into NaN in mid-run stop the adaptive method where they do."""
+    flow = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)
+    assert flow.status == NOT_FINITE and flow.t <= 0.5 and flow.x[0] == pytest.approx(flow.t)

@@ -80,3 +80,20 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
     assert error[1] == pytest.approx(np.degrees(9.81 * 5 * 0.01 * cos(run.q[-1, 1]) / 10.0), abs=0.05)
     assert error[2] == pytest.approx(np.degrees(9.81 * 4 * 0.01 * cos(run.q[-1, 2]) / 10.0), abs=0.05)
     assert 1.8 < error[1] < 2.2
+
+
+@pytest.mark.parametrize(
+    ("law", "line"),
+    [
+        (lambda t, q, v: [float("nan")] * 4, "efforts that are not finite at t = 0 s"),
+        (lambda t, q, v: [0.0, 190.0], "gave 2 efforts at t = 0 s, 4 joints are actuated"),
+        (lambda t, q, v: 3.0, "the law failed at t = 0 s: TypeError"),
+        (lambda t, q, v: {}["gain"], "the law failed at t = 0 s: KeyError"),
+    ],
+    ids=["not finite", "too few", "no vector", "raises"],
+)
+def test_a_law_that_misbehaves_is_told_in_one_line(law: Any, line: str) -> None:
+    """A law that raises, or whose answer is no vector of efforts, ends the run with one line that says when."""
+    with pytest.raises(RuntimeError) as caught:
+        simulate("knuckle_setpoint", law=law, duration=0.1)
+    assert line in str(caught.value) and "\n" not in str(caught.value)

@@ -52,6 +52,17 @@ BAD = [
     ({"integrator": {"method": "rk4", "step": -1e-3}}, "step"),
     ({"swing_friction": {"model": "cubic"}}, "model 'cubic' is unknown; possible: quadratic, linear, paper"),
     ({"duration": 0}, "duration = 0: must be greater than 0"),
+    ({"duration": 1e12}, "duration = 1000000000000.0: must be 1 to 1e+08 periods of 0.01 s"),
+    ({"control.period": 1000}, "duration = 40.0: must be 1 to 1e+08 periods of 1000 s"),
+    ({"control": None, "inputs": {"slew": {"kind": "polynomial", "coefficients": []}}}, "coefficients"),
+    (
+        {"control": None, "inputs": {"slew": {"kind": "table", "times": [0, 1], "values": [1]}}},
+        "as many values as times",
+    ),
+    (
+        {"control": None, "inputs": {"slew": {"kind": "table", "times": [1, 0], "values": [1, 2]}}},
+        "times of a table must",
+    ),
 ]
 
 
