@@ -133,6 +133,7 @@ def accepted_step(method, p, u, flow, end):
             break
         h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
         status = STALLED if isfinite(error) else NOT_FINITE
+    y = y if status == OK else x  # a step that failed leaves the state as it was
     return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status)
 
 
