@@ -123,9 +123,6 @@ def _build(document: dict[str, Any]) -> Scene:
     control = file.control
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
-    period = float(control.period) if control is not None and not continuous else DEFAULT_PERIOD
-    if not period <= file.duration <= MOST_STEPS * period:
-        raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
     return Scene(
         name=file.name or "unnamed",
         crane=file.crane,
@@ -133,7 +130,7 @@ def _build(document: dict[str, Any]) -> Scene:
         initial_q=file.initial.q,
         initial_v=file.initial.v,
         duration=file.duration,
-        period=period,
+        period=_period(file),
         method=file.integrator,
         law=law,
         law_name=control.law if control is not None else None,
@@ -147,6 +144,15 @@ def _build(document: dict[str, Any]) -> Scene:
         effort_units=file.effort_units,
         document=document,
     )
+
+
+def _period(file: KnuckleFile) -> float:
+    control = file.control
+    sampled = control is not None and control.period != "continuous"
+    period = float(control.period) if sampled else DEFAULT_PERIOD
+    if not period <= file.duration <= MOST_STEPS * period:
+        raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
+    return period
 
 
 def _validated(document: dict[str, Any]) -> KnuckleFile:
