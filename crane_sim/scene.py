@@ -148,8 +148,8 @@ def _build(document: dict[str, Any]) -> Scene:
 
 def _period(file: KnuckleFile) -> float:
     control = file.control
-    sampled = control is not None and control.period != "continuous"
-    period = float(control.period) if sampled else DEFAULT_PERIOD
+    given = DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
+    period = float(given)
     if not period <= file.duration <= MOST_STEPS * period:
         raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
     return period
