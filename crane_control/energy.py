@@ -137,6 +137,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     given = read_settings(Settings, settings)
+    if nominal.crane != "knuckle":
+        raise SceneError(f"control.law = 'energy': is a law for the knuckle crane, not for crane = {nominal.crane!r}")
     if nominal.reference is None:
         raise SceneError("reference: is missing, the energy law needs a target")
     if isinstance(nominal.model.cable, RateRope):

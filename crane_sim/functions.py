@@ -46,7 +46,7 @@ def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float =
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     nq, nu = len(scene.joint_names), len(scene.actuated)
     q, v, u = _numbers("q", q, nq), _numbers("v", v, nq), _numbers("u", u, nu)
-    return np.array(joint_acceleration(scene.model, float(t), q, v, u))
+    return np.array(joint_acceleration(scene.model, float(t), np.array(q), np.array(v), u))
 
 
 def energy(scene: SceneSource, q: Vector, v: Vector) -> float:
@@ -56,5 +56,5 @@ def energy(scene: SceneSource, q: Vector, v: Vector) -> float:
         SceneError: the scene is not possible, or a vector has the wrong length.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    nq = len(scene.joint_names)
-    return energies(scene.model, state_of(scene.model, _numbers("q", q, nq), _numbers("v", v, nq)))[0]
+    at = (np.array(_numbers(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
+    return energies(scene.model, state_of(scene.model, *at))[0]

@@ -78,6 +78,21 @@ class KnuckleFile(Group):
     joint_units: ClassVar[tuple[str, ...]] = ("rad", "rad", "rad", "m", "rad", "rad")
 
     @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands."""
+        return self.joint_names[: len(self.effort_units)]
+
+    @property
+    def initial_q(self) -> tuple[float, ...]:
+        """Joint positions at t = 0."""
+        return self.initial.q
+
+    @property
+    def initial_v(self) -> tuple[float, ...]:
+        """Joint velocities at t = 0."""
+        return self.initial.v
+
+    @property
     def effort_units(self) -> tuple[str, ...]:
         """Units of the commands, of the actuated joints only."""
         if self.rope.drive == "locked":

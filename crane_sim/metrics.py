@@ -41,9 +41,7 @@ def fill_derived(p, q, v, u, nodes, scalars):
     """Fill nodes (K, N, 3) and scalars (K, 3: kinetic, potential, tension) from rows of joint coordinates."""
     for i in range(len(q)):
         x = system.state(p, q[i], v[i])
-        points = system.points(p, x)
-        for j in range(len(points)):
-            nodes[i, j, 0], nodes[i, j, 1], nodes[i, j, 2] = points[j]
+        system.points(p, x, nodes[i])
         scalars[i, 0] = system.kinetic(p, x)
         scalars[i, 1] = system.potential(p, x)
         scalars[i, 2] = system.tension(p, 0.0, x, system.held(p, u[i]))
@@ -57,20 +55,22 @@ def energies(p, x):
 
 @entry
 def polyline(p, q, v):
-    """Return the points base .. tip .. payload in the world [m] at joint coordinates q, v."""
-    return system.points(p, system.state(p, q, v))
+    """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at joint coordinates q, v."""
+    points = np.empty((system.point_count(p), 3))
+    system.points(p, system.state(p, q, v), points)
+    return points, system.tip_index(p)
 
 
 def derived(scene: Scene, q: Array, v: Array, u: Array) -> Derived:
     """Return what follows from joint positions q (K, nq), velocities v (K, nq) and efforts applied u (K, nu)."""
-    points = len(polyline(scene.model, scene.initial_q, scene.initial_v))
-    nodes, scalars = np.empty((len(q), points, 3)), np.empty((len(q), 3))
+    points, tip = polyline(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 3))
     rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (q, v, u))
     fill_derived(scene.model, *rows, nodes, scalars)
-    rope = nodes[:, -1] - nodes[:, -2]
+    rope = nodes[:, -1] - nodes[:, tip]
     swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
     kinetic, potential, tension = scalars.T
-    return Derived(nodes, nodes[:, -2], nodes[:, -1], kinetic, potential, tension, swing)
+    return Derived(nodes, nodes[:, tip], nodes[:, -1], kinetic, potential, tension, swing)
 
 
 class Metrics:
@@ -80,6 +80,8 @@ class Metrics:
         """Start with state x of the model that is integrated."""
         self._scene, self._model = scene, model
         self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
+        self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
+        self._initial = self._of_driven(scene.initial_q)
         self._energy0, _ = energies(model, x)
         self._sha = hashlib.sha256()
         self._last: Array | None = None
@@ -108,7 +110,7 @@ class Metrics:
         self._watch(t, q, v, u)
 
     def _add_work(self, q: Array, u: Array) -> None:
-        self._work += float(np.sum(u * np.diff(q[:, : self._nu], axis=0)))
+        self._work += float(np.sum(u * np.diff(q[:, self._driven], axis=0)))
 
     def _watch(self, t: Array, q: Array, v: Array, u: Array) -> None:
         """Note errors, swing and energies."""
@@ -120,8 +122,8 @@ class Metrics:
         low, high = self._potential
         self._potential = min(low, float(now.potential.min())), max(high, float(now.potential.max()))
         if self._scene.reference is not None:
-            error = np.abs(self._scene.reference - q[:, : self._nu])
-            outside = error > SETTLED * np.abs(np.subtract(self._scene.reference, self._scene.initial_q[: self._nu]))
+            error = np.abs(self._scene.reference - q[:, self._driven])
+            outside = error > SETTLED * np.abs(np.subtract(self._scene.reference, self._initial))
             self._unsettled = np.maximum(self._unsettled, np.where(outside, t[:, None], -1.0).max(axis=0))
 
     def summary(self, t: float, q: Vector, v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
@@ -154,13 +156,17 @@ class Metrics:
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()
-        return {name: r - x for name, r, x in zip(self._scene.actuated, reference, q, strict=False)}
+        return {name: r - x for name, r, x in zip(self._scene.actuated, reference, self._of_driven(q), strict=False)}
+
+    def _of_driven(self, q: Vector) -> Array:
+        """Return the actuated joints' part of the positions q."""
+        return np.array(q)[self._driven]
 
     def _settling(self, t: float, q: Vector) -> dict[str, float | None]:
         reference, period = self._scene.reference or (), self._scene.period
-        times: dict[str, float | None] = {}
+        now, times = self._of_driven(q), dict[str, float | None]()
         for i, (name, r) in enumerate(zip(self._scene.actuated, reference, strict=False)):
-            inside = abs(r - q[i]) <= SETTLED * abs(r - self._scene.initial_q[i])
+            inside = abs(r - now[i]) <= SETTLED * abs(r - self._initial[i])
             times[name] = float(self._unsettled[i]) + period if inside and self._unsettled[i] >= 0.0 else None
             if inside and self._unsettled[i] < 0.0:
                 times[name] = 0.0
@@ -172,7 +178,7 @@ class Metrics:
         energy, supplied = energies(self._model, flow.x)
         if self._model.meter is None:
             u = self._last[2 * self._nq : 2 * self._nq + self._nu]
-            supplied = self._work + float(u @ (np.array(q[: self._nu]) - self._last[: self._nu]))
+            supplied = self._work + float(u @ (self._of_driven(q) - self._last[self._driven]))
         low, high = self._potential
         scale = max(self._kinetic + high - low, 1e-9 * max(abs(low), abs(high)), 1e-12)
         return abs(energy - self._energy0 - supplied) / scale

@@ -29,6 +29,7 @@ from crane_sim.effects import (
 from crane_sim.frames import frame_acceleration, inertial_velocity
 from crane_sim.jit import generic, kernel
 from crane_sim.loads.point import PointLoad
+from crane_sim.meter import Meter
 from crane_sim.supports import (
     posture,
     support_acceleration,
@@ -38,10 +39,6 @@ from crane_sim.supports import (
 from crane_sim.supports.knuckle import Knuckle
 
 SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
-
-
-class Meter(NamedTuple):
-    """Makes the supplied energy a state, for runs whose work and losses cannot be had exactly from samples."""
 
 
 class Crane(NamedTuple):
@@ -54,6 +51,11 @@ class Crane(NamedTuple):
     swing_friction: SwingFriction | None = None
     drag: PayloadDrag | None = None
     meter: Meter | None = None
+
+    def metered(self, sampled: bool) -> "Crane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        lossy = self.swing_friction is not None or self.drag is not None or isinstance(self.cable, RateRope)
+        return self._replace(meter=Meter()) if lossy or not sampled else self
 
 
 class Motion(NamedTuple):

@@ -5,8 +5,9 @@ from math import atan2, cos, sin
 from crane_sim import system
 from crane_sim.cables.rope import LockedRope, add_rope_energy, span, swing
 from crane_sim.frames import inertial_velocity
-from crane_sim.jit import generic, kernel
-from crane_sim.model import Crane, Meter, metered_state, motion
+from crane_sim.jit import generic
+from crane_sim.meter import Meter
+from crane_sim.model import Crane, metered_state, motion
 from crane_sim.supports import posture, skeleton, support_kinetic, support_potential, tip_acceleration, yaw
 
 POLE = 1e-9
@@ -101,17 +102,23 @@ def _(p, x):
     return add_rope_energy(p.cable, energy, span(pose, x[1]).length)
 
 
-@kernel
-def _turned(point, c, s):
-    return c * point[0] - s * point[1], s * point[0] + c * point[1], point[2]
+@system.point_count.register(Crane)
+def _(p):
+    return 4
+
+
+@system.tip_index.register(Crane)
+def _(p):
+    return 2
 
 
 @system.points.register(Crane)
-def _(p, x):
+def _(p, x, out):
     angle = yaw(p.support, x[0])
     c, s = cos(angle), sin(angle)
     base, knee, tip = skeleton(p.support, x[0])
-    return _turned(base, c, s), _turned(knee, c, s), _turned(tip, c, s), _turned(x[1][:3], c, s)
+    for i, (a, b, z) in enumerate((base, knee, tip, x[1][:3])):
+        out[i, 0], out[i, 1], out[i, 2] = c * a - s * b, s * a + c * b, z
 
 
 @generic

@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 
 from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
-from crane_sim.cables.rope import RateRope
 from crane_sim.integrators import NOT_FINITE, OK
 from crane_sim.metrics import Metrics, polyline
-from crane_sim.model import Meter
 from crane_sim.scene import Scene
 from crane_sim.stepping import begin, free_step, held_step
 
@@ -18,6 +16,11 @@ BLOCK = 512
 
 class SimulationError(RuntimeError):
     """The simulation cannot go on; the message is one line with the time and the cause."""
+
+
+def as_tuple(vector: Any) -> tuple[float, ...]:
+    """Return a vector of compiled code, a tuple or an array, as a tuple of floats."""
+    return vector if isinstance(vector, tuple) else tuple(vector.tolist())
 
 
 def check_status(flow: Any) -> None:
@@ -41,12 +44,14 @@ class Plant:
     def __init__(self, scene: Scene) -> None:
         """Put the crane in its initial state."""
         self.scene = scene
-        self.model = metered_model(scene)
+        self.model = scene.model.metered(scene.sampled)
         self.reset()
 
     def reset(self) -> None:
         """Return to the scene's initial state and forget the run."""
-        self._flow, self.q, self.v = begin(self.model, self.scene.initial_q, self.scene.initial_v)
+        initial = (np.array(self.scene.initial_q), np.array(self.scene.initial_v))
+        self._flow, q, v = begin(self.model, *initial)
+        self.q, self.v = as_tuple(q), as_tuple(v)
         self.k, self.saturated, self._filled = 0, 0, 0
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         nq = len(self.q)
@@ -61,7 +66,7 @@ class Plant:
     @property
     def payload(self) -> tuple[float, float, float]:
         """Position of the payload in the world [m]."""
-        return polyline(self.scene.model, self.q, self.v)[-1]
+        return tuple(polyline(self.scene.model, np.array(self.q), np.array(self.v))[0][-1].tolist())
 
     @property
     def flow(self) -> Any:
@@ -87,7 +92,7 @@ class Plant:
             self.saturated += applied != u
         if flow.status != OK:
             check_status(flow)
-        self._flow, self.q, self.v, self.applied = flow, q, v, applied
+        self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
         self.k += 1
         self._filled += 1
         if self._filled == BLOCK:
@@ -103,10 +108,3 @@ class Plant:
         """Return the run's figures up to now: keys and meanings as of `crane_sim.metrics.Metrics.summary`."""
         self._flush()
         return self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
-
-
-def metered_model(scene: Scene) -> Any:
-    """Return the scene's model, metered where work and losses cannot be had exactly from held efforts."""
-    model = scene.model
-    lossy = model.swing_friction is not None or model.drag is not None or isinstance(model.cable, RateRope)
-    return model._replace(meter=Meter()) if lossy or not scene.sampled else model

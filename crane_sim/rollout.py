@@ -12,7 +12,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.laws import asked
 from crane_sim.metrics import Derived, Metrics, derived
-from crane_sim.plant import Plant, check_status, metered_model
+from crane_sim.plant import Plant, check_status
 from crane_sim.scene import Scene, load_scene
 from crane_sim.stepping import Replay, begin, free_rollout, held_rollout
 
@@ -120,8 +120,8 @@ def _checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
 
 def _run(scene: Scene, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
     """Return (rows, samples, last flow, periods in which a demand was limited) of a run."""
-    model = metered_model(scene)
-    flow, q, _ = begin(model, scene.initial_q, scene.initial_v)
+    model = scene.model.metered(scene.sampled)
+    flow, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
     nq, nu = len(q), len(scene.actuated)
     rows, samples = (np.empty((n, 2 * nq + nu + 1)) for n in (scene.steps + 1, len(times)))
     demands = np.empty((scene.steps, nu))
@@ -148,9 +148,9 @@ def _demanded(scene: Scene, law: Any) -> Array:
 
 
 def _summary(scene: Scene, rows: Array, flow: Any, saturated: int) -> dict[str, Any]:
-    model = metered_model(scene)
+    model = scene.model.metered(scene.sampled)
     nq = len(scene.joint_names)
-    metrics = Metrics(scene, model, begin(model, scene.initial_q, scene.initial_v)[0].x)
+    metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
     metrics.extend(t[:-1], rows[:-1])
     figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, saturated)

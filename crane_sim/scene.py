@@ -14,10 +14,11 @@ from crane_sim.catalogue import scene_files
 from crane_sim.explain import SceneError, one_line, unknown_key
 from crane_sim.knuckle_scene import KnuckleFile
 from crane_sim.laws import Law, make_law
-from crane_sim.model import Crane
+from crane_sim.overhead_scene import OverheadFile
 
 MOST_STEPS = 1e8  # control periods in a run
-FORMS = {"knuckle": KnuckleFile}
+File = KnuckleFile | OverheadFile
+FORMS: dict[str, type[KnuckleFile] | type[OverheadFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile}
 """The kinds of crane, and the form of their scene files."""
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
 
@@ -28,28 +29,24 @@ class Scene:
 
     name: str
     crane: str
-    model: Crane
+    model: Any = field(compare=False)  # parameters, whose type chooses the equations; `document` tells them all
     initial_q: tuple[float, ...]  # (nq,)
     initial_v: tuple[float, ...]  # (nq,)
     duration: float  # s
     period: float  # s, between published states, and between commands when sampled
     method: Any  # settings of the integrator
-    law: Law | None
+    law: Law | None = field(compare=False)
     law_name: str | None
     sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
-    source: Any  # open-loop Inputs or a continuous law; None when sampled
+    source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
     seed: int
     description: str
     joint_names: tuple[str, ...]
+    actuated: tuple[str, ...]  # joints that take commands (nu,)
     joint_units: tuple[str, ...]
     effort_units: tuple[str, ...]  # (nu,)
     document: Mapping[str, Any] = field(repr=False)
-
-    @property
-    def actuated(self) -> tuple[str, ...]:
-        """Names of the joints that take commands (nu,)."""
-        return self.joint_names[: len(self.effort_units)]
 
     @property
     def period_ns(self) -> int:
@@ -127,8 +124,8 @@ def _build(document: dict[str, Any]) -> Scene:
         name=file.name or "unnamed",
         crane=file.crane,
         model=file.model(),
-        initial_q=file.initial.q,
-        initial_v=file.initial.v,
+        initial_q=file.initial_q,
+        initial_v=file.initial_v,
         duration=file.duration,
         period=_period(file),
         method=file.integrator,
@@ -140,13 +137,14 @@ def _build(document: dict[str, Any]) -> Scene:
         seed=file.seed,
         description=file.description,
         joint_names=file.joint_names,
+        actuated=file.actuated,
         joint_units=file.joint_units,
         effort_units=file.effort_units,
         document=document,
     )
 
 
-def _period(file: KnuckleFile) -> float:
+def _period(file: File) -> float:
     control = file.control
     given = DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
     period = float(given)
@@ -155,7 +153,7 @@ def _period(file: KnuckleFile) -> float:
     return period
 
 
-def _validated(document: dict[str, Any]) -> KnuckleFile:
+def _validated(document: dict[str, Any]) -> File:
     form = FORMS.get(str(document.get("crane")))
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
@@ -165,7 +163,7 @@ def _validated(document: dict[str, Any]) -> KnuckleFile:
         raise SceneError(one_line(error, form)) from None
 
 
-def _law(file: KnuckleFile, document: dict[str, Any]) -> Law:
+def _law(file: File, document: dict[str, Any]) -> Law:
     control = file.control
     assert control is not None
     if file.inputs is not None:

@@ -8,6 +8,7 @@ from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
 from crane_sim.explain import unknown_key
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.rk4 import RK4
+from crane_sim.motions import Series, Smooth, Wave
 from crane_sim.sources import Constant, Polynomial, Sine, Table
 
 
@@ -15,6 +16,9 @@ class Group(BaseModel):
     """A group of a scene file: unknown keys and non-finite numbers are errors."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+_WORDS = {"from": "begin", "to": "end"}  # words of a file that Python keeps for itself
 
 
 def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False) -> BeforeValidator:
@@ -28,7 +32,7 @@ def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False
         name = value.get(key)
         if not isinstance(name, str) or name not in choices:
             raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
-        rest = {k: v for k, v in value.items() if k != key}
+        rest = {_WORDS.get(k, k): v for k, v in value.items() if k != key}
         for unknown in rest.keys() - set(choices[name]._fields):
             raise ValueError(unknown_key(str(unknown), (key, *choices[name]._fields)))
         found = TypeAdapter(choices[name]).validate_python(rest)
@@ -55,6 +59,11 @@ def _period(value: Any) -> Any:
         return TypeAdapter(Annotated[float, Field(ge=1e-6, allow_inf_nan=False)]).validate_python(value)
     except ValidationError:
         raise ValueError("a period is a number of seconds, at least 1e-6, or 'continuous'") from None
+
+
+Profile = Annotated[
+    Any, _chosen("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series}, "motion", optional=True)
+]
 
 
 class Control(Group):

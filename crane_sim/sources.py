@@ -53,6 +53,10 @@ class Inputs(NamedTuple):
     rest: "Inputs | None" = None
 
 
+class NoInputs(NamedTuple):
+    """The input of a crane without actuated joints."""
+
+
 @generic
 def value_at(channel, t):
     """Return the input's value at time t [s]."""
@@ -104,6 +108,11 @@ def values_at(inputs, t):
 @values_at.register(Inputs)
 def _(inputs, t):
     return (value_at(inputs.first, t), *values_at(inputs.rest, t))
+
+
+@system.effort.register(NoInputs)
+def _(u, p, t, x):
+    return ()
 
 
 @system.effort.register(Inputs)

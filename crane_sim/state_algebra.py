@@ -8,14 +8,16 @@ instructions, one for each float: going through numba's front end for every tupl
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba.core import types
+from numba.core.imputils import impl_ret_borrowed
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
-from crane_sim.jit import OPTIONS
+from crane_sim.jit import OPTIONS, routine
 
 State = Any
-"""A float, or a tuple of states."""
+"""A float, an array of floats, or a tuple of states; arrays are never changed in place."""
 instructions: Any = _intrinsic
 """Marks a function that returns (signature, generator of LLVM instructions)."""
 
@@ -55,7 +57,23 @@ def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> f
 
 def leaves(x: State) -> tuple[float, ...]:
     """Return the floats of x as a flat tuple."""
+    if isinstance(x, np.ndarray):
+        return tuple(x.tolist())
     return tuple(leaf for part in x for leaf in leaves(part)) if isinstance(x, tuple) else (x,)
+
+
+def store(rows: Any, i: int, first: int, values: tuple[float, ...]) -> None:
+    """Write the values into row i from column `first` on; there may be none."""
+    rows[i, first : first + len(values)] = values
+
+
+@overload(store, jit_options=OPTIONS)
+def _store(rows, i, first, values):
+    def each(rows, i, first, values):
+        for j in range(len(values)):
+            rows[i, first + j] = values[j]
+
+    return each if len(values) else lambda rows, i, first, values: None
 
 
 def dimension(x: State) -> int:
@@ -138,12 +156,71 @@ def _leaves(typing_context, x):
     return kind(x), generate
 
 
-overload(add, jit_options=OPTIONS)(lambda x, y: lambda x, y: _add(x, y))
-overload(scale, jit_options=OPTIONS)(lambda a, x: lambda a, x: _scale(a, x))
-overload(add_scaled, jit_options=OPTIONS)(lambda x, a, y: lambda x, a, y: _add_scaled(x, a, y))
-overload(combine, jit_options=OPTIONS)(lambda h, row, ks: lambda h, row, ks: _combine(h, row, ks))
-overload(leaves, jit_options=OPTIONS)(lambda x: lambda x: _leaves(x))
-overload(dimension, jit_options=OPTIONS)(lambda x: lambda x: len(_leaves(x)))
+@routine
+def _add_arrays(x, y):
+    return _add_scaled_arrays(x, 1.0, y)
+
+
+@routine
+def _scale_array(a, x):
+    out = np.empty_like(x)
+    for i in range(len(x)):
+        out[i] = a * x[i]
+    return out
+
+
+@routine
+def _add_scaled_arrays(x, a, y):
+    out = np.empty_like(x)
+    for i in range(len(x)):
+        out[i] = x[i] + a * y[i]
+    return out
+
+
+@routine
+def _combine_arrays(h, factors, slopes):
+    out = _scale_array(h * factors[0], slopes[0])
+    for j in range(1, len(factors)):
+        factor, slope = h * factors[j], slopes[j]
+        for i in range(len(out)):
+            out[i] += factor * slope[i]
+    return out
+
+
+@instructions
+def _used(typing_context, row, items):
+    """Return the items at the places where the row is not None, as a tuple of one type."""
+    places = [j for j, entry in enumerate(row) if isinstance(entry, types.Float)]
+    kind = types.UniTuple(items[places[0]], len(places))
+
+    def generate(context, builder, signature, args):
+        found = context.make_tuple(builder, kind, [builder.extract_value(args[1], j) for j in places])
+        return impl_ret_borrowed(context, builder, kind, found)
+
+    return kind(row, items), generate
+
+
+def _for_arrays_or_tuples(function: Any, position: int, arrays: Any, tuples: Any) -> None:
+    """Compile `function` as `arrays` where the argument at `position` is an array, else as `tuples`."""
+
+    def choose(*arguments: Any) -> Any:
+        return arrays if isinstance(arguments[position], types.Array) else tuples
+
+    overload(function, strict=False, jit_options=OPTIONS)(choose)
+
+
+_for_arrays_or_tuples(add, 0, lambda x, y: _add_arrays(x, y), lambda x, y: _add(x, y))
+_for_arrays_or_tuples(scale, 1, lambda a, x: _scale_array(a, x), lambda a, x: _scale(a, x))
+_for_arrays_or_tuples(add_scaled, 0, lambda x, a, y: _add_scaled_arrays(x, a, y), lambda x, a, y: _add_scaled(x, a, y))
+_for_arrays_or_tuples(leaves, 0, lambda x: x, lambda x: _leaves(x))
+_for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(_leaves(x)))
+
+
+@overload(combine, jit_options=OPTIONS)
+def _compiled_combine(h, row, ks):
+    if isinstance(ks[0], types.Array):
+        return lambda h, row, ks: _combine_arrays(h, _used(row, row), _used(row, ks))
+    return lambda h, row, ks: _combine(h, row, ks)
 
 
 @overload(weighted_square, jit_options=OPTIONS)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.integrators import OK, horizon, reach, start, state_at
 from crane_sim.jit import entry, kernel
+from crane_sim.state_algebra import store
 
 
 class Replay(NamedTuple):
@@ -40,8 +41,7 @@ def write(rows, i, p, t, x, u):
     for j in range(len(q)):
         rows[i, j] = q[j]
         rows[i, j + len(q)] = v[j]
-    for j in range(len(tau)):
-        rows[i, j + 2 * len(q)] = tau[j]
+    store(rows, i, 2 * len(q), tau)
     rows[i, 2 * len(q) + len(tau)] = system.tension(p, t, x, tau)
 
 
@@ -119,8 +119,7 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
     for k in range(steps):
         q, v = system.joints(p, flow.x)
         demand = system.command(law, k * period, q, v)
-        for j in range(len(demand)):
-            demands[k, j] = demand[j]
+        store(demands, k, 0, demand)
         u = system.limited(p, demand)
         write(rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period

@@ -47,7 +47,7 @@ def held(p, row):
 
 @generic
 def joints(p, x):
-    """Return (q, v), both (nq,), finite for every finite state."""
+    """Return (q, v), both (nq,), tuples or arrays, finite for every finite state."""
     raise NotImplementedError
 
 
@@ -94,8 +94,20 @@ def power(p, t, x, u):
 
 
 @generic
-def points(p, x):
-    """Return the polyline base .. tip .. payload in the world frame [m], a tuple of (x, y, z)."""
+def point_count(p):
+    """Return the number N of points of the polyline base .. tip .. payload."""
+    raise NotImplementedError
+
+
+@generic
+def tip_index(p):
+    """Return which point of the polyline is the tip, where the cable begins."""
+    raise NotImplementedError
+
+
+@generic
+def points(p, x, out):
+    """Write the polyline base .. tip .. payload in the world frame [m] into out (N, 3)."""
     raise NotImplementedError
 
 

@@ -1,0 +1,30 @@
+"""The URDF of a crane: what robot_state_publisher, RViz and the recording draw.
+
+Frames follow REP-103: x forward, y left, z up, SI units and radians; the root is `world`, the model's own frame.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+from crane_sim.description import knuckle, overhead
+from crane_sim.overhead import OverheadCrane
+
+if TYPE_CHECKING:
+    from crane_sim.scene import Scene
+
+
+def urdf(scene: Scene) -> str:
+    """Describe a scene's crane as a URDF document.
+
+    Its free joints are `scene.joint_names`, but for an overhead crane's long chain (see `overhead.describe`).
+    """
+    robot = ElementTree.Element("robot", name=f"{scene.crane}_crane")
+    ElementTree.SubElement(robot, "link", name="world")
+    if isinstance(scene.model, OverheadCrane):
+        overhead.describe(robot, scene, scene.model)
+    else:
+        knuckle.describe(robot, scene.model, scene.joint_names)
+    ElementTree.indent(robot)
+    return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)

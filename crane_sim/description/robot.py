@@ -1,0 +1,84 @@
+"""The words of a URDF document: links with what they look like and weigh, and the joints between them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+from crane_sim.description.solids import ORIGIN
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from crane_sim.description.solids import Body, Shape, Vector
+
+UP: Vector = (0.0, 0.0, 1.0)
+DOWN: Vector = (0.0, 0.0, -1.0)
+FORWARD: Vector = (1.0, 0.0, 0.0)
+RAISE: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
+
+
+def add_joint(
+    robot: ElementTree.Element,
+    kind: str,
+    name: str,
+    links: tuple[str, str],
+    at: Vector = ORIGIN,
+    axis: Vector | None = None,
+    span: tuple[float, float] | None = None,
+    follows: str | None = None,
+) -> None:
+    """Add a joint between links (parent, child), placed `at` in the parent's frame [m].
+
+    Args:
+        robot: the document.
+        kind: the URDF's word for it.
+        name: of the joint.
+        links: names of parent and child.
+        at: origin of the joint.
+        axis: unit vector in the child's frame.
+        span: lower and upper limit [rad or m].
+        follows: the joint whose value, times -1, is this one's.
+    """
+    joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
+    ElementTree.SubElement(joint, "parent", link=links[0])
+    ElementTree.SubElement(joint, "child", link=links[1])
+    ElementTree.SubElement(joint, "origin", xyz=_text(at), rpy=_text(ORIGIN))
+    if axis is not None:
+        ElementTree.SubElement(joint, "axis", xyz=_text(axis))
+    if span is not None:  # the format wants an effort and a rate too; these only keep a GUI slider tame
+        limit = {"lower": span[0], "upper": span[1], "effort": 1.0e4, "velocity": 10.0}
+        ElementTree.SubElement(joint, "limit", {key: _text((value,)) for key, value in limit.items()})
+    if follows is not None:
+        ElementTree.SubElement(joint, "mimic", joint=follows, multiplier="-1", offset="0")
+
+
+def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], body: Body | None = None) -> None:
+    """Add a link with what it looks like and, where it has a mass, what it weighs."""
+    link = ElementTree.SubElement(robot, "link", name=name)
+    if body is not None:
+        inertial = ElementTree.SubElement(link, "inertial")
+        ElementTree.SubElement(inertial, "origin", xyz=_text(body.center), rpy=_text(ORIGIN))
+        ElementTree.SubElement(inertial, "mass", value=_text((body.mass,)))
+        moments = dict(zip(("ixx", "iyy", "izz"), (_text((value,)) for value in body.inertia), strict=True))
+        ElementTree.SubElement(inertial, "inertia", moments | {"ixy": "0", "ixz": "0", "iyz": "0"})
+    for number, shape in enumerate(shapes):
+        visual = ElementTree.SubElement(link, "visual", name=f"{name}_{number}")
+        ElementTree.SubElement(visual, "origin", xyz=_text(shape.at), rpy=_text(shape.rpy))
+        geometry = ElementTree.SubElement(visual, "geometry")
+        _add_solid(geometry, shape.size)
+        material = ElementTree.SubElement(visual, "material", name=f"{name}_{number}")
+        ElementTree.SubElement(material, "color", rgba=shape.color)
+
+
+def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
+    if len(size) == 3:
+        ElementTree.SubElement(geometry, "box", size=_text(size))
+    elif len(size) == 2:
+        ElementTree.SubElement(geometry, "cylinder", radius=_text(size[:1]), length=_text(size[1:]))
+    else:
+        ElementTree.SubElement(geometry, "sphere", radius=_text(size))
+
+
+def _text(numbers: Sequence[float]) -> str:
+    return " ".join(f"{number:.9g}" for number in numbers)

@@ -1,0 +1,63 @@
+"""The solids that cranes are drawn with, and their colours."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Vector = tuple[float, float, float]
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+ACROSS: Vector = (pi / 2, 0.0, 0.0)  # roll, pitch, yaw that lay a cylinder along y
+
+YELLOW = "0.95 0.66 0.08 1"
+DARK = "0.20 0.23 0.27 1"
+GREY = "0.46 0.50 0.55 1"
+STEEL = "0.72 0.75 0.78 1"
+RED = "0.80 0.22 0.14 1"
+GLASS = "0.35 0.60 0.75 1"
+
+
+class Shape(NamedTuple):
+    """A solid of one colour, told by its size [m].
+
+    That is three edge lengths of a box, radius and length (along z) of a cylinder, or the radius of a sphere alone.
+    """
+
+    size: Sequence[float]
+    at: Vector
+    color: str
+    rpy: Vector = ORIGIN
+
+
+class Body(NamedTuple):
+    """Mass [kg], centre of mass [m] and principal inertias about it [kg m²], all in the link's frame."""
+
+    mass: float
+    center: Vector
+    inertia: Vector
+
+
+def crate(edge: float) -> list[Shape]:
+    """Return a payload: a box with two bands and an eye on its lid, its centre in the origin."""
+    band = (1.02 * edge, 1.02 * edge, 0.12 * edge)
+    return [
+        Shape((edge, edge, edge), ORIGIN, RED),
+        Shape(band, (0.0, 0.0, 0.36 * edge), DARK),
+        Shape(band, (0.0, 0.0, -0.36 * edge), DARK),
+        Shape((0.16 * edge, 0.3 * edge), (0.0, 0.0, 0.6 * edge), STEEL),
+    ]
+
+
+def cube(mass: float, edge: float) -> Body:
+    """Return a homogeneous cube about its centre."""
+    moment = mass * edge**2 / 6.0
+    return Body(mass, ORIGIN, (moment, moment, moment))
+
+
+def ball(mass: float, radius: float) -> Body:
+    """Return a homogeneous ball about its centre."""
+    moment = 0.4 * mass * radius**2
+    return Body(mass, ORIGIN, (moment, moment, moment))

@@ -1,0 +1,20 @@
+"""A meter makes the energy supplied a state, for runs whose work and losses cannot be had exactly from samples."""
+
+from typing import NamedTuple
+
+from crane_sim.jit import generic
+
+
+class Meter(NamedTuple):
+    """The presence of a meter."""
+
+
+@generic
+def meter_size(meter):
+    """Return how many floats the meter adds to the state."""
+    return 1
+
+
+@meter_size.register(type(None))
+def _(meter):
+    return 0

@@ -1,0 +1,166 @@
+"""The planar overhead crane: references, a second derivation in 60 digits, conservation, limits, its files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import system
+from crane_sim.jit import entry
+from crane_sim.rollout import simulate
+from crane_sim.state_algebra import add_scaled
+
+REFERENCE = json.loads((Path(__file__).parent / "data" / "chain.json").read_text())
+G = 9.81
+
+
+def scene_of(masses: Any, lengths: Any, angles: Any, rates: Any = (), **groups: Any) -> crane_sim.Scene:
+    """Return the scene of a chain below a force-driven trolley of 5 kg, unless groups say otherwise."""
+    document = {
+        "crane": "overhead",
+        "duration": 1.0,
+        "trolley": {"drive": "force", "mass": 5.0},
+        "cable": {"lengths": list(lengths), "node_masses": list(masses)},
+        "initial": {"angles": list(angles), "rates": list(rates)},
+    }
+    return crane_sim.load_scene(document | groups)
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_reference_trajectories(name: str) -> None:
+    """Full loop, chaotic double pendulum, kinked heavy cable and fast hoist meet their references."""
+    case, tight = REFERENCE[name], {"integrator": {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}}
+    spec, hoist = case["spec"], {}
+    if "winch" in spec["model"]:
+        profile = {"kind": "smooth", "from": 10.0, "to": 0.5, "start": 0.0, "duration": 2.0}
+        hoist = {"hoist": {"drive": "prescribed", "profile": profile}}
+    trolley = {"trolley": {"drive": "force", "mass": spec["trolley_mass"]}, "duration": case["t"][-1]}
+    rates = spec.get("alphadot0", [])
+    run = simulate(
+        scene_of(spec["m_i"], spec["l_i"], spec["alpha0"], rates, **trolley, **hoist, **tight), sample_times=case["t"]
+    )
+    expected = np.array(case["node_positions_xyz"])[..., [0, 2, 1]]  # the reference has its y upwards
+    assert np.max(np.abs(run.nodes[:, 1:] - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+
+
+def exact(m: Any, lengths: Any, q: Any, v: Any, force: float, trolley: float) -> np.ndarray:
+    """Return the accelerations from the mass matrix in absolute angles, solved with 60 digits."""
+    n = len(m)
+    with mpmath.workdps(60):
+        mass, bias = mpmath.matrix(n + 1), mpmath.matrix(n + 1, 1)
+        below = [mpmath.fsum(m[i:]) for i in range(n)]
+        a, w = [mpmath.mpf(x) for x in q[1:]], [mpmath.mpf(x) for x in v[1:]]
+        mass[0, 0] = mpmath.mpf(trolley) + below[0]
+        bias[0] = mpmath.mpf(force)
+        for j in range(n):
+            mass[0, j + 1] = mass[j + 1, 0] = below[j] * lengths[j] * mpmath.cos(a[j])
+            bias[0] += below[j] * lengths[j] * mpmath.sin(a[j]) * w[j] ** 2
+            bias[j + 1] = -mpmath.mpf(G) * below[j] * lengths[j] * mpmath.sin(a[j])
+            for k in range(n):
+                coupling = below[max(j, k)] * mpmath.mpf(lengths[j]) * lengths[k]
+                mass[j + 1, k + 1] = coupling * mpmath.cos(a[j] - a[k])
+                bias[j + 1] -= coupling * mpmath.sin(a[j] - a[k]) * w[k] ** 2
+        return np.array([float(x) for x in mpmath.lu_solve(mass, bias)])
+
+
+@pytest.mark.parametrize(("n", "ratio"), [(1, 2.0), (2, 1.0), (3, 10.0), (10, 1e4), (30, 1e8)])
+def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
+    """The tension form equals the dense Lagrange form in 60 digits, heavy payloads on light cables included."""
+    rng = np.random.default_rng(n)
+    m, lengths = [0.1] * (n - 1) + [0.1 * ratio], rng.uniform(0.5, 1.5, n)
+    for _ in range(3):
+        q, v = np.array([0.3, *rng.uniform(-1, 1, n)]), rng.normal(0, 1, n + 1)
+        found = crane_sim.acceleration(scene_of(m, lengths, q[1:]), q, v, [7.0])
+        expected = exact(m, lengths, q, v, 7.0, 5.0)
+        # the tridiagonal system is positive definite; its condition does not grow with the ratio
+        assert np.max(np.abs(found - expected)) < 1e-12 * np.max(np.abs(expected))
+
+
+@entry
+def balance(p, t, q, v, u, h):
+    """Return (dE/dt by central differences along the motion, power) at a state."""
+    x = system.state(p, q, v)
+    dx = system.rhs(p, t, x, u)
+    ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
+    gained = system.kinetic(p, ahead) - system.kinetic(p, behind)
+    gained += system.potential(p, ahead) - system.potential(p, behind)
+    return gained / (2.0 * h), system.power(p, t, x, u)
+
+
+WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
+DRIVES: dict[str, dict[str, Any]] = {
+    "force": {},
+    "force and hoist": {"hoist": {"drive": "force", "inertia": 2.0}},
+    "prescribed": {"trolley": {"drive": "prescribed", "motion": WAVE}},
+    "fixed": {"trolley": {"drive": "fixed"}},
+    "prescribed hoist": {"hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.0}}},
+}
+
+
+@pytest.mark.parametrize("drive", DRIVES, ids=lambda name: name.replace(" ", "-"))
+def test_power_balance(drive: str) -> None:
+    """The energy changes by the power of efforts and imposed motions and by nothing else, for every drive."""
+    scene = scene_of([1.0, 2.0, 5.0], [1.0, 0.7, 0.4], [0.3, -0.5, 0.9], **DRIVES[drive])
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        q, v = np.array(scene.initial_q), rng.normal(0, 1, len(scene.initial_v))
+        v[0] = 0.0 if drive == "fixed" else v[0]
+        u = tuple(rng.normal(0, 20, len(scene.actuated)))
+        change, power = balance(scene.model, 0.37, q, v, u, 1e-5)
+        assert change == pytest.approx(power, rel=1e-6, abs=1e-5)  # as for the knuckle crane: h^2, and rounding / h
+
+
+def test_energy_is_conserved_through_full_turns() -> None:
+    """Without efforts the energy stays what it was while the link goes round and round."""
+    run = simulate(scene_of([2.0], [1.5], [0.0], [8.0], duration=20.0))
+    assert np.ptp(run.q[:, 1]) > 4.0 * np.pi
+    assert run.summary["energy_audit_error"] < 1e-10  # 1e-11 relative a step, some hundred steps
+
+
+def test_small_swings_have_the_pendulum_frequency() -> None:
+    """Below a fixed trolley one link is the pendulum, below a free one the frequency is that of both masses."""
+    angle = 1e-6  # the frequency changes by angle^2 / 16
+    fixed = scene_of([3.0], [2.0], [angle], trolley={"drive": "fixed"})
+    free = scene_of([3.0], [2.0], [angle])
+    still = np.zeros(2)
+    assert -crane_sim.acceleration(fixed, [0, angle], still, [])[1] / angle == pytest.approx(G / 2.0, rel=1e-9)
+    expected = G / 2.0 * (1.0 + 3.0 / 5.0)
+    assert -crane_sim.acceleration(free, [0, angle], still, [0.0])[1] / angle == pytest.approx(expected, rel=1e-9)
+
+
+def test_an_imposed_motion_is_followed() -> None:
+    """A prescribed trolley and a prescribed hoist move as their functions of time say."""
+    profile = {"kind": "smooth", "from": 1.0, "to": 0.6, "start": 0.2, "duration": 0.5}
+    groups = {"trolley": {"drive": "prescribed", "motion": WAVE}, "hoist": {"drive": "prescribed", "profile": profile}}
+    run = simulate(scene_of([1.0, 5.0], [1.0, 0.5], [0.2, 0.1], **groups))
+    s = np.clip((run.t - 0.2) / 0.5, 0.0, 1.0)
+    assert np.allclose(run.q[:, 0], 0.3 * np.sin(2.0 * run.t), rtol=0, atol=1e-10)  # integrated to 1e-11
+    assert np.allclose(run.q[:, 1], 1.0 - 0.4 * (10 * s**3 - 15 * s**4 + 6 * s**5), rtol=0, atol=1e-10)
+    assert run.summary["energy_audit_error"] < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("groups", "line"),
+    [
+        ({"dimensions": 3}, "dimensions = 3: must be 2"),
+        ({"trolley": {"drive": "force"}}, "trolley.mass = None: a trolley has one when its drive is force"),
+        ({"trolley": {"drive": "prescribed"}}, "trolley.motion: belongs to a prescribed drive"),
+        ({"cable": {"lengths": [1.0], "node_masses": [1.0, 2.0]}}, "cable.node_masses: has 2 values, lengths has 1"),
+        ({"cable": {"lengths": [0.0], "node_masses": [1.0]}}, "cable.lengths[0] = 0.0: must be greater than 0"),
+        ({"cable": {"lengths": [1.0], "node_masses": [1.0], "model": "elastic"}}, "cable.model = 'elastic'"),
+        ({"initial": {"angles": [0.1, 0.2]}}, "initial.angles: has 2 values, the cable has 1 links"),
+        ({"hoist": {"drive": "force"}}, "hoist.inertia = None: a hoist has one when its drive is force"),
+        ({"reference": {"q": [1.0, 2.0]}}, "reference.q: has 2 values, actuated are ('trolley',)"),
+        ({"control": {"law": "energy"}, "reference": {"q": [1.0]}}, "is a law for the knuckle crane"),
+    ],
+    ids=lambda case: str(case)[:40],
+)
+def test_a_bad_scene_is_refused_in_one_line(groups: dict[str, Any], line: str) -> None:
+    """Mistakes in an overhead scene name their culprit, its value and what is possible."""
+    with pytest.raises(crane_sim.SceneError) as caught:
+        scene_of([1.0], [1.0], [0.1], **groups)
+    assert line in str(caught.value) and "\n" not in str(caught.value)
