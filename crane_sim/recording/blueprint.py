@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin
+from typing import TYPE_CHECKING
 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from crane_sim.recording.channels import pick
-from crane_sim.recording.layout import Layout
+from crane_sim.recording.channels import turns
+from crane_sim.recording.layout import Layout, label
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 TRAIL_SECONDS = 6.0
+WAYS = {"rope": "Rope length [m]", "trolley": "Trolley position [m]", "hoist": "Length of the first link [m]"}
 
 
 def blueprint(layout: Layout) -> rrb.Blueprint:
@@ -27,8 +31,6 @@ def blueprint(layout: Layout) -> rrb.Blueprint:
 
 
 def _crane(layout: Layout) -> rrb.Spatial3DView:
-    size = layout.size
-    aside = layout.heading - radians(72.0)
     return rrb.Spatial3DView(
         name="Crane",
         origin="/",
@@ -38,11 +40,11 @@ def _crane(layout: Layout) -> rrb.Spatial3DView:
         spatial_information=rrb.SpatialInformation(target_frame="world", show_axes=False),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
-            look_target=(0.46 * size * cos(layout.heading), 0.46 * size * sin(layout.heading), -0.03 * size),
+            position=layout.framing.eye,
+            look_target=layout.framing.look_at,
             eye_up=(0.0, 0.0, 1.0),
         ),
-        defaults=[rr.Boxes3D.from_fields(fill_mode="solid"), rr.Cylinders3D.from_fields(fill_mode="solid")],
+        defaults=[kind.from_fields(fill_mode="solid") for kind in (rr.Boxes3D, rr.Cylinders3D, rr.Ellipsoids3D)],
         overrides={"payload/trail": rrb.VisibleTimeRanges(_window())},
     )
 
@@ -56,32 +58,46 @@ def _window() -> rrb.VisibleTimeRange:
 
 
 def _overview(layout: Layout) -> rrb.Container:
-    angles = _plot("Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg")
-    torque = _plot("Joint torques [N m]", "shown/torque_Nm")
-    swing = _plot("Payload swing [°]", "shown/swing_deg", "shown/swing_total_deg")
-    tension = _plot("Rope tension [N]", "plots/tension")
-    energy = _plot("Energy [J]", "plots/energy")
+    views = []
+    if turns(layout):
+        views.append(_plot("Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
+    views.append(
+        _plot("Swing [°]" if layout.planar else "Payload swing [°]", "shown/swing_deg", "shown/swing_total_deg")
+    )
+    for joint in layout.ways:
+        views.append(_plot(WAYS[joint], f"shown/{joint}_m_target", f"shown/{joint}_m"))
+    views.append(_plot(f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
+    if turns(layout):
+        views.append(_plot("Joint torques [N m]", "shown/torque_Nm"))
+    elif layout.actuated:
+        views.append(_plot("Drive forces [N]", "plots/effort"))
     if layout.lyapunov:
-        energy = _plot("Lyapunov function V [J]", "plots/lyapunov")
-    views = [angles, swing]
-    if pick(layout, "m", actuated=True):
-        views.append(_plot("Rope length [m]", "shown/length_m_target", "shown/length_m"))
-    return rrb.Grid(*views, tension, torque, energy, grid_columns=2, name="Overview")
+        views.append(_plot("Lyapunov function V [J]", "plots/lyapunov"))
+    else:
+        views.append(_plot("Energy [J]", "plots/energy"))
+    if len(views) % 2:
+        views.append(_plot("Payload position [m]", "plots/payload"))
+    return rrb.Grid(*views, grid_columns=2, name="Overview")
 
 
 def _details(layout: Layout) -> rrb.Container:
-    return rrb.Grid(
-        _plot("Tracking error [rad, m]", "plots/q_err"),
-        _plot("Joint rates [rad/s, m/s]", "plots/v"),
-        _plot("Demanded effort [N m, N]", "plots/effort_demanded"),
+    views = [
+        _plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.crowded else "plots/v"),
         _plot("Payload position [m]", "plots/payload"),
         _plot("Energy [J]", "plots/energy"),
-        _plot("dV/dt [W]", "plots/lyapunov_rate"),
         _plot("Real-time factor", "plots/rtf"),
         rrb.StateTimelineView(name="Mode", contents=["+ /plots/mode"]),
-        grid_columns=2,
-        name="Details",
-    )
+    ]
+    if layout.lyapunov:
+        views.insert(3, _plot("dV/dt [W]", "plots/lyapunov_rate"))
+    if layout.actuated:
+        views.insert(1, _plot(f"Demanded effort [{_units(layout.effort_units)}]", "plots/effort_demanded"))
+        views.insert(0, _plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
+    return rrb.Grid(*views, grid_columns=2, name="Details")
+
+
+def _units(units: Iterable[str]) -> str:
+    return ", ".join(dict.fromkeys(units))
 
 
 def _summary() -> rrb.TextDocumentView:

@@ -41,7 +41,7 @@ class Channel(NamedTuple):
 
 def channels(layout: Layout) -> list[Channel]:
     """List every curve of a run, in the order in which they are written."""
-    return _stored(layout) + _shown(layout)
+    return [channel for channel in _stored(layout) + _shown(layout) if channel.names]
 
 
 def soften(color: Color) -> Color:
@@ -50,78 +50,88 @@ def soften(color: Color) -> Color:
     return (6 * red // 10, 6 * green // 10, 6 * blue // 10)
 
 
-def pick(layout: Layout, unit: str, actuated: bool) -> list[int]:
-    """Return the indices of the coordinates with this unit that are, or are not, actuated."""
-    pairs = enumerate(zip(layout.joints, layout.units, strict=True))
-    return [i for i, (joint, own) in pairs if own == unit and (joint in layout.actuated) is actuated]
+def turns(layout: Layout) -> list[int]:
+    """Return the indices of the coordinates that are actuated angles."""
+    return [i for i in layout.driven if layout.units[i] == "rad"]
 
 
 def _stored(layout: Layout) -> list[Channel]:
-    nu = len(layout.actuated)
+    driven = layout.driven
     names = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.joints, layout.units, strict=True))
     rates = tuple(f"{label(j)} [{u}/s]" for j, u in zip(layout.joints, layout.units, strict=True))
     efforts = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.actuated, layout.effort_units, strict=True))
-    colors = tuple(PALETTE[i % len(PALETTE)] for i in range(len(names)))
+    targets, colors = tuple(names[i] for i in driven), _colors(range(len(names)))
     return [
         Channel("plots/q", names, colors, lambda b: b.q),
         Channel("plots/v", rates, colors, lambda b: b.v),
-        Channel("plots/q_ref", names[:nu], colors, lambda b: b.reference),
-        Channel("plots/q_err", names[:nu], colors, lambda b: _minus(b.reference, b.q[:, :nu])),
-        Channel("plots/effort", efforts, colors, lambda b: b.effort),
-        Channel("plots/effort_demanded", efforts, colors, lambda b: b.demanded),
+        Channel("plots/q_ref", targets, _colors(driven), lambda b: b.reference),
+        Channel("plots/q_err", targets, _colors(driven), lambda b: _minus(b.reference, b.q[:, driven])),
+        Channel("plots/effort", efforts, _colors(driven), lambda b: b.effort),
+        Channel("plots/effort_demanded", efforts, _colors(driven), lambda b: b.demanded),
         Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
         Channel("plots/swing", ("from the vertical [rad]",), (PLAIN,), lambda b: b.swing),
         Channel("plots/energy", ("energy [J]",), (PALETTE[1],), lambda b: b.energy),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
-        Channel("plots/tension", ("rope tension [N]",), (PALETTE[3],), lambda b: b.tension),
+        Channel("plots/tension", (f"{layout.tension} [N]",), (PALETTE[3],), lambda b: b.tension),
     ]
 
 
 def _shown(layout: Layout) -> list[Channel]:
-    turns, lengths = pick(layout, "rad", actuated=True), pick(layout, "m", actuated=True)
-    swings = pick(layout, "rad", actuated=False)
+    swings = [layout.joints.index(name) for name in layout.swings]
+    ways = [layout.joints.index(name) for name in layout.ways]
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
-    names = tuple(label(layout.joints[i]) for i in swings)
-    colors = tuple(PALETTE[i % len(PALETTE)] for i in swings)
     return [
-        *_pair(layout, "shown/angle_deg", turns, lambda b: np.degrees(b.q), lambda b: _degrees(b.reference)),
-        *_pair(layout, "shown/length_m", lengths, lambda b: b.q, lambda b: b.reference),
-        Channel("shown/swing_deg", names, colors, lambda b: np.degrees(b.q[:, swings])),
-        Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing)),
-        _of(layout, "shown/torque_Nm", torques, lambda b: b.effort),
+        *_pair(layout, "shown/angle_deg", turns(layout), np.degrees),
+        *(curves for i in ways for curves in _pair(layout, f"shown/{layout.joints[i]}_m", [i], np.asarray)),
+        _of(layout, "shown/swing_deg", swings, lambda b: np.degrees(b.q[:, swings])),
+        _total(layout),
+        _of(layout, "shown/rate", layout.moving if layout.crowded else [], lambda b: b.v[:, layout.moving]),
+        _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
     ]
 
 
-def _pair(
-    layout: Layout,
-    entity: str,
-    which: list[int],
-    actual: Callable[[Block], Numbers],
-    target: Callable[[Block], Numbers | None],
-) -> list[Channel]:
-    curves = _of(layout, entity, which, actual)
-    names = tuple(f"{name} target" for name in curves.names)
-    colors = tuple(soften(color) for color in curves.colors)
-    return [Channel(f"{entity}_target", names, colors, lambda b: _columns(target(b), which), 1.2), curves]
+def _total(layout: Layout) -> Channel:
+    """Return the angle of the line from tip to payload from the vertical; of a single link it says nothing new."""
+    entity = "shown/swing_total_deg"
+    if not layout.planar:
+        return Channel(entity, ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
+    names = ("payload",) if len(layout.swings) > 1 else ()
+    return Channel(entity, names, (PLAIN,), lambda b: _lean(b.nodes[:, -1] - b.nodes[:, layout.tip]), 2.2)
 
 
-def _of(layout: Layout, entity: str, which: list[int], values: Callable[[Block], Numbers]) -> Channel:
-    names = tuple(label(layout.joints[i]) for i in which)
-    colors = tuple(PALETTE[i % len(PALETTE)] for i in which)
-    return Channel(entity, names, colors, lambda b: values(b)[:, which])
+def _lean(line: Numbers) -> Numbers:
+    return np.degrees(np.arctan2(line[:, 0], -line[:, 2]))
+
+
+def _pair(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
+    """Return the curves of coordinates and, for those that are actuated, of their targets."""
+    curves = _of(layout, entity, which, lambda b: shown(b.q[:, which]))
+    driven = [i for i in which if i in layout.driven]
+    columns = [layout.driven.index(i) for i in driven]
+    names = tuple(f"{label(layout.joints[i])} target" for i in driven)
+    colors = tuple(soften(color) for color in _colors(driven))
+    target = Channel(
+        f"{entity}_target",
+        names,
+        colors,
+        lambda b: None if b.reference is None else shown(b.reference[:, columns]),
+        1.2,
+    )
+    return [target, curves]
+
+
+def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Block], Numbers]) -> Channel:
+    colors = _colors([layout.moving.index(i) for i in which])
+    return Channel(entity, tuple(label(layout.joints[i]) for i in which), colors, values)
+
+
+def _colors(which: Sequence[int]) -> tuple[Color, ...]:
+    return tuple(PALETTE[i % len(PALETTE)] for i in which)
 
 
 def _column(values: Numbers | None, index: int) -> Numbers | None:
     return None if values is None else values[:, index]
-
-
-def _columns(values: Numbers | None, which: Sequence[int]) -> Numbers | None:
-    return None if values is None else values[:, which]
-
-
-def _degrees(values: Numbers | None) -> Numbers | None:
-    return None if values is None else np.degrees(values)
 
 
 def _minus(left: Numbers | None, right: Numbers) -> Numbers | None:

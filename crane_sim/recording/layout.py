@@ -6,7 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
 
-from crane_sim.description import pedestal_height, urdf
+from crane_sim import system
+from crane_sim.description import urdf
+from crane_sim.overhead import OverheadCrane
+from crane_sim.recording.framing import Framing, framing
+from crane_sim.supports.trolley import FixedTrolley
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,6 +22,8 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
 
+CURVES = 5  # so many swings fit into a plot
+
 
 class Layout(NamedTuple):
     """Everything about a run that stays fixed while it is recorded."""
@@ -26,16 +32,33 @@ class Layout(NamedTuple):
     name: str  # shown as the recording's name
     joints: tuple[str, ...]  # nq coordinates, in the order of q
     units: tuple[str, ...]  # of the coordinates: "rad" or "m"
-    actuated: tuple[str, ...]  # nu, the first of the joints
+    actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
-    effort_scales: tuple[float, ...]  # the efforts that are drawn as arrows of a seventh of `size`
+    ways: tuple[str, ...]  # joints in metres that move, each with a plot of its own
+    swings: tuple[str, ...]  # joints with the angles of the cable that are plotted: of a long chain not all
+    tip: int  # which of the nodes is the upper end of the cable
+    planar: bool  # the cable stays in the x-z plane: its angles have a sign
+    tension: str  # what the recorded tension is
     period_ns: int
     robot: str  # URDF
-    size: float  # m, a typical length of the crane: sets line widths and the camera's distance
-    heading: float  # rad, about z from x: where the crane works, which the camera looks at
+    framing: Framing
     lyapunov: bool  # the law comes with a Lyapunov function
-    ground: float  # m, height of the ground that is drawn
     properties: Mapping[str, Any]  # run properties that are known at the start
+
+    @property
+    def driven(self) -> list[int]:
+        """Return the indices of the actuated joints among the coordinates."""
+        return [self.joints.index(name) for name in self.actuated]
+
+    @property
+    def moving(self) -> list[int]:
+        """Return the indices of the coordinates that are plotted: of the swings only those in `swings`."""
+        return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith("swing")]
+
+    @property
+    def crowded(self) -> bool:
+        """Return whether there are too many coordinates to plot them all."""
+        return len(self.moving) < len(self.joints)
 
 
 class Block(NamedTuple):
@@ -47,17 +70,16 @@ class Block(NamedTuple):
     effort: Numbers  # (K, nu) applied, after limits
     demanded: Numbers  # (K, nu) commanded; NaN where no command was heard
     reference: Numbers | None  # (K, nu) target of the actuated joints
-    nodes: Numbers  # (K, N, 3) base .. tip .. payload; the last two are the ends of the rope
+    nodes: Numbers  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
     target: Numbers | None  # (K, N, 3) the nodes at rest in the reference pose
     energy: Numbers  # (K,) J
     tension: Numbers  # (K,) N
-    swing: Numbers  # (K,) rope angle from the vertical
+    swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    support = scene.model.support
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -65,13 +87,15 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         units=scene.joint_units,
         actuated=scene.actuated,
         effort_units=scene.effort_units,
-        effort_scales=_effort_scales(scene),
+        ways=_ways(scene),
+        swings=_swings(scene),
+        tip=system.tip_index(scene.model),
+        planar=isinstance(scene.model, OverheadCrane),
+        tension="smallest link tension" if "swing_2" in scene.joint_names else "rope tension",
         period_ns=scene.period_ns,
         robot=urdf(scene),
-        size=support.boom.length + support.jib.length,
-        heading=0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0]),
+        framing=framing(scene),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        ground=-pedestal_height(scene),
         properties=_properties(scene),
     )
 
@@ -79,6 +103,19 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
 def label(name: str) -> str:
     """Turn a joint name into words for a legend."""
     return name.replace("_", " ")
+
+
+def _ways(scene: Scene) -> tuple[str, ...]:
+    still = set() if isinstance(scene.model, OverheadCrane) else set(scene.joint_names) - set(scene.actuated)
+    if isinstance(scene.model, OverheadCrane) and isinstance(scene.model.trolley, FixedTrolley):
+        still = {"trolley"}
+    pairs = zip(scene.joint_names, scene.joint_units, strict=True)
+    return tuple(name for name, unit in pairs if unit == "m" and name not in still)
+
+
+def _swings(scene: Scene) -> tuple[str, ...]:
+    names = tuple(name for name in scene.joint_names if name.startswith("swing"))
+    return names if len(names) <= CURVES else (*names[: CURVES - 1], names[-1])
 
 
 def _properties(scene: Scene) -> dict[str, Any]:
@@ -90,12 +127,3 @@ def _properties(scene: Scene) -> dict[str, Any]:
         "duration": scene.duration,
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
     }
-
-
-def _effort_scales(scene: Scene) -> tuple[float, ...]:
-    """Return what each joint needs to carry the outstretched crane; a slew, which carries nothing, gets a fifth."""
-    boom, jib, load = scene.model.support.boom, scene.model.support.jib, scene.model.load.mass
-    torque = scene.model.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass)
-    scales = {"N m": torque, "N": load * scene.model.gravity}
-    slew, *others = (max(scales.get(unit, 1.0), 1e-9) for unit in scene.effort_units)
-    return (0.2 * slew, *others)

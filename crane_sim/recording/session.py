@@ -112,14 +112,9 @@ def _references(rows: Sequence[Row]) -> Numbers | None:
 
 def _targets(scene: Scene, reference: Numbers, q: Numbers) -> Numbers:
     """Return the crane's nodes with the reference's posture and the payload hanging still below the tip."""
-    changes = np.flatnonzero(np.any(np.diff(reference, axis=0), axis=1)) + 1
-    starts = np.array([0, *changes])
-    rest = np.zeros((len(starts), q.shape[1]))
-    rest[:, : reference.shape[1]] = reference[starts]
-    if reference.shape[1] < 4:  # a locked rope keeps its length
-        rest[:, 3] = q[starts, 3]
-    nodes = derived(scene, rest, np.zeros_like(rest), np.zeros((len(starts), reference.shape[1]))).nodes
-    return np.repeat(nodes, np.diff([*starts, len(reference)]), axis=0)
+    rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
+    rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
+    return derived(scene, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
 
 
 def _lyapunov(scene: Scene, rows: Sequence[Row]) -> Numbers | None:

@@ -1,9 +1,9 @@
-"""The 3D scene of a recording: crane, rope, payload trail and target, at about 30 frames per second."""
+"""The 3D scene of a recording: crane, cable, payload trail and target, at about 30 frames per second."""
 
 from __future__ import annotations
 
 import tempfile
-from math import ceil
+from math import ceil, log10
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
 
 FRAME_NS = 33_000_000  # of scene time between two frames
+SOLID_LINKS = 20  # the links of a longer cable are drawn as a line: that is cheap, and looks the same
 WORLD = "world"  # the frame of everything that is not part of the robot
 ROPE, TRAIL, TARGET, PUSH = (214, 219, 226), (255, 132, 74), (64, 214, 132), (88, 176, 255)
 GROUND, GRID = (70, 77, 86), (108, 117, 128)
@@ -31,6 +32,7 @@ class Stage:
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the crane's solids and everything else that does not move."""
         self._rec, self._layout = rec, layout
+        self._solid = sum(joint.startswith("swing") for joint in layout.joints) <= SOLID_LINKS
         self._stride = max(1, FRAME_NS // layout.period_ns)
         self._last: Numbers | None = None
         tree = _load(layout.robot)
@@ -49,33 +51,42 @@ class Stage:
         step = block.step[rows]
         time = times(self._layout, step)
         self._move(time, block.q[rows])
-        self._hang(time, block.nodes[rows, -2:])
+        cable = block.nodes[rows, self._layout.tip :]
+        self._hang(time, cable) if self._solid else self._string(time, cable)
         self._trail(time, block.nodes[rows, -1])
         self._push(time, block.effort[rows])
         if block.target is not None:
             self._aim(time, block.target[rows])
 
     def _log_fixtures(self) -> None:
-        rec, size, ground = self._rec, self._layout.size, self._layout.ground
+        rec, size = self._rec, self._layout.framing.size
         for entity in ("rope", "payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in self._layout.actuated:
             rec.log(f"effort/{name}", rr.CoordinateFrame(self._joints[name].child_link), static=True)
-        rec.log("rope", rr.Cylinders3D(lengths=1.0, radii=0.0035 * size, colors=ROPE, fill_mode="solid"), static=True)
-        half, thick = ceil(1.25 * size), 0.01 * size
+        if self._solid:
+            rods = rr.Cylinders3D(lengths=1.0, radii=0.0035 * size, colors=ROPE, fill_mode="solid")
+            rec.log("rope", rods, static=True)
+        self._log_ground()
+
+    def _log_ground(self) -> None:
+        x, y, ground = self._layout.framing.ground
+        size = self._layout.framing.size
+        half, thick = ceil(self._layout.framing.ground_size), 0.01 * size
         slab = rr.Boxes3D(
-            centers=(0.0, 0.0, ground - thick), half_sizes=(half, half, thick), colors=GROUND, fill_mode="solid"
+            centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND, fill_mode="solid"
         )
-        rec.log("ground", slab, static=True)
-        lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in range(-half, half + 1)]
-        lines += [[(-half, i, 0.0), (half, i, 0.0)] for i in range(-half, half + 1)]
-        grid = (np.array(lines) + (0.0, 0.0, ground + 0.001 * size)).astype(np.float32)
-        rec.log("ground/grid", rr.LineStrips3D(grid, colors=GRID, radii=rr.Radius.ui_points(0.6)), static=True)
+        self._rec.log("ground", slab, static=True)
+        pitch = 10 ** max(0, ceil(log10(half / 40)))  # m
+        marks = range(-half, half + 1, pitch)
+        lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [[(-half, i, 0.0), (half, i, 0.0)] for i in marks]
+        grid = (np.array(lines) + (x, y, ground + 0.001 * size)).astype(np.float32)
+        self._rec.log("ground/grid", rr.LineStrips3D(grid, colors=GRID, radii=rr.Radius.ui_points(0.6)), static=True)
 
     def _move(self, time: list[rr.TimeColumn], q: Numbers) -> None:
         values = dict(zip(self._layout.joints, q.T, strict=True))
         for joint in self._joints.values():
-            if joint.joint_type == "fixed":
+            if joint.joint_type in ("fixed", "floating"):
                 continue
             mimic = joint.mimic
             own = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
@@ -93,9 +104,27 @@ class Stage:
         )
         self._rec.send_columns("rope", time, columns.partition([links] * frames))
 
+    def _string(self, time: list[rr.TimeColumn], nodes: Numbers) -> None:
+        """Draw a long cable, and its payload, whose place no joint tells."""
+        frames = len(nodes)
+        radii = [0.0035 * self._layout.framing.size] * frames
+        columns = rr.LineStrips3D.columns(strips=nodes.astype(np.float32), colors=[ROPE] * frames, radii=radii)
+        self._rec.send_columns("rope", time, columns)
+        for joint in self._joints.values():
+            if joint.joint_type == "floating":
+                place = rr.Transform3D.columns(
+                    translation=nodes[:, -1],
+                    quaternion=turn_from_z(nodes[:, -2] - nodes[:, -1]),
+                    parent_frame=[joint.parent_link] * frames,
+                    child_frame=[joint.child_link] * frames,
+                )
+                self._rec.send_columns(f"tf/{joint.name}", time, place)
+
     def _push(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
-        size = self._layout.size
-        for name, values, scale in zip(self._layout.actuated, effort.T, self._layout.effort_scales, strict=True):
+        size = self._layout.framing.size
+        for name, values, scale in zip(
+            self._layout.actuated, effort.T, self._layout.framing.effort_scales, strict=True
+        ):
             origin, direction = lever(self._joints[name], 0.15 * size)
             vectors = np.outer(0.14 * size * np.clip(values / scale, -2.0, 2.0), direction)
             columns = rr.Arrows3D.columns(
@@ -111,12 +140,12 @@ class Stage:
         self._last = payload[-1:]
         strips = np.stack([before, payload], axis=1).astype(np.float32)
         columns = rr.LineStrips3D.columns(
-            strips=strips, colors=[TRAIL] * len(strips), radii=[0.003 * self._layout.size] * len(strips)
+            strips=strips, colors=[TRAIL] * len(strips), radii=[0.003 * self._layout.framing.size] * len(strips)
         )
         self._rec.send_columns("payload/trail", time, columns)
 
     def _aim(self, time: list[rr.TimeColumn], target: Numbers) -> None:
-        size = self._layout.size
+        size = self._layout.framing.size
         lines = rr.LineStrips3D.columns(
             strips=target.astype(np.float32), colors=[TARGET] * len(target), radii=[0.002 * size] * len(target)
         )
@@ -133,11 +162,12 @@ class Stage:
 def lever(joint: rr.urdf.UrdfJoint, arm: float) -> tuple[Numbers, Numbers]:
     """Return where, and along which unit vector, a positive effort pushes the child link, in the link's frame.
 
-    A torque is drawn as the push it makes at this arm along the link's x axis, a force along its own axis.
+    A torque is drawn as the push it makes at this arm along the link's x axis, a force along its own axis; a level
+    one stands a third of the arm aside, where the trolley does not hide it.
     """
     axis = np.array(joint.axis)
     if joint.joint_type == "prismatic":
-        return np.zeros(3), axis
+        return arm / 3.0 * np.cross(axis, (0.0, 0.0, 1.0)), axis
     x = np.array((1.0, 0.0, 0.0))
     return arm * x, np.cross(axis, x)
 
