@@ -111,7 +111,7 @@ def demanded(action, q, v):
 def shaped(law, q, v):
     """Return (V, dV/dt) of the shaped energy."""
     p, action = law.nominal, law.action
-    x = system.state(p, q, v)
+    x = system.state(p, 0.0, q, v)
     pose = posture(p.support, x[0])
     line = span(pose, x[1])
     value, rate = winch_share(action.winch, q, v)

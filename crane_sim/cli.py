@@ -18,7 +18,6 @@ from crane_sim.explain import SceneError
 from crane_sim.run_options import RunOptions, run_options
 
 DEFAULT_SCENE = "knuckle_setpoint"
-
 _as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
 _SCENE_OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
@@ -100,6 +99,16 @@ def check(file: str) -> None:
     loaded = _load(file)
     drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
     print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
+
+
+@app.command()
+@click.argument("item", required=False)
+@_as_json
+def reproduce(item: str | None, as_json: bool) -> None:
+    """Put what the papers print beside what is measured here; all items when ITEM is left out."""
+    from crane_sim.reproduce import show
+
+    show(item, as_json)
 
 
 @app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})

@@ -21,13 +21,13 @@ SceneSource = Scene | str | Path | Mapping[str, Any]
 @entry
 def joint_acceleration(p, t, q, v, u):
     """Compiled `acceleration`."""
-    return system.acceleration(p, t, system.state(p, q, v), u)
+    return system.acceleration(p, t, system.state(p, t, q, v), u)
 
 
 @entry
 def state_of(p, q, v):
     """Compiled `system.state`."""
-    return system.state(p, q, v)
+    return system.state(p, 0.0, q, v)
 
 
 def _numbers(name: str, values: Vector, n: int) -> tuple[float, ...]:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numba
+import numpy as np
 from numba.core import config as numba_config
 from numba.core import types
 from numba.core.caching import FunctionCache
@@ -133,7 +134,7 @@ class Generic(Protocol):
 def generic(f: Function) -> Generic:
     """Make `f` a function whose body is chosen by the type of its first argument, in Python and in kernels alike.
 
-    `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float` or for
+    `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float`, `np.ndarray` or
     `type(None)` (the part is absent), exactly as functools.singledispatch does. The body given here is the default.
     """
     table = functools.singledispatch(f)
@@ -164,4 +165,5 @@ def _python_type(t: types.Type) -> type:
     if isinstance(t, types.NamedTuple | types.NamedUniTuple):
         return t.instance_class
     kinds = {types.BaseTuple: tuple, types.NoneType: type(None), types.Float: float, types.Integer: int}
+    kinds |= {types.Array: np.ndarray}
     return next((python for kind, python in kinds.items() if isinstance(t, kind)), object)

@@ -37,14 +37,14 @@ class Derived(NamedTuple):
 
 
 @entry
-def fill_derived(p, q, v, u, nodes, scalars):
-    """Fill nodes (K, N, 3) and scalars (K, 3: kinetic, potential, tension) from rows of joint coordinates."""
+def fill_derived(p, t, q, v, u, nodes, scalars):
+    """Fill nodes (K, N, 3) and scalars (K, 3: kinetic, potential, tension) from rows of joint coordinates at times t."""
     for i in range(len(q)):
-        x = system.state(p, q[i], v[i])
+        x = system.state(p, t[i], q[i], v[i])
         system.points(p, x, nodes[i])
         scalars[i, 0] = system.kinetic(p, x)
         scalars[i, 1] = system.potential(p, x)
-        scalars[i, 2] = system.tension(p, 0.0, x, system.held(p, u[i]))
+        scalars[i, 2] = system.tension(p, t[i], x, system.held(p, u[i]))
 
 
 @entry
@@ -57,15 +57,15 @@ def energies(p, x):
 def polyline(p, q, v):
     """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at joint coordinates q, v."""
     points = np.empty((system.point_count(p), 3))
-    system.points(p, system.state(p, q, v), points)
+    system.points(p, system.state(p, 0.0, q, v), points)
     return points, system.tip_index(p)
 
 
-def derived(scene: Scene, q: Array, v: Array, u: Array) -> Derived:
-    """Return what follows from joint positions q (K, nq), velocities v (K, nq) and efforts applied u (K, nu)."""
+def derived(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
+    """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
     points, tip = polyline(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
     nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 3))
-    rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (q, v, u))
+    rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
     fill_derived(scene.model, *rows, nodes, scalars)
     rope = nodes[:, -1] - nodes[:, tip]
     swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
@@ -114,7 +114,7 @@ class Metrics:
 
     def _watch(self, t: Array, q: Array, v: Array, u: Array) -> None:
         """Note errors, swing and energies."""
-        now = derived(self._scene, q, v, u)
+        now = derived(self._scene, t, q, v, u)
         self._swing = max(self._swing, float(now.swing.max()))
         late = t >= (1.0 - LAST) * self._scene.duration
         self._residual = max(self._residual, float(now.swing[late].max(initial=0.0)))
@@ -137,7 +137,7 @@ class Metrics:
         scene = self._scene
         sha = self._sha.copy()
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
-        final = derived(scene, np.array([q]), np.array([v]), np.zeros((1, self._nu)))
+        final = derived(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
         angles = np.degrees([self._swing, self._residual, final.swing[0]])
         return {
             "steps": round(t / scene.period),

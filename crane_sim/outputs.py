@@ -57,7 +57,7 @@ def _(p, row):
 
 
 @system.state.register(Crane)
-def _(p, q, v):
+def _(p, t, q, v):
     d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
     rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
     pose = posture(p.support, (q[0], q[1], q[2], v[0], v[1], v[2]))

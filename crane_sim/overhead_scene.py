@@ -1,68 +1,29 @@
-"""The form of a scene file with an overhead crane in the vertical plane, and the model that it describes."""
+"""The form of a scene file with an overhead crane."""
 
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Any, Literal
 
-import numpy as np
-from pydantic import Field
-
-from crane_sim.cables.chain import Chain, ForceHoist, PrescribedHoist
 from crane_sim.explain import SceneError
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.motions import position_at
-from crane_sim.overhead import OverheadCrane
-from crane_sim.quantities import Angle, NonNegative, Positive, Real
-from crane_sim.scene_groups import Channel, Control, Group, Method, Profile
-from crane_sim.sources import Constant, Inputs, NoInputs
-from crane_sim.supports.trolley import FixedTrolley, ForceTrolley, PrescribedTrolley
-
-Lengths = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=500)]
-
-
-class TrolleyGroup(Group):
-    """How the trolley moves."""
-
-    drive: Literal["force", "prescribed", "fixed"] = "force"
-    mass: Positive | None = None  # kg, of a force-driven trolley
-    motion: Profile = None  # of a prescribed one
-
-
-class CableGroup(Group):
-    """Links and node masses from the top; the last node is the payload."""
-
-    model: Literal["rigid"] = "rigid"
-    lengths: Lengths  # m
-    node_masses: Lengths  # kg
-
-
-class HoistGroup(Group):
-    """How the first link's length changes."""
-
-    drive: Literal["prescribed", "force"]
-    profile: Profile = None  # m, of a prescribed hoist
-    inertia: Positive | None = None  # kg, of a force-driven one
-
-
-class PlanarStart(Group):
-    """Trolley position and velocity, link angles from the downward vertical and their rates, at t = 0."""
-
-    x: Real = 0.0
-    v: Real = 0.0
-    angles: tuple[Angle, ...]
-    rates: tuple[Real, ...] = ()
-
-
-class PlanarReference(Group):
-    """Where the actuated joints should go."""
-
-    q: tuple[Real, ...]
-
-
-class PlanarInputs(Group):
-    """Open-loop inputs of the actuated joints; silent ones are zero."""
-
-    trolley: Channel = Constant(0.0)
-    hoist: Channel = Constant(0.0)
+from crane_sim.overhead_groups import (
+    AxisGroup,
+    CableGroup,
+    Event,
+    ForceGroup,
+    FrictionGroup,
+    HoistGroup,
+    Inputs,
+    JointsGroup,
+    PayloadGroup,
+    Reference,
+    Start,
+)
+from crane_sim.overhead_models import crane_of
+from crane_sim.overhead_start import Cable, cable_of, start_of, what_is_modelled
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.scene_groups import Control, Group, Method
+from crane_sim.sources import Inputs as Channels
+from crane_sim.sources import NoInputs
 
 
 class OverheadFile(Group):
@@ -71,40 +32,65 @@ class OverheadFile(Group):
     crane: Literal["overhead"]
     name: str = ""
     description: str = ""
-    dimensions: Literal[2] = 2
+    dimensions: Literal[2, 3] = 2
     duration: Positive  # s
     gravity: NonNegative = 9.81  # m/s²
     seed: int = 0
-    trolley: TrolleyGroup
+    trolley: AxisGroup
+    bridge: AxisGroup | None = None
     cable: CableGroup
+    payload: PayloadGroup | None = None
     hoist: HoistGroup | None = None
-    initial: PlanarStart
-    reference: PlanarReference | None = None
+    joints: JointsGroup | None = None
+    friction: FrictionGroup | None = None
+    forces: tuple[ForceGroup, ...] = ()
+    events: tuple[Event, ...] = ()
+    initial: Start = Start()
+    reference: Reference | None = None
     control: Control | None = None
-    inputs: PlanarInputs | None = None
+    inputs: Inputs | None = None
     integrator: Method = DOP853()
 
-    @property
-    def n(self) -> int:
-        """Number of links."""
-        return len(self.cable.lengths)
+    @cached_property
+    def parts(self) -> Cable:
+        """Lengths and masses of the cable's links, checked, massless nodes merged."""
+        return cable_of(self)
+
+    @cached_property
+    def modelled(self) -> str:
+        """The cable's model: rigid, elastic or straight."""
+        return what_is_modelled(self)
 
     @property
+    def axes(self) -> tuple[str, ...]:
+        """The axes that carry the cable's upper end."""
+        return ("trolley",) if self.dimensions == 2 else ("trolley", "bridge")
+
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints, the actuated ones first."""
-        hoist = ("hoist",) if self.hoist else ()
-        return ("trolley", *hoist, *(f"swing_{k}" for k in range(1, self.n + 1)))
+        """Joints: axes, the hoist, then what tells where the links are."""
+        n, hoist = len(self.parts.lengths), ("hoist",) if self.hoist else ()
+        across = "xz" if self.dimensions == 2 else "xyz"
+        if self.modelled == "elastic":
+            cable = [f"node_{k}_{axis}" for k in range(1, n + 1) for axis in across]
+        elif self.dimensions == 3:
+            cable = [f"link_{k}_{axis}" for k in range(1, n + 1) for axis in across]
+        else:
+            cable = [f"swing_{k}" for k in range(1, 2 if self.modelled == "straight" else n + 1)]
+        return (*self.axes, *hoist, *cable)
 
     @property
     def joint_units(self) -> tuple[str, ...]:
-        """Units of the joints' positions."""
-        return ("m",) * (2 if self.hoist else 1) + ("rad",) * self.n
+        """Units of the joints' positions; directions of links have none."""
+        unit = "m" if self.modelled == "elastic" else "1" if self.dimensions == 3 else "rad"
+        metres = len(self.axes) + (self.hoist is not None)
+        return ("m",) * metres + (unit,) * (len(self.joint_names) - metres)
 
     @property
     def actuated(self) -> tuple[str, ...]:
         """Joints that take commands."""
-        hoist = ("hoist",) if self.hoist and self.hoist.drive == "force" else ()
-        return (*(("trolley",) if self.trolley.drive == "force" else ()), *hoist)
+        groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
+        return tuple(name for name, group in groups if group is not None and group.drive == "force")
 
     @property
     def effort_units(self) -> tuple[str, ...]:
@@ -136,54 +122,20 @@ class OverheadFile(Group):
 
     @cached_property
     def _start(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        start = self.initial
-        rates = start.rates or (0.0,) * self.n
-        for name, values in (("angles", start.angles), ("rates", rates)):
-            if len(values) != self.n:
-                raise SceneError(f"initial.{name}: has {len(values)} values, the cable has {self.n} links")
-        x, v = position_at(self.trolley.motion, 0.0) if self.trolley.motion else (start.x, start.v)
-        length = position_at(self.hoist.profile, 0.0) if self.hoist and self.hoist.profile else None
-        length = length or (self.cable.lengths[0], 0.0)
-        hoist, paid = ((length[0],), (length[1],)) if self.hoist else ((), ())
-        return (x, *hoist, *start.angles), (v, *paid, *rates)
+        return start_of(self)
 
-    def model(self) -> OverheadCrane:
+    def model(self) -> Any:
         """Return the parameters of the crane.
 
         Raises:
             SceneError: groups contradict each other.
         """
-        if len(self.cable.node_masses) != self.n:
-            raise SceneError(f"cable.node_masses: has {len(self.cable.node_masses)} values, lengths has {self.n}")
-        chain = Chain(np.array(self.cable.node_masses), np.array(self.cable.lengths))
-        return OverheadCrane(self._trolley(), chain, self._hoist(), self.gravity)
+        return crane_of(self)
 
-    def _trolley(self) -> ForceTrolley | PrescribedTrolley | FixedTrolley:
-        drive, mass, motion = self.trolley.drive, self.trolley.mass, self.trolley.motion
-        if (mass is None) == (drive == "force"):
-            raise SceneError(f"trolley.mass = {mass}: a trolley has one when its drive is force, here it is {drive!r}")
-        if (motion is None) == (drive == "prescribed"):
-            raise SceneError(f"trolley.motion: belongs to a prescribed drive and to no other, here it is {drive!r}")
-        if mass is not None:
-            return ForceTrolley(mass)
-        return FixedTrolley() if motion is None else PrescribedTrolley(motion)
-
-    def _hoist(self) -> PrescribedHoist | ForceHoist | None:
-        if self.hoist is None:
-            return None
-        drive, profile, inertia = self.hoist.drive, self.hoist.profile, self.hoist.inertia
-        if (profile is None) == (drive == "prescribed"):
-            raise SceneError(f"hoist.profile: belongs to a prescribed drive and to no other, here it is {drive!r}")
-        if (inertia is None) == (drive == "force"):
-            raise SceneError(
-                f"hoist.inertia = {inertia}: a hoist has one when its drive is force, here it is {drive!r}"
-            )
-        return ForceHoist(inertia) if inertia is not None else PrescribedHoist(profile)
-
-    def open_loop(self) -> Inputs | NoInputs:
+    def open_loop(self) -> Channels | NoInputs:
         """Return the open-loop inputs, zero where the file is silent."""
-        given = self.inputs or PlanarInputs()
-        inputs = None
+        given = self.inputs or Inputs()
+        channels = None
         for name in reversed(self.actuated):
-            inputs = Inputs(getattr(given, name), inputs)
-        return inputs or NoInputs()
+            channels = Channels(getattr(given, name), channels)
+        return channels or NoInputs()

@@ -160,4 +160,4 @@ def _summary(scene: Scene, rows: Array, flow: Any, saturated: int) -> dict[str, 
 def _rollout(scene: Scene, t: Array, rows: Array, stats: dict[str, Any], summary: dict[str, Any]) -> Rollout:
     nq = len(scene.joint_names)
     q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : -1]
-    return Rollout(scene, t, q, v, u, rows[:, -1], derived(scene, q, v, u), stats, summary)
+    return Rollout(scene, t, q, v, u, rows[:, -1], derived(scene, t, q, v, u), stats, summary)

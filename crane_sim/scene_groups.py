@@ -8,7 +8,7 @@ from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
 from crane_sim.explain import unknown_key
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.rk4 import RK4
-from crane_sim.motions import Series, Smooth, Wave
+from crane_sim.overhead.motions import Knots, Series, Smooth, Wave
 from crane_sim.sources import Constant, Polynomial, Sine, Table
 
 
@@ -62,7 +62,7 @@ def _period(value: Any) -> Any:
 
 
 Profile = Annotated[
-    Any, _chosen("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series}, "motion", optional=True)
+    Any, _chosen("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, "motion", optional=True)
 ]
 
 

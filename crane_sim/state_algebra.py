@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numba.core import types
-from numba.core.imputils import impl_ret_borrowed
+from numba.cpython.unsafe.tuple import tuple_setitem
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
@@ -74,6 +74,16 @@ def _store(rows, i, first, values):
             rows[i, first + j] = values[j]
 
     return each if len(values) else lambda rows, i, first, values: None
+
+
+def replaced(x: tuple[float, ...], i: int, value: float) -> tuple[float, ...]:
+    """Return the flat tuple x with `value` at index i."""
+    return (*x[:i], value, *x[i + 1 :])
+
+
+@overload(replaced, jit_options=OPTIONS)
+def _replaced(x, i, value):
+    return lambda x, i, value: tuple_setitem(x, i, value)
 
 
 def dimension(x: State) -> int:
@@ -178,26 +188,28 @@ def _add_scaled_arrays(x, a, y):
 
 
 @routine
-def _combine_arrays(h, factors, slopes):
-    out = _scale_array(h * factors[0], slopes[0])
-    for j in range(1, len(factors)):
-        factor, slope = h * factors[j], slopes[j]
-        for i in range(len(out)):
-            out[i] += factor * slope[i]
+def _combine_rows(h, weights, ks):
+    out = np.zeros(ks.shape[1])
+    for j in range(len(weights)):
+        weight = h * weights[j]
+        if weight != 0.0:
+            for i in range(len(out)):
+                out[i] += weight * ks[j, i]
     return out
 
 
 @instructions
-def _used(typing_context, row, items):
-    """Return the items at the places where the row is not None, as a tuple of one type."""
-    places = [j for j, entry in enumerate(row) if isinstance(entry, types.Float)]
-    kind = types.UniTuple(items[places[0]], len(places))
+def _dense(typing_context, row):
+    """Return the row with 0 in place of None, as a tuple of one type."""
+    kind = types.UniTuple(types.float64, len(row))
 
     def generate(context, builder, signature, args):
-        found = context.make_tuple(builder, kind, [builder.extract_value(args[1], j) for j in places])
-        return impl_ret_borrowed(context, builder, kind, found)
+        zero = context.get_constant(types.float64, 0.0)
+        given = [isinstance(entry, types.Float) for entry in row]
+        entries = [builder.extract_value(args[0], j) if is_given else zero for j, is_given in enumerate(given)]
+        return context.make_tuple(builder, kind, entries)
 
-    return kind(row, items), generate
+    return kind(row), generate
 
 
 def _for_arrays_or_tuples(function: Any, position: int, arrays: Any, tuples: Any) -> None:
@@ -218,8 +230,8 @@ _for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(_leaves(x)))
 
 @overload(combine, jit_options=OPTIONS)
 def _compiled_combine(h, row, ks):
-    if isinstance(ks[0], types.Array):
-        return lambda h, row, ks: _combine_arrays(h, _used(row, row), _used(row, ks))
+    if isinstance(ks, types.Array):
+        return lambda h, row, ks: _combine_rows(h, _dense(row), ks)
     return lambda h, row, ks: _combine(h, row, ks)
 
 

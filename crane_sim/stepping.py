@@ -8,8 +8,8 @@ follow the solution alone and rows are read off between them.
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.integrators import OK, horizon, reach, start, state_at
-from crane_sim.jit import entry, kernel
+from crane_sim.integrators import OK, horizon, reach, record, settled, start, state_at
+from crane_sim.jit import entry, routine
 from crane_sim.state_algebra import store
 
 
@@ -29,11 +29,11 @@ def _(law, t, q, v):
 @entry
 def begin(p, q, v):
     """Return (flow, q, v) at rest on the initial joint positions and velocities, at t = 0."""
-    flow = start(0.0, system.project(p, system.state(p, q, v)))
+    flow = start(0.0, system.project(p, system.state(p, 0.0, q, v)), record(system.switching(p)))
     return flow, *system.joints(p, flow.x)
 
 
-@kernel
+@routine
 def write(rows, i, p, t, x, u):
     """Write the row of state x under the source u into rows[i]."""
     q, v = system.joints(p, x)
@@ -45,7 +45,7 @@ def write(rows, i, p, t, x, u):
     rows[i, 2 * len(q) + len(tau)] = system.tension(p, t, x, tau)
 
 
-@kernel
+@routine
 def pass_period(method, p, u, flow, end, horizon, times, samples, i):
     """Return (flow covering `end`, index of the next sample), with the samples of this period written on the way.
 
@@ -72,6 +72,7 @@ def held_step(method, p, demand, flow, end, rows, i):
         (flow, q, v, effort applied)
     """
     u = system.limited(p, demand)
+    flow = settled(system.switching(p), p, u, flow)
     write(rows, i, p, flow.t, flow.x, u)
     flow = reach(method, p, u, flow, end, end)
     q, v = system.joints(p, flow.x)
@@ -81,6 +82,7 @@ def held_step(method, p, demand, flow, end, rows, i):
 @entry
 def free_step(method, p, source, flow, begin, end, rows, i):
     """Write row i, then pass one period with efforts that the equations evaluate; results as of `held_step`."""
+    flow = settled(system.switching(p), p, source, flow)
     x = state_at(method, p, source, flow, begin)
     u = system.effort(source, p, begin, x)
     write(rows, i, p, begin, x, u)
@@ -89,7 +91,7 @@ def free_step(method, p, source, flow, begin, end, rows, i):
     return flow, q, v, u
 
 
-@kernel
+@routine
 def finish(method, p, u, flow, end, rows, times, samples, i):
     """Write the row and the samples at the very end of a run."""
     x = state_at(method, p, u, flow, end)
@@ -113,7 +115,8 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
     Returns:
         (last flow, number of periods passed)
     """
-    steps, i = len(rows) - 1, 0
+    steps = len(rows) - 1
+    i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     q, v = system.joints(p, flow.x)
     u = system.limited(p, system.command(law, 0.0, q, v))
     for k in range(steps):
@@ -121,6 +124,7 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
         demand = system.command(law, k * period, q, v)
         store(demands, k, 0, demand)
         u = system.limited(p, demand)
+        flow = settled(system.switching(p), p, u, flow)
         write(rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_period(method, p, u, flow, end, end, times, samples, i)
@@ -133,7 +137,9 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
 @entry
 def free_rollout(method, p, source, flow, period, rows, times, samples):
     """Run under a source that the equations evaluate; arguments and results as of `held_rollout`."""
-    steps, i = len(rows) - 1, 0
+    steps = len(rows) - 1
+    i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
+    flow = settled(system.switching(p), p, source, flow)
     for k in range(steps):
         end = (k + 1) * period
         write(rows, k, p, k * period, state_at(method, p, source, flow, k * period), source)

@@ -6,12 +6,30 @@ registered `effort`. Joint coordinates q, v are tuples in the order of the scene
 world frame right-handed, z up.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from crane_sim.jit import generic
+
+
+class Switching(NamedTuple):
+    """The model's equations switch; so many events are kept."""
+
+    capacity: int = 1000
 
 
 @generic
 def rhs(p, t, x, u):
-    """Return the time derivative of the state, of the structure of x."""
+    """Return the time derivative of the state, of the structure of x. A model whose state is an array answers `fill`."""
+    out = np.empty_like(x)
+    fill(p, t, x, u, out)
+    return out
+
+
+@generic
+def fill(p, t, x, u, out):
+    """Write the time derivative of the state, an array, into `out`."""
     raise NotImplementedError
 
 
@@ -34,8 +52,8 @@ def command(law, t, q, v):
 
 
 @generic
-def state(p, q, v):
-    """Return the state x of model p at joint positions q (nq,) and velocities v (nq,), tuples or arrays."""
+def state(p, t, q, v):
+    """Return the state x of model p at time t [s], joint positions q (nq,) and velocities v (nq,), tuples or arrays."""
     raise NotImplementedError
 
 
@@ -115,3 +133,21 @@ def points(p, x, out):
 def supplied(p, x):
     """Return the energy [J] supplied since the start if the model is metered, else 0."""
     return 0.0
+
+
+@generic
+def switching(p):
+    """Return `Switching` for a model whose equations switch, None for a smooth one."""
+    return None
+
+
+@generic
+def guard(p, t, x, u):
+    """Return (the smallest guard, its number): the present mode is valid while all guards are non-negative."""
+    raise NotImplementedError
+
+
+@generic
+def switched(p, t, x, u, which):
+    """Return (the state after guard number `which` has failed, whether the model goes on)."""
+    raise NotImplementedError

@@ -146,7 +146,7 @@ def test_accelerations_equal_a_second_derivation(group: str) -> None:
 @entry
 def balance(p, q, v, u, h):
     """Return (dE/dt by central differences along the motion, power) at a state."""
-    x = system.state(p, q, v)
+    x = system.state(p, 0.0, q, v)
     dx = system.rhs(p, 0.0, x, u)
     ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
     gained = (
@@ -179,7 +179,7 @@ def test_imposed_rope_motion_is_the_force_driven_one_at_that_tension(drive: str)
     for q, v, u in random_states(10):
         v[3] = 0.0 if drive == "locked" else v[3]
         u = u[: len(scene.actuated)]
-        tension = derived(scene, q[None], v[None], u[None]).tension[0]
+        tension = derived(scene, np.zeros(1), q[None], v[None], u[None]).tension[0]
         found = crane_sim.acceleration(scene, q, v, u)
         expected_rope = {"rate": u[-1], "lagging rate": (u[-1] - v[3]) / 0.2, "locked": 0.0}[drive]
         # the tension is formed from terms up to 1e2 times the result

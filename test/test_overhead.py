@@ -83,7 +83,7 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
 @entry
 def balance(p, t, q, v, u, h):
     """Return (dE/dt by central differences along the motion, power) at a state."""
-    x = system.state(p, q, v)
+    x = system.state(p, 0.0, q, v)
     dx = system.rhs(p, t, x, u)
     ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
     gained = system.kinetic(p, ahead) - system.kinetic(p, behind)

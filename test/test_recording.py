@@ -73,7 +73,7 @@ def test_every_step_is_there_exactly(run: Run) -> None:
 
 def test_what_follows_from_the_state_is_there(run: Run) -> None:
     """The derived quantities are the metrics' own, and those of the law are the law's, at every step."""
-    known = derived(SCENE, run.q, run.v, run.u)
+    known = derived(SCENE, run.t, run.q, run.v, run.u)
     law: Any = SCENE.law
     lyapunov = np.array([law.lyapunov(tuple(q), tuple(v)) for q, v in zip(run.q, run.v, strict=True)])
     expected = {

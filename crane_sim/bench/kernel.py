@@ -42,7 +42,7 @@ def run(method, p, x, law, h, steps):
 @entry
 def start_state(p, q, v):
     """Compiled `system.state`."""
-    return system.state(p, q, v)
+    return system.state(p, 0.0, q, v)
 
 
 def compiled_c(folder: Path) -> Any:

@@ -6,9 +6,11 @@ Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations 
 from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
-from crane_sim.integrators import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import moved, slope
-from crane_sim.jit import kernel, routine
+import numpy as np
+
+from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, first, moved, opening, slope
+from crane_sim.jit import generic, kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import add, combine, dimension, scale, weighted_square
 from crane_sim.system import project, rhs
@@ -50,7 +52,8 @@ E3 = (
      -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
 )
 # fmt: on
-ORDER = 8
+ORDER, STAGES = 8, 12
+_DENSE, _NODES = dense(A), np.array((0.0, *C))
 SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
 """Step control: h is scaled by SAFETY err^(-1/8), within these bounds."""
 
@@ -68,9 +71,9 @@ class RK8(NamedTuple):
     step: Positive  # s
 
 
-@kernel
-def slopes(p, t, x, u, h, k1):
-    """Return the derivatives of all twelve stages, the first one given."""
+@generic
+def slopes(k1, p, t, x, u, h):
+    """Return the derivatives of all twelve stages, the first one given as `opening` returns it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -83,6 +86,11 @@ def slopes(p, t, x, u, h, k1):
     k11 = slope(p, t, x, u, h, A[9], C[9], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10))
     k12 = slope(p, t, x, u, h, A[10], C[10], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11))
     return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
+
+
+@slopes.register(np.ndarray)
+def _(ks, p, t, x, u, h):
+    return fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
 
 
 @kernel
@@ -116,15 +124,15 @@ def _(method, p, u, flow, end):
 def accepted_step(method, p, u, flow, end):
     """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
     t, x, h, n, rejected = flow.t, flow.x, flow.h, flow.evaluations, flow.rejected
-    k1 = rhs(p, t, x, u)
+    k1 = opening(x, p, t, u, STAGES)
     if h == 0.0:
-        h, n = _first_size(p, t, x, u, k1, method.rtol, method.atol), n + 1
+        h, n = _first_size(p, t, x, u, first(k1), method.rtol, method.atol), n + 1
     n, y, reached, growth = n + 1, x, t, GROW
     status = STALLED if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
-        ks = slopes(p, t, x, u, size, k1)
+        ks = slopes(k1, p, t, x, u, size)
         y = moved(x, size, B, ks)
         error, n = _error(ks, x, y, size, method.rtol, method.atol), n + 11
         factor = min(growth, max(SHRINK, SAFETY * error ** (-1.0 / ORDER))) if error > 0.0 else growth
@@ -134,7 +142,7 @@ def accepted_step(method, p, u, flow, end):
         h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
         status = STALLED if isfinite(error) else NOT_FINITE
     y = y if status == OK else x  # a step that failed leaves the state as it was
-    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status)
+    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status, flow.seen)
 
 
 @horizon.register(DOP853)
@@ -142,21 +150,22 @@ def _(method, end):
     return inf
 
 
+@kernel
+def _stepped(p, t, x, u, h):
+    return moved(x, h, B, slopes(opening(x, p, t, u, STAGES), p, t, x, u, h))
+
+
 @step.register(DOP853)
 def _(method, p, t, x, u, h):
-    return moved(x, h, B, slopes(p, t, x, u, h, rhs(p, t, x, u)))
-
-
-@stages.register(DOP853)
-def _(method):
-    return 12
+    return _stepped(p, t, x, u, h)
 
 
 @step.register(RK8)
 def _(method, p, t, x, u, h):
-    return moved(x, h, B, slopes(p, t, x, u, h, rhs(p, t, x, u)))
+    return _stepped(p, t, x, u, h)
 
 
+@stages.register(DOP853)
 @stages.register(RK8)
 def _(method):
-    return 12
+    return STAGES

@@ -2,15 +2,18 @@
 
 from typing import NamedTuple
 
-from crane_sim.integrators import stages, step
-from crane_sim.integrators.runge_kutta import moved, slope
+import numpy as np
+
+from crane_sim.integrators.flow import stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, moved, opening, slope
+from crane_sim.jit import generic
 from crane_sim.quantities import Positive
-from crane_sim.system import rhs
 
 A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
 C = (1 / 2, 1 / 2, 1.0)
 B = (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 ORDER = 4
+_DENSE, _NODES = dense(A), np.array((0.0, *C))
 
 
 class RK4(NamedTuple):
@@ -19,13 +22,22 @@ class RK4(NamedTuple):
     step: Positive  # s
 
 
-@step.register(RK4)
-def _(method, p, t, x, u, h):
-    k1 = rhs(p, t, x, u)
+@generic
+def slopes(k1, p, t, x, u, h):
+    """Return the derivatives of all four stages, the first one given as `opening` returns it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
-    k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
-    return moved(x, h, B, (k1, k2, k3, k4))
+    return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+
+
+@slopes.register(np.ndarray)
+def _(ks, p, t, x, u, h):
+    return fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+
+
+@step.register(RK4)
+def _(method, p, t, x, u, h):
+    return moved(x, h, B, slopes(opening(x, p, t, u, 4), p, t, x, u, h))
 
 
 @stages.register(RK4)

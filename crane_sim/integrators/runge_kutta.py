@@ -1,17 +1,70 @@
 """Explicit Runge-Kutta stages from a tableau that is data.
 
 A tableau has rows a (one per stage after the first), nodes c and weights b. Structural zeros are None and cost nothing.
+The stages of tuple states are written out, one call each, so that they stay in registers; those of array states are
+the rows of one array, filled in a loop.
 """
 
-from crane_sim.jit import kernel
+import numpy as np
+
+from crane_sim.jit import generic, kernel, routine
 from crane_sim.state_algebra import add, combine
-from crane_sim.system import rhs
+from crane_sim.system import fill, rhs
+
+
+def dense(rows):
+    """Return the rows of a tableau as a matrix (stages, stages); the first stage, which has no row, is a row of 0."""
+    matrix = np.zeros((len(rows) + 1, len(rows) + 1))
+    for i, row in enumerate(rows):
+        matrix[i + 1, : len(row)] = [entry or 0.0 for entry in row]
+    return matrix
+
+
+@generic
+def opening(x, p, t, u, count):
+    """Return the derivative at (t, x): the first of `count` stages."""
+    return rhs(p, t, x, u)
+
+
+@opening.register(np.ndarray)
+def _(x, p, t, u, count):
+    ks = np.empty((count, len(x)))
+    fill(p, t, x, u, ks[0])
+    return ks
+
+
+@generic
+def first(k1):
+    """Return the first derivative of what `opening` returned."""
+    return k1
+
+
+@first.register(np.ndarray)
+def _(ks):
+    return ks[0]
 
 
 @kernel
 def slope(p, t, x, u, h, row, node, ks):
     """Return the derivative at the stage with this row and node, given those of the stages before, `ks`."""
     return rhs(p, t + node * h, add(x, combine(h, row, ks)), u)
+
+
+@routine
+def fill_stages(ks, p, t, x, u, h, a, c):
+    """Fill the rows of ks after the first one with the derivatives at the stages of a dense tableau a, c; return ks."""
+    y = np.empty_like(x)
+    for s in range(1, len(ks)):
+        y[:] = 0.0
+        for j in range(s):
+            weight = h * a[s, j]
+            if weight != 0.0:
+                for i in range(len(y)):
+                    y[i] += weight * ks[j, i]
+        for i in range(len(y)):
+            y[i] += x[i]
+        fill(p, t + c[s] * h, y, u, ks[s])
+    return ks
 
 
 @kernel

@@ -83,17 +83,19 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
     silent = (np.nan,) * effort.shape[1]
-    known = derived(scene, q, v, effort)
+    step = np.array([row.step for row in rows], dtype=np.int64)
+    t = (step - 1) * scene.period
+    known = derived(scene, t, q, v, effort)
     reference = _references(rows)
     return Block(
-        step=np.array([row.step for row in rows], dtype=np.int64),
+        step=step,
         q=q,
         v=v,
         effort=effort,
         demanded=_array(silent if row.demanded is None else row.demanded for row in rows),
         reference=reference,
         nodes=known.nodes,
-        target=None if reference is None else _targets(scene, reference, q),
+        target=None if reference is None else _targets(scene, t, reference, q),
         energy=known.energy,
         tension=known.tension,
         swing=known.swing,
@@ -110,11 +112,11 @@ def _references(rows: Sequence[Row]) -> Numbers | None:
     return _array(found) if all(reference is not None for reference in found) else None
 
 
-def _targets(scene: Scene, reference: Numbers, q: Numbers) -> Numbers:
+def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers) -> Numbers:
     """Return the crane's nodes with the reference's posture and the payload hanging still below the tip."""
     rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
     rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
-    return derived(scene, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
+    return derived(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
 
 
 def _lyapunov(scene: Scene, rows: Sequence[Row]) -> Numbers | None:

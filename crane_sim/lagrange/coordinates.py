@@ -1,0 +1,104 @@
+"""The coordinates of a planar chain of N links, the maps between them, and where each of them fails.
+
+| coordinates                                         | in the report | fail where                                     |
+|-----------------------------------------------------|---------------|------------------------------------------------|
+| relative angles θ                                   | section 3     | nowhere, but M is the worst conditioned        |
+| absolute angles α_k = θ_1 + .. + θ_k                | 6.2.1         | nowhere                                        |
+| (x, θ, x_1 .. x_N): lengths by horizontal positions | 6.2.3         | a link is vertical, sin α_k = 0                |
+| (x, x_1 .. x_N): fixed lengths, no angles           | end of 6.2.3  | a link is horizontal; it hides up against down |
+
+The report's horizontal positions are those for small angles; here they are exact.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+
+def absolute(theta: Array) -> Array:
+    """Return absolute angles or rates (N,) of relative ones, equation (155)."""
+    return np.cumsum(theta)
+
+
+def relative(alpha: Array) -> Array:
+    """Return relative angles or rates (N,) of absolute ones, equation (156)."""
+    return np.diff(alpha, prepend=0.0)
+
+
+def absolute_map(n: int) -> Array:
+    """Return the matrix T (2n+1, 2n+1) that takes relative into absolute angles in q and its rates, equation (155)."""
+    matrix = np.eye(2 * n + 1)
+    matrix[1 : n + 1, 1 : n + 1] = np.tri(n)
+    return matrix
+
+
+def unpack(q: Array) -> tuple[Any, Array, Array]:
+    """Return (first entry, relative angles (N,), lengths (N,)) of q, or of its rates."""
+    n = len(q) // 2
+    return q[0], q[1 : n + 1], q[n + 1 :]
+
+
+def transformed(mass: Array, jacobian: Array) -> Array:
+    """Return the mass matrix in the coordinates y, given ∂y/∂q, equations (157) and (191).
+
+    Raises:
+        numpy.linalg.LinAlgError: the coordinates y fail here.
+    """
+    inverse = np.linalg.inv(jacobian)
+    return inverse.T @ mass @ inverse
+
+
+def to_horizontal(q: Array) -> Array:
+    """Return q_x = (x, θ, x_1 .. x_N) of section 6.2.3: horizontal positions of the nodes in place of lengths."""
+    x, theta, lengths = unpack(q)
+    return np.concatenate([[x], theta, x + np.cumsum(lengths * np.sin(absolute(theta)))])
+
+
+def from_horizontal(q_x: Array) -> Array:
+    """Return q of the coordinates of section 6.2.3, the inverse of `to_horizontal`.
+
+    Raises:
+        ValueError: a link is vertical, so that its length does not show in horizontal positions.
+    """
+    x, theta, positions = unpack(q_x)
+    alpha = absolute(theta)
+    sines = np.sin(alpha)
+    vertical = np.abs(sines) <= np.finfo(float).eps * np.maximum(1.0, np.abs(alpha))  # the rounding of an angle
+    if np.any(vertical):
+        raise ValueError(f"link {np.argmax(vertical) + 1} is vertical: horizontal positions do not fix its length")
+    return np.concatenate([[x], theta, np.diff(positions, prepend=x) / sines])
+
+
+def horizontal_jacobian(q: Array) -> Array:
+    """Return ∂q_x/∂q (2N+1, 2N+1), equation (187) without its small angles; its determinant is Π sin α_k, as (189).
+
+    Rates follow as q̇_x = ∂q_x/∂q q̇, and back by solving for q̇ where no link is vertical.
+    """
+    _, theta, lengths = unpack(q)
+    alpha, n = absolute(theta), len(theta)
+    jacobian = np.eye(2 * n + 1, dtype=q.dtype)
+    jacobian[n + 1 :, 0] = 1.0
+    jacobian[n + 1 :, 1 : n + 1] = (np.tri(n) * lengths * np.cos(alpha)) @ np.tri(n)  # (188)
+    jacobian[n + 1 :, n + 1 :] = np.tri(n) * np.sin(alpha)  # (189)
+    return jacobian
+
+
+def hanging_angles(x: float, positions: Array, lengths: Array) -> Array:
+    """Return absolute angles (N,) of links of fixed lengths that hang below the trolley at x (end of section 6.2.3).
+
+    Raises:
+        ValueError: a link would have to be horizontal or longer; beyond that, it would point upwards.
+    """
+    sines = np.diff(positions, prepend=x) / lengths
+    far = np.abs(sines) >= 1.0
+    if np.any(far):
+        raise ValueError(f"link {np.argmax(far) + 1} does not hang: its ends are a length or more apart horizontally")
+    return np.arcsin(sines)
+
+
+def hanging_rates(speed: float, velocities: Array, alpha: Array, lengths: Array) -> Array:
+    """Return rates (N,) of absolute angles from horizontal velocities (N,) of the nodes, for fixed lengths."""
+    return np.diff(velocities, prepend=speed) / (lengths * np.cos(alpha))

@@ -1,0 +1,92 @@
+"""Hoists: what changes the first link's length. What a cable needs of one is how its length answers the tension."""
+
+from typing import NamedTuple
+
+from crane_sim.jit import generic
+from crane_sim.overhead.motions import Motion, moved_at
+from crane_sim.quantities import Positive
+
+
+class PrescribedHoist(NamedTuple):
+    """A winch that gives the first link a length that is a function of time."""
+
+    profile: Motion
+
+
+class ForceHoist(NamedTuple):
+    """A winch with inertia that takes a force command; positive pays out."""
+
+    inertia: Positive  # kg, drum inertia over radius squared
+
+
+class MasslessHoist(NamedTuple):
+    """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
+
+
+Hoist = PrescribedHoist | ForceHoist | MasslessHoist
+
+
+@generic
+def hoisted(hoist):
+    """Return how many coordinates the hoist has."""
+    return 1
+
+
+@hoisted.register(type(None))
+def _(hoist):
+    return 0
+
+
+@generic
+def winches(hoist):
+    """Return how many efforts the hoist takes, the last of all joints."""
+    return 1
+
+
+@winches.register(type(None))
+@winches.register(PrescribedHoist)
+def _(hoist):
+    return 0
+
+
+@generic
+def drum(hoist, t, tau):
+    """Return (compliance [1/kg], free acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
+    return 0.0, 0.0
+
+
+@drum.register(PrescribedHoist)
+def _(hoist, t, tau):
+    return 0.0, moved_at(hoist.profile, t)[2]
+
+
+@drum.register(ForceHoist)
+def _(hoist, t, tau):
+    return 1.0 / hoist.inertia, tau[len(tau) - 1] / hoist.inertia
+
+
+@drum.register(MasslessHoist)
+def _(hoist, t, tau):
+    return -1.0, -tau[len(tau) - 1]
+
+
+@generic
+def drum_inertia(hoist):
+    """Return the modelled inertia [kg] of the winch."""
+    return 0.0
+
+
+@drum_inertia.register(ForceHoist)
+def _(hoist):
+    return hoist.inertia
+
+
+@generic
+def drum_power(hoist, tau, rate, tension):
+    """Return the power [W] that the winch supplies at this rate of length and tension."""
+    return -tension * rate
+
+
+@drum_power.register(ForceHoist)
+def _(hoist, tau, rate, tension):
+    return tau[len(tau) - 1] * rate

@@ -1,0 +1,179 @@
+"""An overhead crane in the vertical plane: a trolley and a chain of N rigid links, with a hoist or without.
+
+State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.jit import generic, kernel, routine
+from crane_sim.meter import Meter, meter_size
+from crane_sim.overhead.audit import metered
+from crane_sim.overhead.axes import Axis, axis_power, rail
+from crane_sim.overhead.chain import (
+    Chain,
+    Joints,
+    Links,
+    Rods,
+    add_joints,
+    demanded,
+    joint_power,
+    rod_pull,
+    solve_links,
+)
+from crane_sim.overhead.forces import NodeForces, add_forces, force_power
+from crane_sim.overhead.hoists import Hoist, drum, drum_power, hoisted
+from crane_sim.overhead.switches import Switches, mode_of, payload_mass
+
+
+class PlanarCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    cable: Chain
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    joints: Joints | None = None
+    rods: Rods | None = None
+    forces: NodeForces | None = None
+    switches: Switches | None = None
+    meter: Meter | None = None
+
+    def metered(self, sampled: bool) -> "PlanarCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return metered(self, sampled)
+
+
+class Solved(NamedTuple):
+    """What state and efforts fix at one instant."""
+
+    links: Links
+    tension: np.ndarray  # (N,) N
+    turning: np.ndarray  # (N,) rad/s²
+    trolley: float  # m/s²
+    paid: float  # m/s², of the first link's length
+    pull: float  # N, of the cable on the trolley along x
+
+
+@kernel
+def layout(p):
+    """Return (number of coordinates, index of the first angle, index of the first mode)."""
+    first = 1 + hoisted(p.hoist)
+    nq = first + len(p.cable.masses)
+    return nq, first, 2 * nq + meter_size(p.meter)
+
+
+@generic
+def first_link(hoist, chain, x, nq):
+    """Return (length, rate) of the first link."""
+    return x[1], x[nq + 1]
+
+
+@first_link.register(type(None))
+def _(hoist, chain, x, nq):
+    return chain.lengths[0], 0.0
+
+
+@routine
+def links_of(p, x):
+    """Return the links of state x."""
+    nq, first, _ = layout(p)
+    n = len(p.cable.masses)
+    work = np.empty((5, n))
+    for k in range(n):
+        work[0, k], work[1, k] = sin(x[first + k]), cos(x[first + k])
+        work[2, k], work[3, k] = x[nq + first + k], p.cable.lengths[k]
+        work[4, k] = 1.0 / p.cable.masses[k]
+    work[3, 0] = first_link(p.hoist, p.cable, x, nq)[0]
+    work[4, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    return Links(work[0], work[1], work[2], work[3], work[4])
+
+
+@routine
+def solved(p, t, x, tau):
+    """Return what state x at time t and joint efforts tau fix."""
+    nq, first, modes = layout(p)
+    n, links = len(p.cable.masses), links_of(p, x)
+    acc, tension, turning = np.zeros((n + 1, 3)), np.empty(n), np.empty(n)
+    for k in range(1, n + 1):
+        acc[k, 2] = -p.gravity
+    add_joints(p.joints, links, x[first:nq], acc)
+    add_forces(p.forces, t, links.below, acc)
+    give, push = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    pay, run = drum(p.hoist, t, tau)
+    moment_pull, rate = acc[0, 0], first_link(p.hoist, p.cable, x, nq)[1]
+    acc[0, 0], acc[0, 2] = push + give * moment_pull, 0.0
+    solve_links(p.rods, links, (give, pay, run, rate), acc, tension, turning)
+    pull = tension[0] * links.sines[0] + rod_pull(p.rods, links, turning) + moment_pull
+    paid = run + pay * tension[0] if pay >= 0.0 else slid(links, give, acc, tension)
+    return Solved(links, tension, turning, push + give * pull, paid, pull)
+
+
+@kernel
+def slid(links, give, acc, tension):
+    """Return the acceleration of the first length behind a massless winch, whose tension is given."""
+    s, c = links.sines, links.cosines
+    free = demanded(links, (give, 0.0, 0.0, 0.0), acc, 0) - (links.below[0] + s[0] * s[0] * give) * tension[0]
+    return free + (s[0] * s[1] + c[0] * c[1]) * links.below[0] * tension[1] if len(tension) > 1 else free
+
+
+@system.fill.register(PlanarCrane)
+def _(p, t, x, u, out):
+    derive(p, t, x, u, out)
+
+
+@routine
+def derive(p, t, x, u, out):
+    """Write the time derivative of the state into `out`."""
+    nq, first, modes = layout(p)
+    tau = system.effort(u, p, t, x)
+    now = solved(p, t, x, tau)
+    for i in range(nq):
+        out[i] = x[nq + i]
+    out[nq] = now.trolley
+    if first == 2:
+        out[nq + 1] = now.paid
+    for k in range(len(now.turning)):
+        out[nq + first + k] = now.turning[k]
+    for i in range(2 * nq, len(out)):
+        out[i] = 0.0
+    if modes > 2 * nq:
+        out[2 * nq] = supply(p, t, x, tau, now)
+
+
+@kernel
+def supply(p, t, x, tau, now):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    nq, first, _ = layout(p)
+    rate = first_link(p.hoist, p.cable, x, nq)[1]
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.tension[0])
+    power += joint_power(p.joints, now.links.rates)
+    return power + forces_supply(p.forces, p, t, x, now.links, rate)
+
+
+@generic
+def forces_supply(forces, p, t, x, links, rate):
+    """Return the power [W] of forces on nodes."""
+    return force_power(forces, t, node_velocities(p, x, links, rate))
+
+
+@forces_supply.register(type(None))
+def _(forces, p, t, x, links, rate):
+    return 0.0
+
+
+@routine
+def node_velocities(p, x, links, rate):
+    """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
+    nq, _, _ = layout(p)
+    v = np.zeros((len(links.rates) + 1, 3))
+    v[0, 0] = x[nq]
+    for k in range(len(links.rates)):
+        s, c, swing = links.sines[k], links.cosines[k], links.lengths[k] * links.rates[k]
+        paid = rate if k == 0 else 0.0
+        v[k + 1, 0] = v[k, 0] + paid * s + swing * c
+        v[k + 1, 2] = v[k, 2] - paid * c + swing * s
+    return v

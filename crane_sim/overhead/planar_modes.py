@@ -1,0 +1,62 @@
+"""How a planar overhead crane switches between sticking and slipping, changes its payload, and ends."""
+
+from crane_sim import system
+from crane_sim.jit import routine
+from crane_sim.overhead.axes import axis_guard, freed
+from crane_sim.overhead.planar import PlanarCrane, first_link, layout, solved
+from crane_sim.overhead.planar_outputs import energies
+from crane_sim.overhead.switches import (
+    FRICTION,
+    LIMIT,
+    PAYLOAD,
+    hoist_guard,
+    lesser,
+    limits_guard,
+    payload_guard,
+    slack_guard,
+    switching_of,
+)
+
+
+@system.switching.register(PlanarCrane)
+def _(p):
+    return switching_of(p.switches)
+
+
+@system.guard.register(PlanarCrane)
+def _(p, t, x, u):
+    return least_guard(p, t, x, system.effort(u, p, t, x))
+
+
+@routine
+def least_guard(p, t, x, tau):
+    """Return (the smallest guard, its number)."""
+    nq, _, modes = layout(p)
+    now = solved(p, t, x, tau)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, now.pull), FRICTION)
+    best = limits_guard(p.switches, best, 0, x[0])
+    best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
+    best = payload_guard(p.switches, best, t, x[len(x) - 1])
+    return slack_guard(p.switches, best, now.tension)
+
+
+@system.switched.register(PlanarCrane)
+def _(p, t, x, u, which):
+    return switch(p, t, x, system.effort(u, p, t, x), which)
+
+
+@routine
+def switch(p, t, x, tau, which):
+    """Return (the state after guard `which` has failed, whether the crane goes on)."""
+    nq, _, modes = layout(p)
+    x = x.copy()
+    if which == PAYLOAD:
+        before = sum(energies(p, x))
+        x[len(x) - 1] += 1.0
+        x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
+        return x, True
+    if which == FRICTION:
+        x[nq], x[modes] = (0.0 if x[modes] != 0.0 else x[nq]), 0.0
+        x[modes] = freed(p.trolley, tau, 0, solved(p, t, x, tau).pull)
+        return x, True
+    return x, which < LIMIT

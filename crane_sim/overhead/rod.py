@@ -1,0 +1,188 @@
+"""An overhead crane whose cable is one straight line: a single link, or a light taut cable below a heavy payload.
+
+For one link the equations are exact; for a chain they leave out that the links can bend, an error of the order of the
+square of (mass of the nodes above / mass of the payload). With M = Σ m_i, S = Σ m_i r_i, I = Σ m_i r_i² over the nodes
+at distances r_i below the trolley:
+
+    T = M g cos α + S α'² - M (x'' sin α + l''),   V = -(M - S²/I)(x'' cos α + g sin α + 2 l' α'),
+    I α'' = -S (x'' cos α + g sin α + 2 l' α'),
+
+where T pulls the trolley along the line and V across it. State: a flat tuple of floats
+(x, (l1), α, x', (l1'), α', (energy supplied), (modes)).
+"""
+
+from math import cos, sin
+from typing import Any, NamedTuple
+
+from crane_sim import system
+from crane_sim.jit import generic, kernel
+from crane_sim.meter import Meter, meter_size
+from crane_sim.overhead.audit import metered
+from crane_sim.overhead.axes import Axis, axis_power, rail
+from crane_sim.overhead.hoists import Hoist, MasslessHoist, drum, drum_power, hoisted
+from crane_sim.overhead.switches import Switches, mode_of, payload_mass
+
+
+class Line(NamedTuple):
+    """Nodes on a straight line. Distances are from the first link's lower end; sums leave out the payload."""
+
+    length: float  # m, of the first link where there is no hoist
+    mass: float  # kg, Σ m_i of the nodes above the payload
+    first: float  # kg m, Σ m_i b_i
+    second: float  # kg m², Σ m_i b_i²
+    payload: float  # kg
+    reach: float  # m, b_N of the payload
+    distances: Any  # (N,) m, b_i of all nodes
+
+
+class RodCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    cable: Line
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    switches: Switches | None = None
+    meter: Meter | None = None
+
+    def metered(self, sampled: bool) -> "RodCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return metered(self, sampled)
+
+
+class Swing(NamedTuple):
+    """What state and efforts fix at one instant."""
+
+    s: float  # sin α
+    c: float  # cos α
+    trolley: float  # m/s²
+    paid: float  # m/s²
+    turning: float  # rad/s²
+    tension: float  # N, at the top
+    pull: float  # N, of the cable on the trolley along x
+
+
+@kernel
+def layout(p):
+    """Return (number of coordinates, index of the first mode)."""
+    nq = 2 + hoisted(p.hoist)
+    return nq, 2 * nq + meter_size(p.meter)
+
+
+@generic
+def upper(hoist, cable, x):
+    """Return (length, rate) of the first link."""
+    return x[1], x[4]
+
+
+@upper.register(type(None))
+def _(hoist, cable, x):
+    return cable.length, 0.0
+
+
+@kernel
+def moments(p, x, length):
+    """Return (M [kg], S [kg m], I [kg m²], M I - S²) of the nodes, about the trolley."""
+    cable = p.cable
+    payload = payload_mass(p.switches, x, len(x) - 1, cable.payload)
+    total = cable.mass + payload
+    s0 = cable.first + payload * cable.reach
+    i0 = cable.second + payload * cable.reach * cable.reach
+    return total, s0 + total * length, i0 + length * (2.0 * s0 + total * length), total * i0 - s0 * s0
+
+
+@generic
+def pulled(hoist, total, rest, push, give, s, c, side, known):
+    """Return (trolley's acceleration, tension, acceleration of the length).
+
+    Args:
+        hoist: its type decides which of tension and length is unknown.
+        total: mass [kg] below the trolley.
+        rest: M g cos α + S α'² [N], the tension of a trolley at rest and a length that does not change.
+        push, give: free acceleration [m/s²] and compliance [1/kg] of the trolley.
+        s, c: sine and cosine of the angle.
+        side: (M - S²/I [kg], g sin α + 2 l' α' [m/s²]), what the line carries across.
+        known: (compliance, free acceleration) of the length, as of `drum`.
+    """
+    across, fall = side
+    pay, run = known
+    ease = 1.0 / (1.0 + total * pay)
+    slack = (rest - total * run) * ease
+    a = (push + give * (s * slack - across * c * fall)) / (1.0 + give * (total * s * s * ease + across * c * c))
+    tension = slack - total * s * a * ease
+    return a, tension, run + pay * tension
+
+
+@pulled.register(MasslessHoist)
+def _(hoist, total, rest, push, give, s, c, side, known):
+    across, fall = side
+    _, tension = known
+    a = (push + give * (s * tension - across * c * fall)) / (1.0 + give * across * c * c)
+    return a, tension, (rest - tension) / total - s * a
+
+
+@kernel
+def swing_of(p, t, x, tau):
+    """Return what state x at time t and joint efforts tau fix."""
+    nq, modes = layout(p)
+    s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
+    length, rate = upper(p.hoist, p.cable, x)
+    total, first, second, gram = moments(p, x, length)
+    give, push = rail(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
+    across, fall = gram / second, p.gravity * s + 2.0 * rate * w
+    rest = total * p.gravity * c + first * w * w
+    known = drum(p.hoist, t, tau)
+    a, tension, paid = pulled(p.hoist, total, rest, push, give, s, c, (across, fall), known)
+    turning = -(first / second) * (c * a + fall)
+    return Swing(s, c, a, paid, turning, tension, tension * s - across * (c * a + fall) * c)
+
+
+@generic
+def length_rates(hoist, x, paid):
+    """Return (rate, acceleration) of the first link's length, each a tuple, empty without a hoist."""
+    return (x[4],), (paid,)
+
+
+@length_rates.register(type(None))
+def _(hoist, x, paid):
+    return (), ()
+
+
+@generic
+def on_meter(meter, value):
+    """Return the value of the meter as a tuple, empty where there is none."""
+    return (value,)
+
+
+@on_meter.register(type(None))
+def _(meter, value):
+    return ()
+
+
+@generic
+def frozen(switches):
+    """Return the derivatives of the modes, zeros."""
+    return ()
+
+
+@frozen.register(Switches)
+def _(switches):
+    return 0.0, 0.0
+
+
+@system.rhs.register(RodCrane)
+def _(p, t, x, u):
+    nq, _ = layout(p)
+    tau = system.effort(u, p, t, x)
+    now = swing_of(p, t, x, tau)
+    rate, paid = length_rates(p.hoist, x, now.paid)
+    power = on_meter(p.meter, supply(p, x, tau, now))
+    return (x[nq], *rate, x[2 * nq - 1], now.trolley, *paid, now.turning, *power, *frozen(p.switches))
+
+
+@kernel
+def supply(p, x, tau, now):
+    """Return the power [W] that drives, imposed motions and losses supply."""
+    nq, _ = layout(p)
+    _, rate = upper(p.hoist, p.cable, x)
+    return axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.tension)

@@ -1,0 +1,144 @@
+"""Which model an overhead scene is, and its parameters."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.explain import SceneError
+from crane_sim.overhead import planar_modes as _planar  # noqa: F401  registers what the models answer
+from crane_sim.overhead import rod_outputs as _rod  # noqa: F401
+from crane_sim.overhead import rods as _rods  # noqa: F401
+from crane_sim.overhead.axes import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
+from crane_sim.overhead.chain import Chain, Joints, Rods
+from crane_sim.overhead.forces import NodeForces
+from crane_sim.overhead.hoists import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
+from crane_sim.overhead.planar import PlanarCrane
+from crane_sim.overhead.rod import Line, RodCrane
+from crane_sim.overhead.switches import Switches
+from crane_sim.overhead_groups import AxisGroup, JointsGroup
+from crane_sim.overhead_start import filled
+
+if TYPE_CHECKING:
+    from crane_sim.overhead_scene import OverheadFile
+
+
+def crane_of(file: "OverheadFile") -> Any:
+    """Return the parameters of a scene's crane; their type chooses the equations.
+
+    Raises:
+        SceneError: groups contradict each other.
+    """
+    plain = not (_bends(file) or file.cable.inertia or file.forces)
+    if file.modelled == "straight" or (len(file.parts.lengths) == 1 and plain):
+        if not plain:
+            raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
+        return _rod_crane(file)
+    return _planar_crane(file)
+
+
+def _bends(file: "OverheadFile") -> JointsGroup | None:
+    return file.joints or file.cable.joints
+
+
+def _planar_crane(file: "OverheadFile") -> PlanarCrane:
+    n, lengths = len(file.parts.lengths), np.array(file.parts.lengths)
+    bends, inertia, hoist = _bends(file), file.cable.inertia, hoist_of(file)
+    joints = None
+    if bends is not None:
+        parts = (filled(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
+        joints = Joints(*map(np.array, parts))
+    if inertia is not None and isinstance(hoist, MasslessHoist):
+        raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
+    rods = Rods(np.array(filled(inertia, n, "cable.inertia"))) if inertia is not None else None
+    cable = Chain(np.array(file.parts.masses), lengths)
+    trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
+    return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), switches_of(file))
+
+
+def _rod_crane(file: "OverheadFile") -> RodCrane:
+    lengths, masses = np.array(file.parts.lengths), np.array(file.parts.masses)
+    distances = np.cumsum(lengths) - lengths[0]
+    light = masses[:-1]
+    moments = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
+    cable = Line(float(lengths[0]), *moments, float(masses[-1]), float(distances[-1]), distances)
+    trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
+    return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
+
+
+def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None) -> Axis:
+    """Return an axis that also moves the mass `carried` [kg].
+
+    Raises:
+        SceneError: mass, motion or friction do not fit the drive.
+    """
+    group = group or AxisGroup(drive="fixed")
+    drive, mass, motion = group.drive, group.mass, group.motion
+    if (motion is None) == (drive == "prescribed"):
+        raise SceneError(f"{name}.motion: belongs to a prescribed drive and to no other, here it is {drive!r}")
+    if friction is not None and drive != "force":
+        raise SceneError(f"friction.{name}: belongs to a drive by force, here it is {drive!r}")
+    if friction is not None and friction.static < friction.coulomb:
+        raise SceneError(f"friction.{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}")
+    if drive == "force":
+        if mass is None or not mass + carried > 0.0:
+            raise SceneError(f"{name}.mass = {mass}: a {name} driven by force has one, greater than 0")
+        return ForceAxis(mass + carried, friction)
+    return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
+
+
+def hoist_of(file: "OverheadFile") -> Hoist | None:
+    """Return the hoist of a scene.
+
+    Raises:
+        SceneError: profile or inertia do not fit the drive.
+    """
+    if file.hoist is None:
+        return None
+    drive, profile, inertia = file.hoist.drive, file.hoist.profile, file.hoist.inertia
+    if (profile is None) == (drive == "prescribed"):
+        raise SceneError(f"hoist.profile: belongs to a prescribed drive and to no other, here it is {drive!r}")
+    if profile is not None:
+        if inertia is not None:
+            raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
+        return PrescribedHoist(profile.motion())
+    return ForceHoist(inertia) if inertia else MasslessHoist()
+
+
+def forces_of(file: "OverheadFile") -> NodeForces | None:
+    """Return the forces on nodes as the list that kernels walk.
+
+    Raises:
+        SceneError: no such node, or a force that leaves the plane.
+    """
+    found = None
+    for force in reversed(file.forces):
+        if force.node > len(file.parts.lengths):
+            raise SceneError(f"forces.node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
+        if force.axis == "y" and file.dimensions == 2:
+            raise SceneError("forces.axis = 'y': leaves the plane; 2 dimensions have x and z")
+        found = NodeForces(force.node, "xyz".index(force.axis), force.force, found)
+    return found
+
+
+def switches_of(file: "OverheadFile") -> Switches | None:
+    """Return what can switch or end the run, None when nothing can."""
+    axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
+    hoist = file.hoist.limits if file.hoist is not None else None
+    rubs = file.friction is not None and (file.friction.trolley or file.friction.bridge)
+    winds = file.hoist is not None  # a first link that is wound up to nothing ends the run
+    if not (any(axes) or winds or rubs or file.events or file.cable.slack == "stop"):
+        return None
+    ends = [limits or (-np.inf, np.inf) for limits in axes]
+    events = sorted(file.events, key=lambda event: event.at)
+    return Switches(
+        lower=(ends[0][0], ends[1][0]),
+        upper=(ends[0][1], ends[1][1]),
+        shortest=hoist[0] if hoist else SHORTEST,
+        longest=hoist[1] if hoist else np.inf,
+        taut=float(file.cable.slack == "stop"),
+        times=np.array([event.at for event in events]),
+        masses=np.array([file.parts.masses[-1], *(event.set.payload.mass for event in events)]),
+    )
+
+
+SHORTEST = 1e-3  # m, where a first link without limits of its own ends a run: its swing rate grows without bound

@@ -1,0 +1,32 @@
+"""What the papers print, measured here: `crane reproduce [ITEM]`."""
+
+from collections.abc import Callable
+
+from crane_sim.explain import SceneError, unknown_key
+from crane_sim.reproduce import overhead
+from crane_sim.reproduce.table import Row, print_json, print_tables
+
+ITEMS: dict[str, Callable[[], list[Row]]] = {
+    "overhead": overhead.rows,
+}
+"""Every item and the function that measures its rows."""
+
+
+def reproduced(item: str | None = None) -> dict[str, list[Row]]:
+    """Return the rows of an item, or of all items, measured now.
+
+    Raises:
+        SceneError: there is no such item.
+    """
+    if item is not None and item not in ITEMS:
+        raise SceneError(unknown_key(item, ITEMS, "item"))
+    return {name: rows() for name, rows in ITEMS.items() if item in (None, name)}
+
+
+def show(item: str | None, as_json: bool) -> None:
+    """Measure an item, or all, and print the rows as tables or as one JSON object.
+
+    Raises:
+        SceneError: there is no such item.
+    """
+    (print_json if as_json else print_tables)(reproduced(item))

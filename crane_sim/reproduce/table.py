@@ -1,0 +1,46 @@
+"""Rows of a comparison with a paper, as a table for a person or as JSON for a script."""
+
+import json
+import sys
+from typing import NamedTuple
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+Shown = float | str
+_WIDE = 200  # columns of a pipe, so that each row is one line
+
+
+class Row(NamedTuple):
+    """One claim of a paper beside what is measured here."""
+
+    claim: str  # with its equation number
+    printed: Shown  # what the paper says
+    ours: Shown
+    difference: float | None  # largest, relative to ours or to the scale of the matrix; None where one has no meaning
+    verdict: str
+
+
+def claimed(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> Row:
+    """Return the row of a claim that holds or does not."""
+    return Row(claim, printed, ours, difference, "holds" if holds else "does not hold")
+
+
+def print_tables(tables: dict[str, list[Row]]) -> None:
+    """Print the rows of each item as a table."""
+    console = Console(width=None if sys.stdout.isatty() else _WIDE)
+    for item, rows in tables.items():
+        table = Table("paper's claim", "printed", "ours", "difference", "verdict", title=item, title_justify="left")
+        for row in rows:
+            table.add_row(*(escape(_text(value)) for value in row))
+        console.print(table, highlight=False)
+
+
+def print_json(tables: dict[str, list[Row]]) -> None:
+    """Print one object: for each item, a list of objects with the fields of `Row`."""
+    print(json.dumps({item: [row._asdict() for row in rows] for item, rows in tables.items()}))
+
+
+def _text(value: Shown | None) -> str:
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.4g}"

@@ -1,0 +1,85 @@
+"""`crane reproduce`: the papers' claims beside what is measured."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from crane_sim.reproduce import ITEMS, reproduced
+from crane_sim.reproduce.overhead import erratum_row
+from crane_sim.reproduce.overhead_erratum import erratum
+
+CRANE = Path(sys.executable).with_name("crane")
+FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
+
+
+def crane(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Return what the command did."""
+    return subprocess.run([str(CRANE), "reproduce", *arguments], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("item", ITEMS)
+def test_every_claim_holds_or_is_an_erratum(item: str) -> None:
+    """No row of an item says that a claim fails without the correction that first principles confirm."""
+    rows = reproduced(item)[item]
+    assert len({row.claim for row in rows}) == len(rows) > 0
+    assert not [row for row in rows if row.verdict != "holds" and not row.verdict.startswith("erratum: ")]
+
+
+def test_overhead_has_all_errata_and_properties() -> None:
+    """The rows of the overhead crane cover the properties of the report and every place that is misprinted."""
+    rows = {row.claim: row.verdict for row in reproduced("overhead")["overhead"]}
+    wrong = " ".join(claim for claim, verdict in rows.items() if verdict.startswith("erratum"))
+    for place in ("(145)", "(174), m22", "(174), m23", "1.3", "1.8", "(182)", "(184)", "(73)", "after (83), large"):
+        assert place in wrong
+    for place in ("after (83), small", "before (88)", "(91)", "Remark 2", "(93)", "end of 6.2.3"):
+        assert place in wrong
+    right = " ".join(claim for claim, verdict in rows.items() if verdict == "holds")
+    for place in ("M = Mᵀ", "positive definite", "skew", "(19)", "(138)", "(194)", "cond M", "(178)", "(176)", "(179)"):
+        assert place in right
+
+
+@pytest.mark.parametrize(
+    ("printed", "corrected", "truth", "verdict"),
+    [
+        (2.0, 1.0, 1.0, "erratum: half"),
+        ([[1.0]], [1.0], [1.0], "erratum: half"),
+        (1.0, 1.0, 1.0, "holds"),
+        (2.0, 3.0, 1.0, "unexplained"),
+        (1.0, 3.0, 1.0, "unexplained"),
+        (2.0, 1.0 + 1e-6, 1.0, "unexplained"),
+    ],
+)
+def test_verdicts_follow_from_the_numbers(printed: object, corrected: object, truth: object, verdict: str) -> None:
+    """A misprint is called one only if printed and true values differ and the correction is the truth."""
+    assert erratum_row(erratum("here", "half", printed, corrected, truth)).verdict == verdict
+
+
+def test_json_is_one_object_with_the_measured_rows() -> None:
+    """With --json, and without a name, stdout is one object with all items and all fields of their rows."""
+    done = crane("--json")
+    found = json.loads(done.stdout)
+    assert done.returncode == 0 and list(found) == list(ITEMS)
+    for item, rows in reproduced().items():
+        assert [list(row) for row in found[item]] == [FIELDS] * len(rows)
+        assert [(row["claim"], row["verdict"]) for row in found[item]] == [(row.claim, row.verdict) for row in rows]
+
+
+def test_the_table_has_a_line_for_each_row() -> None:
+    """In a pipe the table is plain, and each row is one line with its claim and its verdict."""
+    done = crane("overhead")
+    lines = done.stdout.splitlines()
+    assert done.returncode == 0 and "\x1b" not in done.stdout
+    for row in reproduced("overhead")["overhead"]:
+        assert any(row.claim in line and row.verdict in line for line in lines), row.claim
+
+
+def test_an_unknown_item_is_bad_input() -> None:
+    """An item that does not exist ends with exit code 2 and one line that names those that do, in JSON as well."""
+    done = crane("overhaed", "--json")
+    assert done.returncode == 2
+    assert "unknown item 'overhaed', did you mean 'overhead'?" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert json.loads(done.stdout)["error"] in done.stderr
