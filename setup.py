@@ -36,6 +36,6 @@ setup(
             "recorder_node = crane_sim.ros.recorder_node:main",
             "controller_node = crane_control.controller_node:main",
         ],
-        "crane_sim.laws": ["energy = crane_control.energy:build"],
+        "crane_sim.laws": ["energy = crane_control.energy:build", "lqr = crane_control.lqr:build"],
     },
 )

@@ -1,12 +1,13 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.explain import SceneError
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
+from crane_sim.method_choice import Demands
 from crane_sim.model import Crane
 from crane_sim.quantities import Angle, NonNegative, Positive, Real
 from crane_sim.scene_groups import Channel, Control, Friction, Group, Method
@@ -104,6 +105,12 @@ class KnuckleFile(Group):
     def target(self) -> tuple[float, ...] | None:
         """Where the actuated joints should go."""
         return self.reference.q[: len(self.effort_units)] if self.reference else None
+
+    notes: ClassVar[dict[str, Any]] = {}
+
+    def demands(self, sampled: bool) -> Demands:
+        """Return what the scene asks of its method."""
+        return Demands(None, 0.0, elastic=False, smooth=not sampled, duration=self.duration)
 
     def model(self) -> Crane:
         """Return the parameters of the crane.

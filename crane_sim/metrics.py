@@ -152,7 +152,7 @@ class Metrics:
             "min_rope_tension": float(self._tension) if np.isfinite(self._tension) else None,
             "energy_audit_error": self._audit(q, flow),
             "state_sha256": sha.hexdigest(),
-        }
+        } | dict(scene.notes)
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()

@@ -8,14 +8,17 @@ from crane_sim.explain import SceneError
 from crane_sim.overhead import planar_modes as _planar  # noqa: F401  registers what the models answer
 from crane_sim.overhead import rod_outputs as _rod  # noqa: F401
 from crane_sim.overhead import rods as _rods  # noqa: F401
+from crane_sim.overhead import spatial_modes as _spatial  # noqa: F401
 from crane_sim.overhead.axes import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
 from crane_sim.overhead.chain import Chain, Joints, Rods
+from crane_sim.overhead.double import DoubleCrane, Pair
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import Line, RodCrane
+from crane_sim.overhead.spatial import SpatialCrane
 from crane_sim.overhead.switches import Switches
-from crane_sim.overhead_groups import AxisGroup, JointsGroup
+from crane_sim.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.overhead_start import filled
 
 if TYPE_CHECKING:
@@ -28,11 +31,15 @@ def crane_of(file: "OverheadFile") -> Any:
     Raises:
         SceneError: groups contradict each other.
     """
+    if file.dimensions == 3:
+        return _spatial_crane(file)
     plain = not (_bends(file) or file.cable.inertia or file.forces)
     if file.modelled == "straight" or (len(file.parts.lengths) == 1 and plain):
         if not plain:
             raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
         return _rod_crane(file)
+    if len(file.parts.lengths) == 2 and plain and switches_of(file) is None:
+        return _double_crane(file)
     return _planar_crane(file)
 
 
@@ -63,6 +70,25 @@ def _rod_crane(file: "OverheadFile") -> RodCrane:
     cable = Line(float(lengths[0]), *moments, float(masses[-1]), float(distances[-1]), distances)
     trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
+
+
+def _double_crane(file: "OverheadFile") -> DoubleCrane:
+    return DoubleCrane(
+        axis_of("trolley", file.trolley, 0.0, None), Pair(*file.parts.masses, *file.parts.lengths), file.gravity
+    )
+
+
+def _spatial_crane(file: "OverheadFile") -> SpatialCrane:
+    for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
+        if group is not None:
+            raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
+    if file.modelled == "straight":
+        raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
+    cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
+    rubs, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
+    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
+    bridge = axis_of("bridge", file.bridge, carried, rubs.bridge)
+    return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
 
 
 def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None) -> Axis:

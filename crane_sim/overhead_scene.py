@@ -1,10 +1,13 @@
 """The form of a scene file with an overhead crane."""
 
 from functools import cached_property
+from math import sqrt
 from typing import Any, Literal
 
 from crane_sim.explain import SceneError
 from crane_sim.integrators.dop853 import DOP853
+from crane_sim.method_choice import Demands
+from crane_sim.overhead_frequency import stiffest
 from crane_sim.overhead_groups import (
     AxisGroup,
     CableGroup,
@@ -123,6 +126,18 @@ class OverheadFile(Group):
     @cached_property
     def _start(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return start_of(self)
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What was chosen for the scene."""
+        return {"model": self.modelled} if self.cable.model == "auto" else {}
+
+    def demands(self, sampled: bool) -> Demands:
+        """Return what the scene asks of its method."""
+        smooth = not sampled and self.friction is None and not self.events
+        frequency = stiffest(self)
+        turns = self.duration * sqrt(self.gravity / sum(self.parts.lengths))
+        return Demands(frequency, turns, self.modelled == "elastic", smooth, self.duration)
 
     def model(self) -> Any:
         """Return the parameters of the crane.

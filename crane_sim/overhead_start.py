@@ -73,7 +73,7 @@ def _turns(file: "OverheadFile", n: int) -> tuple[Any, ...]:
 
 def _rates(file: "OverheadFile", n: int) -> tuple[Any, ...]:
     given, flat = file.initial.rates, file.dimensions == 2
-    if given is None:
+    if given is None or given in ([], ()):
         return (0.0 if flat else (0.0, 0.0, 0.0),) * n
     try:
         rates = np.atleast_1d(np.array(given, dtype=np.float64))

@@ -6,16 +6,24 @@ from typing import Any
 import numpy as np
 
 from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
-from crane_sim.integrators import NOT_FINITE, OK
+from crane_sim.integrators import CHATTER, NOT_FINITE, OK, STALLED, STOPPED
 from crane_sim.metrics import Metrics, polyline
 from crane_sim.scene import Scene
 from crane_sim.stepping import begin, free_step, held_step
 
 BLOCK = 512
+SHOWN = 20
+"""Events in the summary."""
 
 
 class SimulationError(RuntimeError):
-    """The simulation cannot go on; the message is one line with the time and the cause."""
+    """The simulation cannot go on; the message is one line with the time and the cause.
+
+    Attributes:
+        run: the Rollout up to there, where `simulate` raised it.
+    """
+
+    run: Any = None
 
 
 def as_tuple(vector: Any) -> tuple[float, ...]:
@@ -23,12 +31,34 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
     return vector if isinstance(vector, tuple) else tuple(vector.tolist())
 
 
-def check_status(flow: Any) -> None:
-    """Raise SimulationError when the integration under way has failed."""
+_CAUSES = {
+    NOT_FINITE: "the state is not finite",
+    STALLED: "the step size shrank to nothing",
+    CHATTER: "the equations switch back and forth without end",
+}
+
+
+def check_status(flow: Any, model: Any) -> None:
+    """Raise SimulationError when the integration under way has failed, or the model is no longer valid."""
     if flow.status == OK:
         return
-    cause = "the state is not finite" if flow.status == NOT_FINITE else "the step size shrank to nothing"
-    raise SimulationError(f"integration stopped at t = {flow.t:.6g} s: {cause}; check the scene's parameters and steps")
+    cause, remedy = _CAUSES.get(flow.status, ""), "check the scene's parameters and steps"
+    if flow.status >= STOPPED:
+        cause, remedy = model.story(flow.status - STOPPED)
+    raise SimulationError(f"stopped at t = {flow.t:.6g} s: {cause}; {remedy}")
+
+
+def events_of(flow: Any, model: Any) -> list[tuple[float, str]]:
+    """Return (time [s], what happened) of every event that was kept, in the order of time."""
+    if flow.seen is None:
+        return []
+    rows = flow.seen.rows[: min(flow.seen.count, len(flow.seen.rows))]
+    return [(float(t), model.story(int(which))[0]) for t, which in rows]
+
+
+def noted_events(flow: Any, model: Any) -> dict[str, Any]:
+    """Return the first events for the summary; nothing for a model that does not switch."""
+    return {} if flow.seen is None else {"events": [{"t": t, "what": what} for t, what in events_of(flow, model)[:SHOWN]]}
 
 
 class Plant:
@@ -44,7 +74,7 @@ class Plant:
     def __init__(self, scene: Scene) -> None:
         """Put the crane in its initial state."""
         self.scene = scene
-        self.model = scene.model.metered(scene.sampled)
+        self.model = scene.model
         self.reset()
 
     def reset(self) -> None:
@@ -90,8 +120,8 @@ class Plant:
             u = tuple(u)
             flow, q, v, applied = held_step(scene.method, self.model, u, self._flow, end, self._rows, self._filled)
             self.saturated += applied != u
-        if flow.status != OK:
-            check_status(flow)
+        if flow.status != OK and flow.t < end:
+            check_status(flow, self.model)
         self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
         self.k += 1
         self._filled += 1
@@ -107,4 +137,5 @@ class Plant:
     def summary(self) -> dict[str, Any]:
         """Return the run's figures up to now: keys and meanings as of `crane_sim.metrics.Metrics.summary`."""
         self._flush()
-        return self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
+        figures = self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
+        return figures | noted_events(self._flow, self.model)

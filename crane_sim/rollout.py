@@ -12,7 +12,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.laws import asked
 from crane_sim.metrics import Derived, Metrics, derived
-from crane_sim.plant import Plant, check_status
+from crane_sim.plant import Plant, SimulationError, check_status, events_of, noted_events
 from crane_sim.scene import Scene, load_scene
 from crane_sim.stepping import Replay, begin, free_rollout, held_rollout
 
@@ -34,6 +34,7 @@ class Rollout:
     derived: Derived
     stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
     summary: dict[str, Any]
+    events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
     @property
     def payload(self) -> Array:
@@ -84,19 +85,32 @@ def simulate(
 
     Raises:
         SceneError: the scene, the law or the instants are not possible.
-        SimulationError: the integration failed.
+        SimulationError: the integration failed or the model is no longer valid; its `run` is the run up to there.
         LawError: the law failed, or its answer is not a vector of efforts.
     """
     scene = _with_changes(scene, law if isinstance(law, str) else None, duration)
     times = _checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
-    rows, samples, flow, saturated = _run(scene, law if callable(law) else scene.law, times)
+    model = scene.model
+    rows, samples, flow, saturated = _run(scene, model, law if callable(law) else scene.law, times)
     wall = time.perf_counter() - started
     counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
-    summary = _summary(scene, rows, flow, saturated)
-    t = np.arange(len(rows), dtype=np.float64) * scene.period if sample_times is None else times
-    return _rollout(scene, t, rows if sample_times is None else samples, counted, summary)
+    periods = np.arange(len(rows), dtype=np.float64) * scene.period
+    shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
+    result = _rollout(scene, *shown, counted, _summary(scene, model, rows, flow, saturated), events_of(flow, model))
+    if len(rows) <= scene.steps:
+        _end_early(result, flow, model)
+    return result
+
+
+def _end_early(result: Rollout, flow: Any, model: Any) -> None:
+    """Raise the SimulationError of a run that ended before its time, with the run up to there."""
+    try:
+        check_status(flow, model)
+    except SimulationError as error:
+        error.run = result
+        raise
 
 
 def _with_changes(scene: SceneSource, law: str | None, duration: float | None) -> Scene:
@@ -118,22 +132,25 @@ def _checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     return np.minimum(wanted, end)
 
 
-def _run(scene: Scene, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
-    """Return (rows, samples, last flow, periods in which a demand was limited) of a run."""
-    model = scene.model.metered(scene.sampled)
+def _run(scene: Scene, model: Any, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
+    """Return (rows, samples, last flow, periods in which a demand was limited) of a run, up to where it ended."""
     flow, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
     nq, nu = len(q), len(scene.actuated)
     rows, samples = (np.empty((n, 2 * nq + nu + 1)) for n in (scene.steps + 1, len(times)))
     demands = np.empty((scene.steps, nu))
     if not scene.sampled:
-        flow, _ = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
-        check_status(flow)
-        return rows, samples, flow, 0
+        flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
+        return *_whole(scene, rows, times, samples, passed), flow, 0
     if not system.command.knows(type(law)):
         law = Replay(model, scene.period, _demanded(scene, law))
-    flow, _ = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
-    check_status(flow)
-    return rows, samples, flow, int(np.any(demands != rows[:-1, 2 * nq : -1], axis=1).sum())
+    flow, passed = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
+    limited = np.any(demands[:passed] != rows[:passed, 2 * nq : -1], axis=1)
+    return *_whole(scene, rows, times, samples, passed), flow, int(limited.sum())
+
+
+def _whole(scene: Scene, rows: Array, times: Array, samples: Array, passed: int) -> tuple[Array, Array]:
+    """Return rows and samples up to the end of the last whole period."""
+    return rows[: passed + 1], samples[times <= passed * scene.period] if passed < scene.steps else samples
 
 
 def _demanded(scene: Scene, law: Any) -> Array:
@@ -147,17 +164,17 @@ def _demanded(scene: Scene, law: Any) -> Array:
     return demands
 
 
-def _summary(scene: Scene, rows: Array, flow: Any, saturated: int) -> dict[str, Any]:
-    model = scene.model.metered(scene.sampled)
+def _summary(scene: Scene, model: Any, rows: Array, flow: Any, saturated: int) -> dict[str, Any]:
     nq = len(scene.joint_names)
     metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
     metrics.extend(t[:-1], rows[:-1])
     figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, saturated)
-    return {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed, **figures}
+    head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
+    return head | figures | noted_events(flow, model)
 
 
-def _rollout(scene: Scene, t: Array, rows: Array, stats: dict[str, Any], summary: dict[str, Any]) -> Rollout:
+def _rollout(scene: Scene, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
     nq = len(scene.joint_names)
     q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : -1]
-    return Rollout(scene, t, q, v, u, rows[:, -1], derived(scene, t, q, v, u), stats, summary)
+    return Rollout(scene, t, q, v, u, rows[:, -1], derived(scene, t, q, v, u), stats, summary, events)

@@ -14,6 +14,7 @@ from crane_sim.catalogue import scene_files
 from crane_sim.explain import SceneError, one_line, unknown_key
 from crane_sim.knuckle_scene import KnuckleFile
 from crane_sim.laws import Law, make_law
+from crane_sim.method_choice import chosen
 from crane_sim.overhead_scene import OverheadFile
 
 MOST_STEPS = 1e8  # control periods in a run
@@ -46,6 +47,7 @@ class Scene:
     actuated: tuple[str, ...]  # joints that take commands (nu,)
     joint_units: tuple[str, ...]
     effort_units: tuple[str, ...]  # (nu,)
+    notes: Mapping[str, Any]  # what was chosen for the scene, and goes into the summary
     document: Mapping[str, Any] = field(repr=False)
 
     @property
@@ -120,18 +122,20 @@ def _build(document: dict[str, Any]) -> Scene:
     control = file.control
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
+    sampled = control is not None and not continuous
+    method, why = chosen(file.integrator, file.demands(sampled))
     return Scene(
         name=file.name or "unnamed",
         crane=file.crane,
-        model=file.model(),
+        model=file.model().metered(sampled),
         initial_q=file.initial_q,
         initial_v=file.initial_v,
         duration=file.duration,
         period=_period(file),
-        method=file.integrator,
+        method=method,
         law=law,
         law_name=control.law if control is not None else None,
-        sampled=control is not None and not continuous,
+        sampled=sampled,
         source=law if continuous else None if control is not None else file.open_loop(),
         reference=file.target,
         seed=file.seed,
@@ -140,6 +144,7 @@ def _build(document: dict[str, Any]) -> Scene:
         actuated=file.actuated,
         joint_units=file.joint_units,
         effort_units=file.effort_units,
+        notes=file.notes | ({"method": why} if why else {}),
         document=document,
     )
 

@@ -7,7 +7,11 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter,
 from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
 from crane_sim.explain import unknown_key
 from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.method_choice import Auto
 from crane_sim.overhead.motions import Knots, Series, Smooth, Wave
 from crane_sim.sources import Constant, Polynomial, Sine, Table
 
@@ -46,7 +50,8 @@ def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
 Friction = Annotated[Any, _chosen("model", _FRICTION, "swing friction", optional=True)]
-Method = Annotated[Any, _chosen("method", {"dop853": DOP853, "rk4": RK4, "rk8": RK8}, "integrator")]
+_METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3, "rodas": Rodas}
+Method = Annotated[Any, _chosen("method", _METHODS, "integrator")]
 Channel = Annotated[
     Any, _chosen("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
 ]

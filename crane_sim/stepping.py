@@ -57,7 +57,7 @@ def pass_period(method, p, u, flow, end, horizon, times, samples, i):
         samples: rows of the samples (m, ...).
         i: index of the first sample not yet written.
     """
-    while i < len(times) and times[i] < end and flow.status == OK:
+    while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
         flow = reach(method, p, u, flow, times[i], horizon)
         write(samples, i, p, times[i], state_at(method, p, u, flow, times[i]), u)
         i += 1
@@ -128,7 +128,7 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
         write(rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_period(method, p, u, flow, end, end, times, samples, i)
-        if flow.status != OK:
+        if flow.status != OK and flow.t < end:
             return flow, k
     finish(method, p, u, flow, flow.t, rows, times, samples, i)
     return flow, steps
@@ -144,7 +144,7 @@ def free_rollout(method, p, source, flow, period, rows, times, samples):
         end = (k + 1) * period
         write(rows, k, p, k * period, state_at(method, p, source, flow, k * period), source)
         flow, i = pass_period(method, p, source, flow, end, horizon(method, end), times, samples, i)
-        if flow.status != OK:
+        if flow.status != OK and flow.t < end:
             return flow, k
     finish(method, p, source, flow, steps * period, rows, times, samples, i)
     return flow, steps

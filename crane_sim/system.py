@@ -11,6 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.jit import generic
+from crane_sim.linear_systems import factor_dense, solve_dense
+
+_STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
 
 
 class Switching(NamedTuple):
@@ -31,6 +34,40 @@ def rhs(p, t, x, u):
 def fill(p, t, x, u, out):
     """Write the time derivative of the state, an array, into `out`."""
     raise NotImplementedError
+
+
+@generic
+def linearised(p, t, x, u):
+    """Return the Jacobian J of the state's derivative with respect to the state at (t, x), as `factored` takes it.
+
+    By default the matrix (n, n) by central differences, of a model whose state is an array.
+    """
+    out, y, ahead, behind = np.empty((len(x), len(x))), x.copy(), np.empty_like(x), np.empty_like(x)
+    for j in range(len(x)):
+        size = _STEP * max(1.0, abs(x[j]))  # a mode is moved too: its column is nonsense, and meets zeros only
+        y[j] = x[j] + size
+        fill(p, t, y, u, ahead)
+        y[j] = x[j] - size
+        fill(p, t, y, u, behind)
+        y[j] = x[j]
+        for i in range(len(x)):
+            out[i, j] = (ahead[i] - behind[i]) / (2.0 * size)
+    return out
+
+
+@generic
+def factored(p, jacobian, shift):
+    """Return factors of the matrix shift I - J, shift in 1/s, for `solve_shifted`."""
+    a = -jacobian
+    for i in range(len(a)):
+        a[i, i] += shift
+    return a, factor_dense(a)
+
+
+@generic
+def solve_shifted(p, factors, b):
+    """Overwrite b (n,) with the solution y of (shift I - J) y = b."""
+    solve_dense(factors[0], factors[1], b)
 
 
 @generic
@@ -149,5 +186,5 @@ def guard(p, t, x, u):
 
 @generic
 def switched(p, t, x, u, which):
-    """Return (the state after guard number `which` has failed, whether the model goes on)."""
+    """Return (the state after guard number `which` has failed, what to note as the event, whether the model goes on)."""
     raise NotImplementedError

@@ -146,7 +146,7 @@ def test_an_imposed_motion_is_followed() -> None:
 @pytest.mark.parametrize(
     ("groups", "line"),
     [
-        ({"dimensions": 3}, "dimensions = 3: must be 2"),
+        ({"dimensions": 4}, "dimensions = 4: must be 2 or 3"),
         ({"trolley": {"drive": "force"}}, "trolley.mass = None: a trolley has one when its drive is force"),
         ({"trolley": {"drive": "prescribed"}}, "trolley.motion: belongs to a prescribed drive"),
         ({"cable": {"lengths": [1.0], "node_masses": [1.0, 2.0]}}, "cable.node_masses: has 2 values, lengths has 1"),

@@ -14,11 +14,11 @@ from rerun.chunk import RrdReader
 from crane_sim import load_scene
 from crane_sim.metrics import derived
 from crane_sim.plant import Plant
+from crane_sim.recording.cast import turn_from_z
 from crane_sim.recording.pairing import Row
 from crane_sim.recording.picture import NO_DRAWING, PictureError, picture
 from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.recording.session import Session
-from crane_sim.recording.stage import turn_from_z
 from crane_sim.scene import Scene
 
 STEPS = 637  # two blocks, the last one not full
@@ -29,6 +29,7 @@ class Run(NamedTuple):
     """A run, as the plant made it, and its recording."""
 
     path: Path
+    t: np.ndarray  # (K,)
     q: np.ndarray  # (K, nq)
     v: np.ndarray  # (K, nq)
     u: np.ndarray  # (K, nu)
@@ -59,7 +60,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     summary = {"scene": SCENE.name, "steps": STEPS, "final_error": {"slew": 0.25}, "settling_time": {"slew": None}}
     added = session.close(summary, lost=0)
     q, v, u = (np.array([row[i] for row in rows]) for i in (1, 2, 3))
-    return Run(path, q, v, u, summary | added)
+    return Run(path, SCENE.period * np.arange(STEPS), q, v, u, summary | added)
 
 
 def test_every_step_is_there_exactly(run: Run) -> None:

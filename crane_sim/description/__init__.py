@@ -1,4 +1,4 @@
-"""The URDF of a crane: what robot_state_publisher, RViz and the recording draw.
+"""The URDF of a crane: what robot_state_publisher and RViz draw, and the recording of a knuckle crane.
 
 Frames follow REP-103: x forward, y left, z up, SI units and radians; the root is `world`, the model's own frame.
 """
@@ -9,21 +9,17 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from crane_sim.description import knuckle, overhead
-from crane_sim.overhead import OverheadCrane
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene
 
 
 def urdf(scene: Scene) -> str:
-    """Describe a scene's crane as a URDF document.
-
-    Its free joints are `scene.joint_names`, but for an overhead crane's long chain (see `overhead.describe`).
-    """
+    """Describe a scene's crane as a URDF document; its free joints are `scene.joint_names`."""
     robot = ElementTree.Element("robot", name=f"{scene.crane}_crane")
     ElementTree.SubElement(robot, "link", name="world")
-    if isinstance(scene.model, OverheadCrane):
-        overhead.describe(robot, scene, scene.model)
+    if scene.crane == "overhead":
+        overhead.describe(robot, scene)
     else:
         knuckle.describe(robot, scene.model, scene.joint_names)
     ElementTree.indent(robot)

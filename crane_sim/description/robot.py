@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 UP: Vector = (0.0, 0.0, 1.0)
 DOWN: Vector = (0.0, 0.0, -1.0)
 FORWARD: Vector = (1.0, 0.0, 0.0)
+LEFT: Vector = (0.0, 1.0, 0.0)
 RAISE: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
 
 
@@ -27,6 +28,7 @@ def add_joint(
     axis: Vector | None = None,
     span: tuple[float, float] | None = None,
     follows: str | None = None,
+    times: float = -1.0,
 ) -> None:
     """Add a joint between links (parent, child), placed `at` in the parent's frame [m].
 
@@ -38,7 +40,8 @@ def add_joint(
         at: origin of the joint.
         axis: unit vector in the child's frame.
         span: lower and upper limit [rad or m].
-        follows: the joint whose value, times -1, is this one's.
+        follows: the joint whose value, multiplied, is this one's.
+        times: the factor by which it is multiplied.
     """
     joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=links[0])
@@ -50,7 +53,7 @@ def add_joint(
         limit = {"lower": span[0], "upper": span[1], "effort": 1.0e4, "velocity": 10.0}
         ElementTree.SubElement(joint, "limit", {key: _text((value,)) for key, value in limit.items()})
     if follows is not None:
-        ElementTree.SubElement(joint, "mimic", joint=follows, multiplier="-1", offset="0")
+        ElementTree.SubElement(joint, "mimic", joint=follows, multiplier=_text((times,)), offset="0")
 
 
 def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], body: Body | None = None) -> None:

@@ -3,17 +3,17 @@
 Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program DOP853.
 """
 
-from math import inf, isfinite, sqrt
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import dense, fill_stages, first, moved, opening, slope
-from crane_sim.jit import generic, kernel, routine
+from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
+from crane_sim.integrators.flow import advance, horizon, stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, moved, opening, slope
+from crane_sim.jit import generic, kernel
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import add, combine, dimension, scale, weighted_square
-from crane_sim.system import project, rhs
+from crane_sim.state_algebra import combine, dimension, weighted_square
 
 # fmt: off
 A = (
@@ -54,8 +54,6 @@ E3 = (
 # fmt: on
 ORDER, STAGES = 8, 12
 _DENSE, _NODES = dense(A), np.array((0.0, *C))
-SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
-"""Step control: h is scaled by SAFETY err^(-1/8), within these bounds."""
 
 
 class DOP853(NamedTuple):
@@ -69,6 +67,10 @@ class RK8(NamedTuple):
     """Settings of the fixed-step method: the step is shortened so that whole steps fill each control period."""
 
     step: Positive  # s
+
+    def safe_step(self, frequency: float) -> float:
+        """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""
+        return 2.9 / frequency
 
 
 @generic
@@ -94,20 +96,6 @@ def _(ks, p, t, x, u, h):
 
 
 @kernel
-def _first_size(p, t, x, u, k1, rtol, atol):
-    """Return a first step that an explicit Euler step shows to be careful (Hairer et al., II.4)."""
-    n = dimension(x)
-    d0 = sqrt(weighted_square(x, x, x, rtol, atol) / n)
-    d1 = sqrt(weighted_square(k1, x, x, rtol, atol) / n)
-    h0 = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
-    change = add(rhs(p, t + h0, add(x, scale(h0, k1)), u), scale(-1.0, k1))
-    d2 = sqrt(weighted_square(change, x, x, rtol, atol) / n) / h0
-    steepest = max(d1, d2)
-    h1 = max(1e-6, h0 * 1e-3) if steepest < 1e-15 else (0.01 / steepest) ** (1.0 / ORDER)
-    return min(100.0 * h0, h1)
-
-
-@kernel
 def _error(ks, x, y, h, rtol, atol):
     """Return the error of a step relative to the tolerance, from both embedded orders."""
     e5 = weighted_square(combine(h, E5, ks), x, y, rtol, atol)
@@ -115,34 +103,21 @@ def _error(ks, x, y, h, rtol, atol):
     return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # not a number stays one
 
 
+@attempt.register(DOP853)
+def _(method, k1, p, t, x, u, h):
+    ks = slopes(k1, p, t, x, u, h)
+    y = moved(x, h, B, ks)
+    return y, _error(ks, x, y, h, method.rtol, method.atol)
+
+
+@error_order.register(DOP853)
+def _(method):
+    return ORDER
+
+
 @advance.register(DOP853)
 def _(method, p, u, flow, end):
     return accepted_step(method, p, u, flow, end)
-
-
-@routine
-def accepted_step(method, p, u, flow, end):
-    """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
-    t, x, h, n, rejected = flow.t, flow.x, flow.h, flow.evaluations, flow.rejected
-    k1 = opening(x, p, t, u, STAGES)
-    if h == 0.0:
-        h, n = _first_size(p, t, x, u, first(k1), method.rtol, method.atol), n + 1
-    n, y, reached, growth = n + 1, x, t, GROW
-    status = STALLED if isfinite(h) else NOT_FINITE
-    while t + 0.1 * h > t:
-        last = t + 1.000000001 * h >= end
-        size = end - t if last else h
-        ks = slopes(k1, p, t, x, u, size)
-        y = moved(x, size, B, ks)
-        error, n = _error(ks, x, y, size, method.rtol, method.atol), n + 11
-        factor = min(growth, max(SHRINK, SAFETY * error ** (-1.0 / ORDER))) if error > 0.0 else growth
-        if error <= 1.0:
-            y, reached, status, h = project(p, y), end if last else t + size, OK, max(size * factor, h if last else 0.0)
-            break
-        h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
-        status = STALLED if isfinite(error) else NOT_FINITE
-    y = y if status == OK else x  # a step that failed leaves the state as it was
-    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status, flow.seen)
 
 
 @horizon.register(DOP853)

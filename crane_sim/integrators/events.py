@@ -23,7 +23,7 @@ PROBES = 60  # for one event; halving alone would need about 50
 
 
 class Seen(NamedTuple):
-    """What happened: rows (time, guard); once they are full, only the count goes on."""
+    """What happened: rows (time, number); once they are full, only the count goes on."""
 
     count: int
     rows: Any  # (capacity, 2)
@@ -63,10 +63,10 @@ def _(switches, method, p, u, flow):
 
 
 @kernel
-def noted(seen, t, which):
+def noted(seen, t, event):
     """Return the record with one more event."""
     if seen.count < len(seen.rows):
-        seen.rows[seen.count, 0], seen.rows[seen.count, 1] = t, which
+        seen.rows[seen.count, 0], seen.rows[seen.count, 1] = t, event
     return Seen(seen.count + 1, seen.rows)
 
 
@@ -77,8 +77,8 @@ def switched_flow(p, u, flow):
     value, which = guard(p, flow.t, x, u)
     switches = 0
     while value < 0.0 and status == OK:
-        x, goes_on = switched(p, flow.t, x, u, which)
-        seen, h, switches = noted(seen, flow.t, which), 0.0, switches + 1
+        x, event, goes_on = switched(p, flow.t, x, u, which)
+        seen, h, switches = noted(seen, flow.t, event), 0.0, switches + 1
         status = OK if goes_on else STOPPED + which
         if switches > MOST_SWITCHES:
             status = CHATTER

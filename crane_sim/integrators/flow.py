@@ -43,17 +43,28 @@ def stages(method):
     raise NotImplementedError
 
 
+@kernel
+def even_step(largest, t, end):
+    """Return (size, time after it) of the next of the steps of equal size, not above `largest`, that fill the way."""
+    n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
+    h = (end - t) / n
+    return h, end if n == 1.0 else t + h
+
+
+@kernel
+def stepped(p, flow, t, x, h, evaluations):
+    """Return the flow after a fixed step of size h to state x at time t."""
+    x = project(p, x)
+    status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
+    n = flow.evaluations + evaluations
+    return Flow(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen)
+
+
 @generic
 def advance(method, p, u, flow, end):
     """Return the flow one accepted step further, not past `end`. A fixed method divides the way there evenly."""
-    remaining = end - flow.t
-    n = max(1.0, ceil(remaining / method.step * (1.0 - 1e-12)))
-    h = remaining / n
-    x = project(p, step(method, p, flow.t, flow.x, u, h))
-    t = end if n == 1.0 else flow.t + h
-    finite = isfinite(weighted_square(x, x, x, 0.0, 1.0))
-    evaluations, taken = flow.evaluations + stages(method), flow.steps + 1
-    return Flow(flow.t, flow.x, t, x, h, evaluations, taken, flow.rejected, OK if finite else NOT_FINITE, flow.seen)
+    h, t = even_step(method.step, flow.t, end)
+    return stepped(p, flow, t, step(method, p, flow.t, flow.x, u, h), h, stages(method))
 
 
 @generic

@@ -21,6 +21,10 @@ class RK4(NamedTuple):
 
     step: Positive  # s
 
+    def safe_step(self, frequency: float) -> float:
+        """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""
+        return 1.4 / frequency
+
 
 @generic
 def slopes(k1, p, t, x, u, h):

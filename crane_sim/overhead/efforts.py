@@ -1,30 +1,47 @@
-"""Which joints take commands: the axes that a force drives, then the hoist that one drives."""
+"""Which joints take commands: the axes that a force drives, then the hoist that one drives.
 
-from crane_sim.jit import generic
-from crane_sim.overhead.axes import ForceAxis
+`driven` and `efforts` are for a trolley alone, `driven_both` and `efforts_both` for a trolley on a bridge.
+"""
+
+from crane_sim.jit import generic, kernel
+from crane_sim.overhead.axes import ForceAxis, demands
 from crane_sim.overhead.hoists import PrescribedHoist
 
 
-@generic
+@kernel
 def driven(trolley, hoist, x, i):
     """Return the actuated joints' share of the coordinates from x[i] on as a tuple, the trolley's first."""
-    return wound(hoist, x, i + 1)
+    return (*pushed(trolley, x, i), *wound(hoist, x, i + 1))
 
 
-@driven.register(ForceAxis)
-def _(trolley, hoist, x, i):
-    return (x[i], *wound(hoist, x, i + 1))
+@kernel
+def driven_both(trolley, bridge, hoist, x, i):
+    """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
+    return (*pushed(trolley, x, i), *pushed(bridge, x, i + 1), *wound(hoist, x, i + 2))
+
+
+@kernel
+def efforts(trolley, hoist, row):
+    """Return the efforts in the array `row` as a tuple, the trolley's first."""
+    return (*pushed(trolley, row, 0), *wound(hoist, row, demands(trolley)))
+
+
+@kernel
+def efforts_both(trolley, bridge, hoist, row):
+    """Return the efforts in the array `row` as a tuple: trolley, bridge, hoist."""
+    first, last = demands(trolley), demands(trolley) + demands(bridge)
+    return (*pushed(trolley, row, 0), *pushed(bridge, row, first), *wound(hoist, row, last))
 
 
 @generic
-def efforts(trolley, hoist, row):
-    """Return the efforts in the array `row` as a tuple, the trolley's first."""
-    return wound(hoist, row, 0)
+def pushed(axis, row, i):
+    """Return entry i of the row as a tuple for an axis that takes an effort, empty for others."""
+    return ()
 
 
-@efforts.register(ForceAxis)
-def _(trolley, hoist, row):
-    return (row[0], *wound(hoist, row, 1))
+@pushed.register(ForceAxis)
+def _(axis, row, i):
+    return (row[i],)
 
 
 @generic

@@ -26,7 +26,7 @@ from crane_sim.overhead.chain import (
 )
 from crane_sim.overhead.forces import NodeForces, add_forces, force_power
 from crane_sim.overhead.hoists import Hoist, drum, drum_power, hoisted
-from crane_sim.overhead.switches import Switches, mode_of, payload_mass
+from crane_sim.overhead.switches import Switches, mode_of, payload_mass, story
 
 
 class PlanarCrane(NamedTuple):
@@ -45,6 +45,10 @@ class PlanarCrane(NamedTuple):
     def metered(self, sampled: bool) -> "PlanarCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return metered(self, sampled)
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(which)
 
 
 class Solved(NamedTuple):

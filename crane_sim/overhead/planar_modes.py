@@ -7,8 +7,8 @@ from crane_sim.overhead.planar import PlanarCrane, first_link, layout, solved
 from crane_sim.overhead.planar_outputs import energies
 from crane_sim.overhead.switches import (
     FRICTION,
-    LIMIT,
     PAYLOAD,
+    friction_event,
     hoist_guard,
     lesser,
     limits_guard,
@@ -47,16 +47,16 @@ def _(p, t, x, u, which):
 
 @routine
 def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, whether the crane goes on)."""
+    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
     nq, _, modes = layout(p)
     x = x.copy()
     if which == PAYLOAD:
         before = sum(energies(p, x))
         x[len(x) - 1] += 1.0
         x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
-        return x, True
+        return x, PAYLOAD, True
     if which == FRICTION:
         x[nq], x[modes] = (0.0 if x[modes] != 0.0 else x[nq]), 0.0
         x[modes] = freed(p.trolley, tau, 0, solved(p, t, x, tau).pull)
-        return x, True
-    return x, which < LIMIT
+        return x, friction_event(0, x[modes]), True
+    return x, which, False

@@ -20,7 +20,7 @@ from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, rail
 from crane_sim.overhead.hoists import Hoist, MasslessHoist, drum, drum_power, hoisted
-from crane_sim.overhead.switches import Switches, mode_of, payload_mass
+from crane_sim.overhead.switches import Switches, mode_of, payload_mass, story
 
 
 class Line(NamedTuple):
@@ -48,6 +48,10 @@ class RodCrane(NamedTuple):
     def metered(self, sampled: bool) -> "RodCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return metered(self, sampled)
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(which)
 
 
 class Swing(NamedTuple):

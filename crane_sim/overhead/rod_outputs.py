@@ -12,11 +12,11 @@ from crane_sim.overhead.hoists import drum_inertia
 from crane_sim.overhead.rod import RodCrane, layout, moments, on_meter, supply, swing_of, upper
 from crane_sim.overhead.switches import (
     FRICTION,
-    LIMIT,
     LINK,
     PAYLOAD,
     Switches,
     changes_before,
+    friction_event,
     hoist_guard,
     lesser,
     limits_guard,
@@ -178,13 +178,14 @@ def energy(p, x):
 
 @routine
 def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, whether the crane goes on)."""
+    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
     nq, modes = layout(p)
     if which == PAYLOAD:
         after = replaced(x, modes + 1, x[modes + 1] + 1.0)
         gained = energy(p, after) - energy(p, x)  # the payload takes its energy along
-        return replaced(after, modes - 1, x[modes - 1] + gained), True
+        return replaced(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
     if which == FRICTION:
         still = replaced(replaced(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
-        return replaced(still, modes, freed(p.trolley, tau, 0, swing_of(p, t, still, tau).pull)), True
-    return x, which < LIMIT
+        mode = freed(p.trolley, tau, 0, swing_of(p, t, still, tau).pull)
+        return replaced(still, modes, mode), friction_event(0, mode), True
+    return x, which, False

@@ -11,6 +11,7 @@ from crane_sim.system import Switching
 
 FRICTION, LIMIT, HOIST, PAYLOAD, LINK = 0, 10, 20, 30, 1000
 """Numbers of guards: friction and limits + axis, hoist + 0 (too short) or 1 (too long), the payload, links + k."""
+_FORWARDS, _BACKWARDS = 2, 4  # added to FRICTION + axis where it slips from now on; where it sticks, nothing
 
 
 class Switches(NamedTuple):
@@ -85,6 +86,12 @@ def _(switches, t):
 
 
 @kernel
+def friction_event(axis, mode):
+    """Return the number of the event that an axis' friction has come to a mode."""
+    return FRICTION + axis + (_FORWARDS if mode > 0.0 else _BACKWARDS if mode < 0.0 else 0)
+
+
+@kernel
 def lesser(best, value, which):
     """Return the smaller one of two (guard, number)."""
     return (value, which) if value < best[0] else best
@@ -121,7 +128,7 @@ def slack_guard(switches, best, tensions):
 
 def story(which: int) -> tuple[str, str]:
     """Return (what guard number `which` tells, what a user can change) in words."""
-    axis = ("trolley", "bridge")[which % 10 % 2]
+    axis = ("trolley", "bridge")[which % 2]
     if which >= LINK:
         return (
             f"link {which - LINK + 1} went slack, and a rigid link cannot be",
@@ -134,4 +141,5 @@ def story(which: int) -> tuple[str, str]:
         return f"the hoisted link reached its {end} length", "change hoist.limits, or what drives the hoist"
     if which >= LIMIT:
         return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
-    return f"the {axis} went from sticking to slipping or back", ""
+    way = {_FORWARDS: "slips forwards", _BACKWARDS: "slips backwards"}.get(which - which % 2, "sticks")
+    return f"the {axis} {way}", ""

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 TRAIL_SECONDS = 6.0
-WAYS = {"rope": "Rope length [m]", "trolley": "Trolley position [m]", "hoist": "Length of the first link [m]"}
 
 
 def blueprint(layout: Layout) -> rrb.Blueprint:
@@ -43,6 +42,7 @@ def _crane(layout: Layout) -> rrb.Spatial3DView:
             position=layout.framing.eye,
             look_target=layout.framing.look_at,
             eye_up=(0.0, 0.0, 1.0),
+            tracking_entity=layout.framing.follows or None,
         ),
         defaults=[kind.from_fields(fill_mode="solid") for kind in (rr.Boxes3D, rr.Cylinders3D, rr.Ellipsoids3D)],
         overrides={"payload/trail": rrb.VisibleTimeRanges(_window())},
@@ -61,38 +61,53 @@ def _overview(layout: Layout) -> rrb.Container:
     views = []
     if turns(layout):
         views.append(_plot("Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
-    views.append(
-        _plot("Swing [°]" if layout.planar else "Payload swing [°]", "shown/swing_deg", "shown/swing_total_deg")
-    )
-    for joint in layout.ways:
-        views.append(_plot(WAYS[joint], f"shown/{joint}_m_target", f"shown/{joint}_m"))
+    views.append(_swing(layout))
+    for way in layout.ways:
+        views.append(_plot(way.title, f"{way.entity}_target", way.entity))
+    if layout.suspension and layout.suspension.elastic:
+        views.append(_plot("Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
     if turns(layout):
         views.append(_plot("Joint torques [N m]", "shown/torque_Nm"))
-    elif layout.actuated:
+    elif layout.actuated and not layout.silent:
         views.append(_plot("Drive forces [N]", "plots/effort"))
     if layout.lyapunov:
         views.append(_plot("Lyapunov function V [J]", "plots/lyapunov"))
     else:
-        views.append(_plot("Energy [J]", "plots/energy"))
+        views.append(_energy(layout))
     if len(views) % 2:
-        views.append(_plot("Payload position [m]", "plots/payload"))
+        views.append(_payload(layout))
     return rrb.Grid(*views, grid_columns=2, name="Overview")
 
 
+def _swing(layout: Layout) -> rrb.TimeSeriesView:
+    if layout.suspension and layout.suspension.planar:
+        return _plot("Swing [°]", "shown/swing_deg", "shown/swing_total_deg")
+    return _plot("Payload swing [°]", "shown/swing_deg", "shown/lean_deg", "shown/swing_total_deg")
+
+
+def _energy(layout: Layout) -> rrb.TimeSeriesView:
+    parts = ("plots/energy_parts",) if layout.suspension else ()
+    return _plot("Energy [J]", *parts, "plots/energy")
+
+
+def _payload(layout: Layout) -> rrb.TimeSeriesView:
+    planar = layout.suspension is not None and layout.suspension.planar
+    return _plot("Payload position [m]", "shown/payload_m" if planar else "plots/payload")
+
+
 def _details(layout: Layout) -> rrb.Container:
-    views = [
-        _plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.crowded else "plots/v"),
-        _plot("Payload position [m]", "plots/payload"),
-        _plot("Energy [J]", "plots/energy"),
-        _plot("Real-time factor", "plots/rtf"),
-        rrb.StateTimelineView(name="Mode", contents=["+ /plots/mode"]),
-    ]
+    views = []
+    if layout.actuated and layout.aimed:
+        views.append(_plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
+    views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.crowded else "plots/v"))
+    if layout.actuated and layout.commanded:
+        views.append(_plot(f"Demanded effort [{_units(layout.effort_units)}]", "plots/effort_demanded"))
+    views += [_payload(layout), _energy(layout)]
     if layout.lyapunov:
-        views.insert(3, _plot("dV/dt [W]", "plots/lyapunov_rate"))
-    if layout.actuated:
-        views.insert(1, _plot(f"Demanded effort [{_units(layout.effort_units)}]", "plots/effort_demanded"))
-        views.insert(0, _plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
+        views.append(_plot("dV/dt [W]", "plots/lyapunov_rate"))
+    views.append(_plot("Real-time factor", "plots/rtf"))
+    views.append(rrb.StateTimelineView(name="Mode", contents=["+ /plots/mode"]))
     return rrb.Grid(*views, grid_columns=2, name="Details")
 
 

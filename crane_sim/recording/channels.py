@@ -6,10 +6,12 @@ and angles in degrees, because a plot has one axis and people read degrees.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crane_sim.recording.cable_channels import cable_channels
+from crane_sim.recording.channel import PALETTE, PLAIN, Channel, colors_of, soften
 from crane_sim.recording.layout import Block, Layout, label
 
 if TYPE_CHECKING:
@@ -17,37 +19,10 @@ if TYPE_CHECKING:
 
     from crane_sim.recording.layout import Numbers
 
-Color = tuple[int, int, int]
-PALETTE: tuple[Color, ...] = (
-    (86, 156, 236),
-    (245, 166, 60),
-    (94, 201, 118),
-    (205, 128, 224),
-    (70, 204, 205),
-    (240, 100, 96),
-)
-PLAIN: Color = (226, 230, 236)
-
-
-class Channel(NamedTuple):
-    """The curves of one entity; `values` returns (K,) or (K, curves), or None where the run has no such quantity."""
-
-    entity: str
-    names: tuple[str, ...]
-    colors: tuple[Color, ...]
-    values: Callable[[Block], Numbers | None]
-    width: float = 1.6
-
 
 def channels(layout: Layout) -> list[Channel]:
     """List every curve of a run, in the order in which they are written."""
     return [channel for channel in _stored(layout) + _shown(layout) if channel.names]
-
-
-def soften(color: Color) -> Color:
-    """Return the darker tone that marks a target beside the curve that is to reach it."""
-    red, green, blue = color
-    return (6 * red // 10, 6 * green // 10, 6 * blue // 10)
 
 
 def turns(layout: Layout) -> list[int]:
@@ -60,14 +35,14 @@ def _stored(layout: Layout) -> list[Channel]:
     names = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.joints, layout.units, strict=True))
     rates = tuple(f"{label(j)} [{u}/s]" for j, u in zip(layout.joints, layout.units, strict=True))
     efforts = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.actuated, layout.effort_units, strict=True))
-    targets, colors = tuple(names[i] for i in driven), _colors(range(len(names)))
+    targets, colors = tuple(names[i] for i in driven), colors_of(range(len(names)))
     return [
         Channel("plots/q", names, colors, lambda b: b.q),
         Channel("plots/v", rates, colors, lambda b: b.v),
-        Channel("plots/q_ref", targets, _colors(driven), lambda b: b.reference),
-        Channel("plots/q_err", targets, _colors(driven), lambda b: _minus(b.reference, b.q[:, driven])),
-        Channel("plots/effort", efforts, _colors(driven), lambda b: b.effort),
-        Channel("plots/effort_demanded", efforts, _colors(driven), lambda b: b.demanded),
+        Channel("plots/q_ref", targets, colors_of(driven), lambda b: b.reference),
+        Channel("plots/q_err", targets, colors_of(driven), lambda b: _minus(b.reference, b.q[:, driven])),
+        Channel("plots/effort", efforts, colors_of(driven), lambda b: b.effort),
+        Channel("plots/effort_demanded", efforts, colors_of(driven), lambda b: b.demanded),
         Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
         Channel("plots/swing", ("from the vertical [rad]",), (PLAIN,), lambda b: b.swing),
         Channel("plots/energy", ("energy [J]",), (PALETTE[1],), lambda b: b.energy),
@@ -78,30 +53,25 @@ def _stored(layout: Layout) -> list[Channel]:
 
 
 def _shown(layout: Layout) -> list[Channel]:
-    swings = [layout.joints.index(name) for name in layout.swings]
-    ways = [layout.joints.index(name) for name in layout.ways]
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
+    ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.ways]
     return [
         *_pair(layout, "shown/angle_deg", turns(layout), np.degrees),
-        *(curves for i in ways for curves in _pair(layout, f"shown/{layout.joints[i]}_m", [i], np.asarray)),
-        _of(layout, "shown/swing_deg", swings, lambda b: np.degrees(b.q[:, swings])),
-        _total(layout),
+        *(curves for entity, which in ways for curves in _pair(layout, entity, which, np.asarray)),
+        *_swings(layout),
         _of(layout, "shown/rate", layout.moving if layout.crowded else [], lambda b: b.v[:, layout.moving]),
         _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
     ]
 
 
-def _total(layout: Layout) -> Channel:
-    """Return the angle of the line from tip to payload from the vertical; of a single link it says nothing new."""
-    entity = "shown/swing_total_deg"
-    if not layout.planar:
-        return Channel(entity, ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
-    names = ("payload",) if len(layout.swings) > 1 else ()
-    return Channel(entity, names, (PLAIN,), lambda b: _lean(b.nodes[:, -1] - b.nodes[:, layout.tip]), 2.2)
-
-
-def _lean(line: Numbers) -> Numbers:
-    return np.degrees(np.arctan2(line[:, 0], -line[:, 2]))
+def _swings(layout: Layout) -> list[Channel]:
+    """Return the swings that are joints, and what else is told of the cable."""
+    which = [layout.joints.index(name) for name in layout.swings]
+    joints = _of(layout, "shown/swing_deg", which, lambda b: np.degrees(b.q[:, which]))
+    if layout.suspension:
+        return [joints, *cable_channels(layout.suspension)]
+    total = Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
+    return [joints, total]
 
 
 def _pair(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
@@ -110,7 +80,7 @@ def _pair(layout: Layout, entity: str, which: list[int], shown: Callable[[Number
     driven = [i for i in which if i in layout.driven]
     columns = [layout.driven.index(i) for i in driven]
     names = tuple(f"{label(layout.joints[i])} target" for i in driven)
-    colors = tuple(soften(color) for color in _colors(driven))
+    colors = tuple(soften(color) for color in _colors(layout, driven))
     target = Channel(
         f"{entity}_target",
         names,
@@ -122,12 +92,12 @@ def _pair(layout: Layout, entity: str, which: list[int], shown: Callable[[Number
 
 
 def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Block], Numbers]) -> Channel:
-    colors = _colors([layout.moving.index(i) for i in which])
-    return Channel(entity, tuple(label(layout.joints[i]) for i in which), colors, values)
+    return Channel(entity, tuple(label(layout.joints[i]) for i in which), _colors(layout, which), values)
 
 
-def _colors(which: Sequence[int]) -> tuple[Color, ...]:
-    return tuple(PALETTE[i % len(PALETTE)] for i in which)
+def _colors(layout: Layout, which: Sequence[int]) -> tuple[tuple[int, int, int], ...]:
+    """Return colours that are different for all coordinates that are plotted."""
+    return colors_of([layout.moving.index(i) for i in which])
 
 
 def _column(values: Numbers | None, index: int) -> Numbers | None:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin
+from math import cos, radians, sin, tan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.description.envelope import envelope
 from crane_sim.description.knuckle import pedestal_height
-from crane_sim.overhead import OverheadCrane
-from crane_sim.supports.trolley import trolley_mass
 
 if TYPE_CHECKING:
+    from crane_sim.description.room import Room
     from crane_sim.model import Crane
     from crane_sim.scene import Scene
 
 Vector = tuple[float, float, float]
+VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
+ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
+FAR = 10.0  # depths of the cable: the longest rail that is shown whole
+TROLLEY = "crane/trolley"
+FRONT, ABOVE = -70.0, 14.0  # degrees: from where an overhead crane is looked at
 
 
 class Framing(NamedTuple):
@@ -27,46 +30,74 @@ class Framing(NamedTuple):
     ground_size: float  # from its middle to its edge
     eye: Vector
     look_at: Vector
-    effort_scales: tuple[float, ...]  # the efforts (nu,) that are drawn as arrows of a seventh of `size`
+    follows: str = ""  # the entity that the eye goes along with, keeping its distance
 
 
-def framing(scene: Scene) -> Framing:
-    """Return how to draw a scene's crane."""
-    if isinstance(scene.model, OverheadCrane):
-        return _overhead(scene, scene.model)
-    return _knuckle(scene, scene.model)
-
-
-def _knuckle(scene: Scene, crane: Crane) -> Framing:
-    boom, jib, load = crane.support.boom, crane.support.jib, crane.load.mass
-    size = boom.length + jib.length
+def of_knuckle(scene: Scene) -> Framing:
+    """Return how to draw a scene's knuckle-boom crane."""
+    crane: Crane = scene.model
+    size = crane.support.boom.length + crane.support.jib.length
     heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])  # where the crane works
     aside = heading - radians(72.0)
-    # a joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth
-    torque = crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass)
-    scales = {"N m": torque, "N": load * crane.gravity}
-    slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)
     return Framing(
         size=size,
         ground=(0.0, 0.0, -pedestal_height(crane)),
         ground_size=1.25 * size,
         eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
         look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
-        effort_scales=(0.2 * slew, *others),
     )
 
 
-def _overhead(scene: Scene, crane: OverheadCrane) -> Framing:
-    room = envelope(scene, crane)
-    hanging = float(np.sum(crane.cable.masses))
-    # a trolley that brings all up to speed at 2 m/s², a hoist that carries what hangs on it
-    scales = {"trolley": 2.0 * (hanging + trolley_mass(crane.trolley)), "hoist": max(crane.gravity, 1.0) * hanging}
-    away, middle = max(1.7 * room.reach, 1.4 * room.span), 0.5 * room.ground
+def knuckle_scales(scene: Scene) -> tuple[float, ...]:
+    """Return the efforts (nu,) that are drawn as arrows of a seventh of a knuckle-boom crane's size.
+
+    A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth.
+    """
+    crane: Crane = scene.model
+    boom, jib, load = crane.support.boom, crane.support.jib, crane.load.mass
+    scales = {"N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass), "N": load * crane.gravity}
+    slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)
+    return (0.2 * slew, *others)
+
+
+def of_room(room: Room) -> Framing:
+    """Return how to draw an overhead crane whose motion fills a room.
+
+    All of it is in the picture, unless the trolley goes so far that nothing would be seen: then the eye goes along.
+    """
+    depth, floor = room.depth, room.floor
+    sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
+    sides[2, 1] = max(room.high[2], 0.15 * depth)
+    x, y, z = (float(value) for value in sides.mean(axis=1))
+    span = float(np.ptp(sides[:2], axis=1).max())
+    half = 0.6 * max(span, 1.5 * depth)
+    far = span > FAR * depth
+    if far:
+        sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
+    eye = np.array([x, y, z]) + _distance(sides) * _outwards()
     return Framing(
-        size=room.reach,
-        ground=(room.middle, 0.0, room.ground),
-        ground_size=0.6 * max(room.span, 1.5 * room.reach),
-        eye=(room.middle + 0.3 * away, -away, middle + 0.28 * away),
-        look_at=(room.middle, 0.0, middle),
-        effort_scales=tuple(scales[name] for name in scene.actuated),
+        size=depth if far else max(depth, 0.3 * span),
+        ground=(x, y, floor),
+        ground_size=half,
+        eye=(float(eye[0]), float(eye[1]), float(eye[2])),
+        look_at=(x, y, z),
+        follows=f"{TROLLEY}/boxes" if far else "",
     )
+
+
+def _outwards() -> np.ndarray:
+    """Return the unit vector (3,) from the crane to the eye."""
+    around, up = radians(FRONT), radians(ABOVE)
+    return np.array([cos(up) * cos(around), cos(up) * sin(around), sin(up)])
+
+
+def _distance(sides: np.ndarray) -> float:
+    """Return how far the eye must stand from the middle of a box with sides (3, 2) to see all its corners."""
+    towards = _outwards()
+    right = np.cross((0.0, 0.0, 1.0), towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    corners = np.array(np.meshgrid(*sides)).reshape(3, -1).T - sides.mean(axis=1)
+    slope = tan(radians(0.5 * VIEW))
+    wide, high = np.abs(corners @ right) / (ASPECT * slope), np.abs(corners @ up) / slope
+    return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

@@ -8,9 +8,9 @@ import yaml
 
 from crane_sim import system
 from crane_sim.description import urdf
-from crane_sim.overhead import OverheadCrane
-from crane_sim.recording.framing import Framing, framing
-from crane_sim.supports.trolley import FixedTrolley
+from crane_sim.description.room import form_of
+from crane_sim.recording.framing import Framing, knuckle_scales, of_knuckle, of_room
+from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension, tension_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +22,17 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
 
-CURVES = 5  # so many swings fit into a plot
+
+class Way(NamedTuple):
+    """A plot of joints in metres."""
+
+    entity: str
+    title: str
+    joints: tuple[str, ...]
+
+
+ROPE = Way("shown/rope_m", "Rope length [m]", ("rope",))
+HOIST = Way("shown/hoist_m", "Length of the first link [m]", ("hoist",))
 
 
 class Layout(NamedTuple):
@@ -31,17 +41,21 @@ class Layout(NamedTuple):
     run_id: str
     name: str  # shown as the recording's name
     joints: tuple[str, ...]  # nq coordinates, in the order of q
-    units: tuple[str, ...]  # of the coordinates: "rad" or "m"
+    units: tuple[str, ...]  # of the coordinates: "rad", "m" or, of components of unit vectors, "1"
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
-    ways: tuple[str, ...]  # joints in metres that move, each with a plot of its own
-    swings: tuple[str, ...]  # joints with the angles of the cable that are plotted: of a long chain not all
+    effort_scales: tuple[float, ...]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
+    ways: tuple[Way, ...]
+    swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
+    suspension: Suspension | None  # an overhead crane's
     tip: int  # which of the nodes is the upper end of the cable
-    planar: bool  # the cable stays in the x-z plane: its angles have a sign
     tension: str  # what the recorded tension is
     period_ns: int
     robot: str  # URDF
     framing: Framing
+    commanded: bool  # somebody commands efforts every period
+    aimed: bool  # the actuated joints have targets
+    silent: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
 
@@ -52,8 +66,8 @@ class Layout(NamedTuple):
 
     @property
     def moving(self) -> list[int]:
-        """Return the indices of the coordinates that are plotted: of the swings only those in `swings`."""
-        return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith("swing")]
+        """Return the indices of the coordinates that are plotted: of the cable's only those in `swings`."""
+        return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith(COORDINATES)]
 
     @property
     def crowded(self) -> bool:
@@ -72,7 +86,9 @@ class Block(NamedTuple):
     reference: Numbers | None  # (K, nu) target of the actuated joints
     nodes: Numbers  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
     target: Numbers | None  # (K, N, 3) the nodes at rest in the reference pose
-    energy: Numbers  # (K,) J
+    kinetic: Numbers  # (K,) J
+    potential: Numbers  # (K,) J
+    energy: Numbers  # (K,) J, their sum
     tension: Numbers  # (K,) N
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
@@ -80,6 +96,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
+    found = suspension(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -87,14 +104,18 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         units=scene.joint_units,
         actuated=scene.actuated,
         effort_units=scene.effort_units,
+        effort_scales=effort_scales(scene, found.hang) if found else knuckle_scales(scene),
         ways=_ways(scene),
-        swings=_swings(scene),
+        swings=_swings(scene, found),
+        suspension=found,
         tip=system.tip_index(scene.model),
-        planar=isinstance(scene.model, OverheadCrane),
-        tension="smallest link tension" if "swing_2" in scene.joint_names else "rope tension",
+        tension=tension_name(found),
         period_ns=scene.period_ns,
         robot=urdf(scene),
-        framing=framing(scene),
+        framing=of_room(found.room) if found else of_knuckle(scene),
+        commanded=scene.sampled,
+        aimed=scene.sampled or scene.reference is not None,
+        silent=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         properties=_properties(scene),
     )
@@ -105,17 +126,19 @@ def label(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _ways(scene: Scene) -> tuple[str, ...]:
-    still = set() if isinstance(scene.model, OverheadCrane) else set(scene.joint_names) - set(scene.actuated)
-    if isinstance(scene.model, OverheadCrane) and isinstance(scene.model.trolley, FixedTrolley):
-        still = {"trolley"}
-    pairs = zip(scene.joint_names, scene.joint_units, strict=True)
-    return tuple(name for name, unit in pairs if unit == "m" and name not in still)
+def _ways(scene: Scene) -> tuple[Way, ...]:
+    """Return the plots of what moves in metres, the cable left out."""
+    if scene.crane != "overhead":
+        return (ROPE,) if "rope" in scene.actuated else ()
+    form = form_of(scene)
+    axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
+    ways = [Way("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
+    return (*ways, HOIST) if form.hoist else tuple(ways)
 
 
-def _swings(scene: Scene) -> tuple[str, ...]:
-    names = tuple(name for name in scene.joint_names if name.startswith("swing"))
-    return names if len(names) <= CURVES else (*names[: CURVES - 1], names[-1])
+def _swings(scene: Scene, found: Suspension | None) -> tuple[str, ...]:
+    names = [name for name in scene.joint_names if name.startswith("swing_")]
+    return tuple(names) if found is None else tuple(f"swing_{k}" for k in found.links if f"swing_{k}" in names)
 
 
 def _properties(scene: Scene) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """An MCAP file in the making: chunks in a folder beside it, one file where the user asked for it when complete."""
 
 import errno
+import logging
+import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +13,8 @@ from rosbags.rosbag2.enums import StoragePlugin
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 
+from crane_sim.recording.leftover import hold
+from crane_sim.recording.mcap_repair import repair_folder
 from crane_sim.recording.topic import Topic
 
 _NEVER = QosTime(9_223_372_036, 854_775_807)  # ROS 2's infinite duration
@@ -25,12 +29,16 @@ class McapFile:
     """
 
     def __init__(self, path: Path, topics: Sequence[Topic]) -> None:
-        """Start a file of these topics; raises FileExistsError where `part` is there already."""
+        """Start a file of these topics, after recovering what a killed recorder left in its place.
+
+        Raises:
+            FileExistsError: another recorder is writing it.
+        """
         self.path, self.part = path, part_of(path)
-        if self.part.exists():
-            raise FileExistsError(errno.EEXIST, "is there already, left by a killed run or in use by another one")
+        _make_room(self.part)
         self._writer = Writer(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
+        self._lock = hold(self.part)
         types = get_typestore(Stores.ROS2_JAZZY)
         self._connections = [
             self._writer.add_connection(topic.name, topic.kind, typestore=types, offered_qos_profiles=[_qos(topic)])
@@ -53,12 +61,27 @@ class McapFile:
         """Write the index and put the file into its place; what was there before is replaced."""
         self._writer.close()
         (self.part / f"{self.part.name}.mcap").replace(self.path)
-        shutil.rmtree(self.part)
+        self._remove()
 
     def abandon(self) -> None:
         """Remove the unfinished file."""
         self._writer.abort()
+        self._remove()
+
+    def _remove(self) -> None:
         shutil.rmtree(self.part)
+        if self._lock is not None:
+            os.close(self._lock)
+
+
+def _make_room(part: Path) -> None:
+    if not part.exists():
+        return
+    recovered = repair_folder(part)
+    if part.exists():
+        raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it")
+    what = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
+    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, what)
 
 
 def part_of(path: Path) -> Path:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import fcntl
+import logging
 import subprocess
 from pathlib import Path
 
 import rerun_cli
+
+from crane_sim.recording.leftover import free_name, held
 
 
 def repair_leftovers(folder: Path) -> list[Path]:
@@ -25,12 +27,10 @@ def repair(part: Path) -> Path | None:
 
     Returns None, and leaves the file alone, where a recorder is still writing it or nothing can be recovered.
     """
-    with part.open("rb") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # a living recorder holds it
-        except OSError:
+    with held(part) as ours:
+        if not ours:
             return None
-        target = _free_name(part)
+        target = free_name(part)
         fresh = target.with_name(target.name + ".tmp")
         command = [viewer_program(), "rrd", "optimize", str(part), "-o", str(fresh)]
         done = subprocess.run(command, capture_output=True, check=False)
@@ -39,18 +39,10 @@ def repair(part: Path) -> Path | None:
             return None
         fresh.replace(target)
         part.unlink()
-        return target
+    logging.getLogger(__name__).warning("%s was left by a killed run: recovered as %s", part, target)
+    return target
 
 
 def viewer_program() -> Path:
     """Return the Rerun program itself; its Python wrapper would leave it behind when killed."""
     return Path(rerun_cli.__file__).with_name("rerun")
-
-
-def _free_name(part: Path) -> Path:
-    stem = part.name.removesuffix(".rrd.part")
-    number, path = 1, part.with_name(f"{stem}.recovered.rrd")
-    while path.exists():
-        number += 1
-        path = part.with_name(f"{stem}.recovered-{number}.rrd")
-    return path

@@ -10,6 +10,7 @@ import numpy as np
 from crane_sim.metrics import derived
 from crane_sim.recording.layout import Block, of_scene
 from crane_sim.recording.repair import repair_leftovers
+from crane_sim.recording.suspension import hanging_still
 from crane_sim.recording.writer import RunWriter
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     effort = _array(row.effort for row in rows)
     silent = (np.nan,) * effort.shape[1]
     step = np.array([row.step for row in rows], dtype=np.int64)
-    t = (step - 1) * scene.period
+    t = _array((row.step - 1) * scene.period for row in rows)
     known = derived(scene, t, q, v, effort)
     reference = _references(rows)
     return Block(
@@ -95,7 +96,9 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
         demanded=_array(silent if row.demanded is None else row.demanded for row in rows),
         reference=reference,
         nodes=known.nodes,
-        target=None if reference is None else _targets(scene, t, reference, q),
+        target=None if reference is None else _targets(scene, t, reference, q, known.nodes),
+        kinetic=known.kinetic,
+        potential=known.potential,
         energy=known.energy,
         tension=known.tension,
         swing=known.swing,
@@ -112,8 +115,10 @@ def _references(rows: Sequence[Row]) -> Numbers | None:
     return _array(found) if all(reference is not None for reference in found) else None
 
 
-def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers) -> Numbers:
+def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers) -> Numbers:
     """Return the crane's nodes with the reference's posture and the payload hanging still below the tip."""
+    if scene.crane == "overhead":
+        return hanging_still(scene.actuated, reference, nodes)
     rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
     rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     return derived(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import rerun as rr
 
 from crane_sim.recording.blueprint import blueprint
-from crane_sim.recording.channels import PALETTE, Channel, channels
+from crane_sim.recording.channel import PALETTE, Channel
+from crane_sim.recording.channels import channels
 from crane_sim.recording.layout import Block, Layout
 from crane_sim.recording.stage import Stage
 from crane_sim.recording.summary import properties, table
@@ -98,6 +99,8 @@ class RunWriter:
         Raises:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
+        if framing := self._stage.settle():
+            self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing)))
         text = table(self._layout.name, summary)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         self._rec.send_property("summary", rr.AnyValues(**properties(summary)))

@@ -128,7 +128,8 @@ def rods() -> Case:
 
 def rubbing(masses: list[float], links: list[float]) -> Case:
     """Trolley that sticks harder than it slips."""
-    force, dry = {"amplitude": 30.0, "frequency": 2.0}, {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
+    force: dict[str, float] = {"amplitude": 30.0, "frequency": 2.0}
+    dry: dict[str, Any] = {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
     spec = {"trolley_mass": 10.0, "m_i": masses, "l_i": links, "alpha0": [0.4] * len(masses), "F": force}
     spec |= {"friction": dry, "note": "starts in stick (|T_1x| < static); modes: +1, -1 slip, 0 stick"}
     case = plane(spec, instants(6.0, 12))

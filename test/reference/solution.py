@@ -70,7 +70,7 @@ def views(case: Case, course: Course) -> tuple[Vector, Vector, Vector]:
 
 def listed(values: Vector) -> list[Any]:
     """Return nested lists of doubles."""
-    return np.asarray(values).astype(float).tolist()
+    return (np.asarray(values).astype(float) + 0.0).tolist()  # no negative zeros
 
 
 def record(case: Case) -> dict[str, Any]:

@@ -1,0 +1,160 @@
+"""Energy-based law for the knuckle crane (Ambrosino et al., eq. 15-18, with the signs corrected).
+
+Proportional-derivative action on the actuated joints, plus the efforts that carry the crane and its hanging payload.
+It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, e the error of
+an actuated joint, whose derivative is -Σ kd q'² less what friction and drag take out.
+"""
+
+from collections.abc import Mapping
+from math import cos
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import Field
+
+from crane_sim import system
+from crane_sim.cables.rope import RateRope, add_rope_energy, span
+from crane_sim.explain import SceneError
+from crane_sim.jit import entry, generic, kernel
+from crane_sim.laws import read_settings
+from crane_sim.model import Crane
+from crane_sim.quantities import NonNegative
+from crane_sim.scene import Scene
+from crane_sim.supports import posture, support_potential
+
+Gains = Annotated[tuple[NonNegative, ...], Field(min_length=3, max_length=4)]
+
+
+class Winch(NamedTuple):
+    """What the law does on a force-driven rope."""
+
+    kp: float  # N/m
+    kd: float  # N s/m
+    target: float  # m
+    weight: float  # N, of the payload
+
+
+class Action(NamedTuple):
+    """What the law computes with, for slew, boom and jib."""
+
+    kp: tuple[float, float, float]  # N m/rad
+    kd: tuple[float, float, float]  # N m s/rad
+    target: tuple[float, float, float]  # rad
+    moments: tuple[float, float]  # N m, of what boom and jib carry when they are horizontal
+    winch: Winch | None
+
+
+class EnergyLaw(NamedTuple):
+    """The law, and the crane that it believes in."""
+
+    action: Action
+    nominal: Crane
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
+        return demanded(self.action, q, v)
+
+    def lyapunov(self, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
+        """Return (V [J], dV/dt [W]) at joint positions q (nq,) and velocities v (nq,), if the law is continuous."""
+        return shaped(self, q, v)
+
+
+@generic
+def with_winch(winch, tau, q, v):
+    """Return the efforts tau with the winch's appended, where the rope takes one."""
+    return tau
+
+
+@with_winch.register(Winch)
+def _(winch, tau, q, v):
+    return (*tau, winch.kp * (winch.target - q[3]) - winch.kd * v[3] - winch.weight)
+
+
+@generic
+def winch_share(winch, q, v):
+    """Return what the winch's action adds to (V, dV/dt)."""
+    return 0.0, 0.0
+
+
+@winch_share.register(Winch)
+def _(winch, q, v):
+    return 0.5 * winch.kp * (winch.target - q[3]) ** 2, -winch.kd * v[3] * v[3]
+
+
+@kernel
+def act(action, q, v):
+    """Return the efforts (nu,) of the law."""
+    kp, kd, target = action.kp, action.kd, action.target
+    slew = kp[0] * (target[0] - q[0]) - kd[0] * v[0]
+    luff = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + action.moments[0] * cos(q[1])
+    knuckle = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + action.moments[1] * cos(q[2])
+    return with_winch(action.winch, (slew, luff, knuckle), q, v)
+
+
+@system.command.register(EnergyLaw)
+def _(law, t, q, v):
+    return act(law.action, q, v)
+
+
+@system.effort.register(EnergyLaw)
+def _(u, p, t, x):
+    q, v = system.actuated(p, x)
+    return act(u.action, q, v)
+
+
+@entry
+def demanded(action, q, v):
+    """Compiled `act` for calls from Python."""
+    return act(action, q, v)
+
+
+@entry
+def shaped(law, q, v):
+    """Return (V, dV/dt) of the shaped energy."""
+    p, action = law.nominal, law.action
+    x = system.state(p, 0.0, q, v)
+    pose = posture(p.support, x[0])
+    line = span(pose, x[1])
+    value, rate = winch_share(action.winch, q, v)
+    value = value + system.kinetic(p, x) + p.load.mass * p.gravity * (line.length + line.n[2] * line.length)
+    value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), line.length)
+    for i in range(3):
+        value = value + 0.5 * action.kp[i] * (action.target[i] - q[i]) ** 2
+        rate = rate - action.kd[i] * v[i] * v[i]
+    return value, rate + system.power(p, 0.0, x, (0.0, 0.0, 0.0, 0.0))
+
+
+class Settings(NamedTuple):
+    """What a scene says of this law in its `control` group."""
+
+    kp: Gains = (30.0, 10.0, 10.0, 1.0)
+    kd: Gains = (50.0, 30.0, 50.0, 10.0)
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
+    """Return the law for what it believes of the scene.
+
+    Raises:
+        SceneError: a setting is unknown or out of range, or the law does not fit the scene.
+    """
+    given = read_settings(Settings, settings)
+    if nominal.crane != "knuckle":
+        raise SceneError(f"control.law = 'energy': is a law for the knuckle crane, not for crane = {nominal.crane!r}")
+    if nominal.reference is None:
+        raise SceneError("reference: is missing, the energy law needs a target")
+    if isinstance(nominal.model.cable, RateRope):
+        raise SceneError("rope.drive = 'rate': the energy law commands a rope force; possible: force, locked")
+    nu = len(nominal.actuated)
+    for name, gains in given._asdict().items():
+        if len(gains) < nu:
+            raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated: {nominal.actuated}")
+    return EnergyLaw(_action(given, nominal.reference, nominal.model, nu), nominal.model)
+
+
+def _action(given: Settings, target: tuple[float, ...], model: Crane, nu: int) -> Action:
+    boom, jib, g, m = model.support.boom, model.support.jib, model.gravity, model.load.mass
+    moments = (
+        g * boom.length * (m + 0.5 * boom.mass + jib.mass),
+        g * jib.length * (m + 0.5 * jib.mass),
+    )
+    winch = Winch(given.kp[3], given.kd[3], target[3], m * g) if nu == 4 else None
+    return Action(given.kp[:3], given.kd[:3], target[:3], moments, winch)  # pyright: ignore[reportArgumentType]

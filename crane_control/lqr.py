@@ -1,0 +1,134 @@
+"""LQR for any scene: u = u* - K (z - z*), the equations linearised where the target can be held.
+
+z is what of the joint positions and velocities can move. A law that is sampled solves the discrete Riccati equation,
+of the motion between two commands, with the same weights; a continuous one the continuous equation.
+
+The weights are those of Bryson's rule where the scene gives none: a deviation of 0.2 m or 0.05 rad, a velocity of
+0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1 rad/s² weigh the same.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from crane_control.linear import Array, equilibrium, linearised, regulator
+from crane_control.sight import seen
+from crane_sim import system
+from crane_sim.explain import SceneError
+from crane_sim.jit import entry, generic, routine
+from crane_sim.laws import read_settings
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.scene import Scene
+
+DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
+"""Deviation and velocity that weigh 1, by unit of the joint."""
+
+
+class Channel(NamedTuple):
+    """The effort of one actuated joint and those of the joints after it, a list that kernels can walk by type."""
+
+    effort: float  # at the target
+    gain: Any  # (2 nq,), of positions, then of velocities
+    rest: "Channel | None"
+
+
+class LqrLaw(NamedTuple):
+    """The law; its gain is that of the crane that it believes in, nq joints."""
+
+    channels: Channel | None
+    target: Any  # (nq,)
+    poles: Any  # closed-loop eigenvalues (complex): s [1/s] of a continuous law, z of a sampled one
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the efforts (nu,) demanded at joint positions q and velocities v, nq or more."""
+        return demanded(self, np.array(q), np.array(v))
+
+
+@generic
+def feedback(channel, target, q, v):
+    """Return the efforts of a list of channels as a tuple."""
+    return ()
+
+
+@feedback.register(Channel)
+def _(channel, target, q, v):
+    effort, n = channel.effort, len(target)
+    for i in range(n):
+        effort = effort - channel.gain[i] * (seen(q, i, n) - target[i]) - channel.gain[n + i] * seen(v, i, n)
+    return (effort, *feedback(channel.rest, target, q, v))
+
+
+@system.command.register(LqrLaw)
+def _(law, t, q, v):
+    return feedback(law.channels, law.target, q, v)
+
+
+@system.effort.register(LqrLaw)
+def _(u, p, t, x):
+    return observed(u, p, x)
+
+
+@routine
+def observed(law, p, x):
+    """Return the efforts (nu,) of the law in state x of model p; one piece, which the stages of a step call."""
+    q, v = system.joints(p, x)
+    return feedback(law.channels, law.target, q, v)
+
+
+@entry
+def demanded(law, q, v):
+    """Compiled `command` for calls from Python."""
+    return feedback(law.channels, law.target, q, v)
+
+
+class Settings(NamedTuple):
+    """What a scene says of this law in its `control` group."""
+
+    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # (2 nq,), of positions, then velocities
+    r: tuple[Positive, ...] | None = None  # (nu,)
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
+    """Return the law for what it believes of the scene, sampled every `nominal.period` if `nominal.sampled`.
+
+    Raises:
+        SceneError: a setting is wrong, nothing can be held at the target, or a motion about it cannot be reached.
+    """
+    given = read_settings(Settings, settings)
+    target, efforts = equilibrium(nominal)
+    a, b = linearised(nominal, target, efforts)
+    period = nominal.period if nominal.sampled else None
+    q, r = _weights(given, nominal, b)
+    moving = _moving(nominal, target, a, b)
+    gain, poles = regulator(a[np.ix_(moving, moving)], b[moving], q[moving], r, period)
+    full = np.zeros((len(efforts), len(a)))
+    full[:, moving] = gain
+    channels = None
+    for effort, row in zip(efforts[::-1], full[::-1], strict=True):
+        channels = Channel(float(effort), row.copy(), channels)
+    return LqrLaw(channels, target, poles)
+
+
+def _weights(given: Settings, scene: Scene, b: Array) -> tuple[Array, Array]:
+    """Return the weights q (2 nq,) and r (nu,)."""
+    nq, nu = len(scene.joint_names), len(scene.actuated)
+    own = b[[nq + scene.joint_names.index(name) for name in scene.actuated], range(nu)]
+    scales = np.array([DEVIATIONS[unit] for unit in scene.joint_units])
+    q = scales.T.ravel() ** -2.0 if given.q is None else np.array(given.q)
+    r = own**2 if given.r is None else np.array(given.r)
+    for name, weights, size in (("q", q, 2 * nq), ("r", r, nu)):
+        if len(weights) != size:
+            raise SceneError(f"control.{name}: has {len(weights)} weights, {size} are needed: {scene.joint_names}")
+    return q, r
+
+
+def _moving(scene: Scene, target: Array, a: Array, b: Array) -> npt.NDArray[np.intp]:
+    """Return the rows of the state that can deviate: not those of imposed joints, nor along a unit vector."""
+    n = len(target)
+    still = ~np.any(np.hstack([a, b])[n:] != 0.0, axis=1)
+    along = [unit == "1" and abs(x) > 0.5 for unit, x in zip(scene.joint_units, target, strict=True)]
+    joints = np.flatnonzero(~(still | along))
+    return np.concatenate([joints, n + joints])

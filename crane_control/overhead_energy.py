@@ -1,0 +1,212 @@
+"""Energy-based law for the overhead crane: the drive makes the trolley feel as light as the payload likes it.
+
+Damping of the trolley alone hardly reaches the swing below a heavy trolley, which does not feel the rope. So the law
+shapes kinetic energy too: with the pull T sin α of the rope on the trolley, computed from what is measured, it drives
+
+    F = M/μ f + (M/μ - 1) T sin α,   f = kp e / √(1 + (e/r)²) - kd x',   F_hoist = kp_h e_h - kd_h l' - m g,
+
+e, e_h the errors. Then the trolley of mass M moves as one of the apparent mass μ that the force f drives.
+
+Proof that V never rises (planar crane, one rigid taut link, nominal parameters, continuous law), V = energy of payload
+and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)) + ½ kp_h e_h²:
+1. M x'' = F + T sin α gives μ x'' = f + T sin α. The rope supplies the payload with -T (x' sin α + l'), the drum T l'.
+2. So (energy of payload and drum + ½ μ x'²)' = f x' + F_hoist l'.
+3. The springs of V take away f's and F_hoist's positional parts, and m g l balances the payload's weight on the hoist:
+   V' = -kd x'² - kd_h l'².
+V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
+
+Default gains: linearised, the trolley and the swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of
+ω = √(g/l), d = kd / (μ ω), p = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω. The hoist's two
+are there too. The reach r bounds the pull of a far target, hence the speed, to about r ω / 4; V stays what it is.
+"""
+
+from collections.abc import Mapping
+from math import cos, inf, sin, sqrt
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from crane_control.sight import seen
+from crane_sim import system
+from crane_sim.explain import SceneError
+from crane_sim.jit import entry, generic, kernel
+from crane_sim.laws import read_settings
+from crane_sim.overhead.axes import ForceAxis
+from crane_sim.overhead.hoists import ForceHoist
+from crane_sim.overhead.rod import RodCrane
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.scene import Scene
+
+Gains = Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=2)]
+
+
+class Rope(NamedTuple):
+    """A rope of fixed length."""
+
+    length: float  # m
+
+
+class Hoist(NamedTuple):
+    """What the law does on a force-driven hoist."""
+
+    kp: float  # N/m
+    kd: float  # N s/m
+    target: float  # m
+    inertia: float  # kg, of the drum
+
+
+class OverheadEnergyLaw(NamedTuple):
+    """The law, and the crane that it believes in."""
+
+    kp: float  # N/m
+    kd: float  # N s/m
+    target: float  # m
+    reach: float  # m
+    apparent_mass: float  # kg
+    trolley_mass: float  # kg
+    payload_mass: float  # kg
+    gravity: float  # m/s²
+    rope: Rope | Hoist
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
+        return demanded(self, np.array(q), np.array(v))
+
+    def lyapunov(self, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
+        """Return (V [J], dV/dt [W]) at joint positions q (nq,) and velocities v (nq,), if the law is continuous."""
+        return shaped(self, np.array(q), np.array(v))
+
+
+@generic
+def hung(rope, q, v):
+    """Return (length, rate, number of joints up to the swing) of the link that the law believes in."""
+    return rope.length, 0.0, 2
+
+
+@hung.register(Hoist)
+def _(rope, q, v):
+    return q[1], v[1], 3
+
+
+@generic
+def lift(rope, q, v, weight):
+    """Return (the hoist's effort as a tuple, compliance [1/kg], free acceleration [m/s²]) of the rope's length."""
+    return (), 0.0, 0.0
+
+
+@lift.register(Hoist)
+def _(rope, q, v, weight):
+    force = rope.kp * (rope.target - q[1]) - rope.kd * v[1] - weight
+    return (force,), 1.0 / rope.inertia, force / rope.inertia
+
+
+@generic
+def hoist_share(rope, q, v):
+    """Return what the hoist adds to (V, dV/dt)."""
+    return 0.0, 0.0
+
+
+@hoist_share.register(Hoist)
+def _(rope, q, v):
+    value = 0.5 * rope.kp * (rope.target - q[1]) ** 2 + 0.5 * rope.inertia * v[1] * v[1]
+    return value, -rope.kd * v[1] * v[1]
+
+
+@kernel
+def act(law, q, v):
+    """Return the efforts (nu,) of the law."""
+    m, mu = law.payload_mass, law.apparent_mass
+    length, _, n = hung(law.rope, q, v)
+    swing, rate = seen(q, n - 1, n), seen(v, n - 1, n)
+    error, s = law.target - q[0], sin(swing)
+    push = law.kp * error / sqrt(1.0 + (error / law.reach) ** 2) - law.kd * v[0]
+    efforts, give, run = lift(law.rope, q, v, m * law.gravity)
+    pull = length * rate * rate + law.gravity * cos(swing) - s * push / mu - run
+    tension = pull / (1.0 / m + s * s / mu + give)
+    ratio = law.trolley_mass / mu
+    return (ratio * push + (ratio - 1.0) * tension * s, *efforts)
+
+
+@system.command.register(OverheadEnergyLaw)
+def _(law, t, q, v):
+    return act(law, q, v)
+
+
+@system.effort.register(OverheadEnergyLaw)
+def _(u, p, t, x):
+    q, v = system.joints(p, x)
+    return act(u, q, v)
+
+
+@entry
+def demanded(law, q, v):
+    """Compiled `act` for calls from Python."""
+    return act(law, q, v)
+
+
+@entry
+def shaped(law, q, v):
+    """Return (V, dV/dt) of the shaped energy."""
+    length, paid, n = hung(law.rope, q, v)
+    swing, rate = seen(q, n - 1, n), seen(v, n - 1, n)
+    value, falls = hoist_share(law.rope, q, v)
+    error, s, c = law.target - q[0], sin(swing), cos(swing)
+    across, up = v[0] + paid * s + length * c * rate, -paid * c + length * s * rate
+    value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
+    value = value + 0.5 * law.apparent_mass * v[0] * v[0]
+    value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.reach) ** 2))
+    return value, falls - law.kd * v[0] * v[0]
+
+
+class Settings(NamedTuple):
+    """What a scene says of this law in its `control` group; what is None is chosen as the module says."""
+
+    kp: Gains | None = None  # N/m, of trolley and hoist
+    kd: Gains | None = None  # N s/m
+    apparent_mass: Positive | None = None  # kg; the trolley's own: no kinetic shaping
+    reach: Positive = inf  # m
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
+    """Return the law for what it believes of the scene.
+
+    Raises:
+        SceneError: a setting is unknown or out of range, or the law does not fit the scene.
+    """
+    given = read_settings(Settings, settings)
+    _check(nominal)
+    target, model, m = nominal.reference, nominal.model, nominal.model.cable.payload
+    assert target is not None
+    rising = len(target) == 2
+    length = target[1] if rising else model.cable.length
+    omega = sqrt(model.gravity / length)
+    moved = m + model.hoist.inertia if rising else 0.0
+    kp = _gains("kp", given.kp, (0.25 * m * omega**2, moved * omega**2), len(target))
+    kd = _gains("kd", given.kd, (m * omega, 2.0 * moved * omega), len(target))
+    rope = Hoist(kp[1], kd[1], length, model.hoist.inertia) if rising else Rope(length)
+    apparent = given.apparent_mass or 0.25 * m
+    return OverheadEnergyLaw(kp[0], kd[0], target[0], given.reach, apparent, model.trolley.mass, m, model.gravity, rope)
+
+
+def _check(nominal: Scene) -> None:
+    """Raise SceneError where the law does not fit the scene."""
+    target, model = nominal.reference, nominal.model
+    if target is None:
+        raise SceneError("reference: is missing, the energy law needs a target")
+    if not isinstance(model, RodCrane) or len(model.cable.distances) > 1:
+        raise SceneError("cable: the energy law believes in one rigid link in the plane; see control.nominal")
+    if not isinstance(model.trolley, ForceAxis) or not isinstance(model.hoist, ForceHoist | None):
+        raise SceneError("trolley, hoist: the energy law drives both by force (hoist: with inertia, or absent)")
+    if model.gravity == 0.0:
+        raise SceneError("gravity = 0.0: without weight nothing pulls the payload below the trolley")
+    if len(target) == 2 and target[1] <= 0.0:
+        raise SceneError(f"reference.q[1] = {target[1]}: must be greater than 0, it is a rope's length")
+
+
+def _gains(name: str, given: tuple[float, ...] | None, default: tuple[float, float], nu: int) -> tuple[float, float]:
+    if given is None:
+        return default
+    if len(given) < nu:
+        raise SceneError(f"control.{name}: has {len(given)} values, {nu} joints are actuated")
+    return given[0], given[-1]

@@ -1,0 +1,86 @@
+"""Dormand and Prince's method of order 5 with an embedded order 4.
+
+Coefficients: Dormand, Prince, "A family of embedded Runge-Kutta formulae", J. Comp. Appl. Math. 6 (1980), RK5(4)7M.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
+from crane_sim.integrators.flow import advance, horizon, stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, moved, opening, slope
+from crane_sim.jit import generic
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.state_algebra import combine, dimension, weighted_square
+
+B = (35 / 384, None, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, None)
+A = (
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    B[:6],
+)
+C = (1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
+E = (71 / 57600, None, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+"""Weights of the error: order 5 less order 4."""
+ORDER, STAGES = 5, 7
+_DENSE, _NODES = dense(A), np.array((0.0, *C))
+
+
+class DOPRI5(NamedTuple):
+    """Settings: a component's error is measured by atol + rtol |component|."""
+
+    rtol: Positive = 1e-8
+    atol: NonNegative = 1e-10
+
+
+@generic
+def slopes(k1, p, t, x, u, h):
+    """Return the derivatives of all seven stages, the first one given as `opening` returns it."""
+    k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
+    k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
+    k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+    k5 = slope(p, t, x, u, h, A[3], C[3], (k1, k2, k3, k4))
+    k6 = slope(p, t, x, u, h, A[4], C[4], (k1, k2, k3, k4, k5))
+    return k1, k2, k3, k4, k5, k6, slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
+
+
+@slopes.register(np.ndarray)
+def _(ks, p, t, x, u, h):
+    return fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+
+
+@attempt.register(DOPRI5)
+def _(method, k1, p, t, x, u, h):
+    ks = slopes(k1, p, t, x, u, h)
+    y = moved(x, h, B, ks)
+    return y, sqrt(weighted_square(combine(h, E, ks), x, y, method.rtol, method.atol) / dimension(x))
+
+
+@error_order.register(DOPRI5)
+def _(method):
+    return ORDER
+
+
+@advance.register(DOPRI5)
+def _(method, p, u, flow, end):
+    return accepted_step(method, p, u, flow, end)
+
+
+@horizon.register(DOPRI5)
+def _(method, end):
+    return inf
+
+
+@step.register(DOPRI5)
+def _(method, p, t, x, u, h):
+    return moved(x, h, B, slopes(opening(x, p, t, u, STAGES), p, t, x, u, h))
+
+
+@stages.register(DOPRI5)
+def _(method):
+    return STAGES

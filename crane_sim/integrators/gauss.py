@@ -1,0 +1,83 @@
+"""Gauss collocation with three stages, order 6: for long horizons, over which its energy error does not grow.
+
+Coefficients: Hairer, Lubich, Wanner, "Geometric Numerical Integration", 2nd ed., II.1.3. The stages are iterated until
+rounding stops them, so that what is left of the method's symmetry is not spoilt by a tolerance (VIII.6).
+"""
+
+from math import nan, sqrt
+from typing import NamedTuple
+
+from crane_sim.integrators.flow import advance, even_step, stages, step, stepped
+from crane_sim.jit import kernel, routine
+from crane_sim.quantities import Positive
+from crane_sim.state_algebra import add, add_scaled, scale, weighted_square
+from crane_sim.system import rhs
+
+ROOT = sqrt(15.0)
+A = (
+    (5 / 36, 2 / 9 - ROOT / 15, 5 / 36 - ROOT / 30),
+    (5 / 36 + ROOT / 24, 2 / 9, 5 / 36 - ROOT / 24),
+    (5 / 36 + ROOT / 30, 2 / 9 + ROOT / 15, 5 / 36),
+)
+C = (1 / 2 - ROOT / 10, 1 / 2, 1 / 2 + ROOT / 10)
+B = (5 / 18, 4 / 9, 5 / 18)
+ORDER = 6
+MOST_SWEEPS, SETTLED = 60, 1e-26
+"""Sweeps over the stages; the squared relative change below which they end as soon as it no longer shrinks."""
+
+
+class Gauss3(NamedTuple):
+    """Settings: the step is shortened so that a whole number of them fills each control period."""
+
+    step: Positive  # s
+
+    def safe_step(self, frequency: float) -> float:
+        """Return the largest step [s] with which the sweeps settle for motions up to `frequency` [rad/s]."""
+        return 1.0 / frequency
+
+
+@kernel
+def weighted(x, h, row, k1, k2, k3):
+    """Return x + h (row . k)."""
+    return add(x, add_scaled(add_scaled(scale(h * row[0], k1), h * row[1], k2), h * row[2], k3))
+
+
+@kernel
+def change(h, x, new, old):
+    """Return the squared relative change of a stage's step."""
+    difference = scale(h, add_scaled(new, -1.0, old))
+    return weighted_square(difference, x, x, 1.0, 1.0)
+
+
+@routine
+def collocated(p, t, x, u, h):
+    """Return (the state one step after (t, x), sweeps); not a number when the stages do not settle."""
+    k1 = rhs(p, t, x, u)
+    k2, k3, last = k1, k1, 1e300
+    for sweep in range(MOST_SWEEPS):
+        n1 = rhs(p, t + C[0] * h, weighted(x, h, A[0], k1, k2, k3), u)
+        n2 = rhs(p, t + C[1] * h, weighted(x, h, A[1], n1, k2, k3), u)
+        n3 = rhs(p, t + C[2] * h, weighted(x, h, A[2], n1, n2, k3), u)
+        moved = change(h, x, n1, k1) + change(h, x, n2, k2) + change(h, x, n3, k3)
+        k1, k2, k3 = n1, n2, n3
+        if moved == 0.0 or (moved < SETTLED and moved >= last):
+            return weighted(x, h, B, k1, k2, k3), sweep + 1
+        last = moved
+    return scale(nan, x), MOST_SWEEPS
+
+
+@step.register(Gauss3)
+def _(method, p, t, x, u, h):
+    return collocated(p, t, x, u, h)[0]
+
+
+@stages.register(Gauss3)
+def _(method):
+    return 3
+
+
+@advance.register(Gauss3)
+def _(method, p, u, flow, end):
+    h, t = even_step(method.step, flow.t, end)
+    x, sweeps = collocated(p, flow.t, flow.x, u, h)
+    return stepped(p, flow, t, x, h, 1 + 3 * sweeps)

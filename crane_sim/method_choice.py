@@ -1,0 +1,58 @@
+"""Which integrator a scene runs with: its own, checked against the stiffest motion, or one that is chosen for it."""
+
+from typing import Any, NamedTuple
+
+from crane_sim.explain import SceneError
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.rodas import Rodas
+
+
+class Auto(NamedTuple):
+    """A method chosen by the scene."""
+
+
+class Demands(NamedTuple):
+    """What a scene asks of its method."""
+
+    frequency: float | None  # rad/s, of the stiffest motion; None: not known
+    turns: float  # rad, of the slowest swing over the run
+    elastic: bool
+    smooth: bool  # nothing switches and nothing is sampled
+    duration: float  # s
+
+
+STIFF = 2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
+LONG = 1e4  # rad, of swinging, from which an error of the energy that does not grow is worth more than speed
+GENTLE = 0.08
+"""Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce hardcases`)."""
+
+
+def chosen(method: Any, demands: Demands) -> tuple[Any, str | None]:
+    """Return (the method, and why when it was chosen here).
+
+    Raises:
+        SceneError: a fixed step is too large for the stiffest motion.
+    """
+    if isinstance(method, Auto):
+        return _choice(demands)
+    largest = getattr(method, "safe_step", None)
+    if largest is None or demands.frequency is None:
+        return method, None
+    safe = largest(demands.frequency)
+    if method.step > safe:
+        raise SceneError(
+            f"integrator.step = {method.step:g}: too large for the stiffest motion, {demands.frequency:.4g} rad/s; "
+            f"the largest safe step of this method is {safe:.3g} s, and dop853 chooses its own"
+        )
+    return method, None
+
+
+def _choice(demands: Demands) -> tuple[Any, str]:
+    frequency = demands.frequency
+    if frequency is not None and demands.elastic and frequency > STIFF:
+        return Rodas(), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
+    if frequency is not None and demands.smooth and demands.turns > LONG and not demands.elastic:
+        step = GENTLE / frequency
+        return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({demands.duration:g} s)"
+    return DOP853(), "dop853: nothing stiff, no long horizon"

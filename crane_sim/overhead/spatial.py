@@ -1,0 +1,180 @@
+"""An overhead crane in space: a trolley on a bridge and a chain of N rigid links, with a hoist or without.
+
+State: one array [x, y, (l1), n_1 .. n_N, x', y', (l1'), u_1 .. u_N, (energy supplied), (modes)] with unit vectors n_k
+down the links and their rates u_k. Equations see the state put back on |n_k| = 1, n_k u_k = 0, and so does each step.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.jit import generic, kernel, routine
+from crane_sim.meter import Meter, meter_size
+from crane_sim.overhead.audit import metered
+from crane_sim.overhead.axes import Axis, axis_power, demands, rail
+from crane_sim.overhead.chain import Chain
+from crane_sim.overhead.directions import Directions, Top, aligned, paid_out, solve_tensions, turn
+from crane_sim.overhead.forces import NodeForces, add_forces, force_power
+from crane_sim.overhead.hoists import Hoist, drum, drum_power, hoisted
+from crane_sim.overhead.switches import Switches, mode_of, payload_mass, story
+
+
+class SpatialCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    bridge: Axis
+    cable: Chain
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    forces: NodeForces | None = None
+    switches: Switches | None = None
+    meter: Meter | None = None
+
+    def metered(self, sampled: bool) -> "SpatialCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return metered(self, sampled)
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(which)
+
+
+class Solved(NamedTuple):
+    """What state and efforts fix at one instant."""
+
+    links: Directions
+    top: Top
+    free: np.ndarray  # (N + 1, 3) m/s², accelerations of the nodes without tensions
+    tension: np.ndarray  # (N,) N
+    pull: tuple[float, float]  # N, of the cable on trolley and bridge
+
+
+@kernel
+def layout(p):
+    """Return (number of coordinates, index of the first unit vector, index of the first mode)."""
+    first = 2 + hoisted(p.hoist)
+    nq = first + 3 * len(p.cable.masses)
+    return nq, first, 2 * nq + meter_size(p.meter)
+
+
+@generic
+def first_link(hoist, chain, x, nq):
+    """Return (length, rate) of the first link."""
+    return x[2], x[nq + 2]
+
+
+@first_link.register(type(None))
+def _(hoist, chain, x, nq):
+    return chain.lengths[0], 0.0
+
+
+@system.project.register(SpatialCrane)
+def _(p, x):
+    return straightened(p, x)
+
+
+@routine
+def straightened(p, x):
+    """Return the state with unit vectors of length 1 and rates across them."""
+    nq, first, _ = layout(p)
+    y = x.copy()
+    for i in range(first, nq, 3):
+        (y[i], y[i + 1], y[i + 2]), (y[nq + i], y[nq + i + 1], y[nq + i + 2]) = aligned(x, i, nq + i)
+    return y
+
+
+@routine
+def links_of(p, x):
+    """Return the links of state x, put back on what they hold."""
+    nq, first, _ = layout(p)
+    n = len(p.cable.masses)
+    table, rest = np.empty((2, n, 3)), np.empty((3, n))
+    units, rates = table[0], table[1]
+    for k in range(n):
+        unit, rate = aligned(x, first + 3 * k, nq + first + 3 * k)
+        units[k, 0], units[k, 1], units[k, 2] = unit
+        rates[k, 0], rates[k, 1], rates[k, 2] = rate
+        rest[0, k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
+        rest[1, k], rest[2, k] = p.cable.lengths[k], 1.0 / p.cable.masses[k]
+    rest[1, 0] = first_link(p.hoist, p.cable, x, nq)[0]
+    rest[2, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    return Directions(units, rates, rest[0], rest[1], rest[2])
+
+
+@routine
+def solved(p, t, x, tau):
+    """Return what state x at time t and joint efforts tau fix."""
+    nq, _, modes = layout(p)
+    n, links = len(p.cable.masses), links_of(p, x)
+    acc, tension = np.zeros((n + 1, 3)), np.empty(n)
+    for k in range(1, n + 1):
+        acc[k, 2] = -p.gravity
+    add_forces(p.forces, t, links.below, acc)
+    give_x, acc[0, 0] = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    give_y, acc[0, 1] = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
+    pay, run = drum(p.hoist, t, tau)
+    top = Top((give_x, give_y), pay, run, first_link(p.hoist, p.cable, x, nq)[1])
+    solve_tensions(links, top, acc, tension)
+    return Solved(links, top, acc, tension, (tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]))
+
+
+@system.fill.register(SpatialCrane)
+def _(p, t, x, u, out):
+    derive(p, t, x, u, out)
+
+
+@routine
+def derive(p, t, x, u, out):
+    """Write the time derivative of the state into `out`."""
+    nq, first, modes = layout(p)
+    tau = system.effort(u, p, t, x)
+    now = solved(p, t, x, tau)
+    for axis in range(2):
+        out[axis], out[nq + axis] = x[nq + axis], now.free[0, axis] + now.top.give[axis] * now.pull[axis]
+    if first == 3:
+        out[2], out[nq + 2] = x[nq + 2], paid_out(now.links, now.top, now.free, now.tension)
+    for k in range(len(now.tension)):
+        for c in range(3):
+            out[first + 3 * k + c] = now.links.rates[k, c]
+    turn(now.links, now.top, now.free, now.tension, out, nq + first)
+    for i in range(2 * nq, len(out)):
+        out[i] = 0.0
+    if modes > 2 * nq:
+        out[2 * nq] = supply(p, t, x, tau, now)
+
+
+@kernel
+def supply(p, t, x, tau, now):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    nq, _, _ = layout(p)
+    rate = first_link(p.hoist, p.cable, x, nq)[1]
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
+    power += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], now.pull[1])
+    power += drum_power(p.hoist, tau, rate, now.tension[0])
+    return power + forces_supply(p.forces, p, t, x, now.links, rate)
+
+
+@generic
+def forces_supply(forces, p, t, x, links, rate):
+    """Return the power [W] of forces on nodes."""
+    return force_power(forces, t, node_velocities(p, x, links, rate))
+
+
+@forces_supply.register(type(None))
+def _(forces, p, t, x, links, rate):
+    return 0.0
+
+
+@routine
+def node_velocities(p, x, links, rate):
+    """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
+    nq, _, _ = layout(p)
+    v = np.zeros((len(links.speeds) + 1, 3))
+    v[0, 0], v[0, 1] = x[nq], x[nq + 1]
+    for k in range(len(links.speeds)):
+        paid = rate if k == 0 else 0.0
+        for c in range(3):
+            v[k + 1, c] = v[k, c] + paid * links.units[k, c] + links.lengths[k] * links.rates[k, c]
+    return v

@@ -1,0 +1,66 @@
+"""How an overhead crane in space switches between sticking and slipping, changes its payload, and ends."""
+
+from crane_sim import system
+from crane_sim.jit import routine
+from crane_sim.overhead.axes import axis_guard, demands, freed
+from crane_sim.overhead.spatial import SpatialCrane, first_link, layout, solved
+from crane_sim.overhead.spatial_outputs import energies
+from crane_sim.overhead.switches import (
+    FRICTION,
+    LIMIT,
+    PAYLOAD,
+    hoist_guard,
+    lesser,
+    limits_guard,
+    payload_guard,
+    slack_guard,
+    switching_of,
+)
+
+
+@system.switching.register(SpatialCrane)
+def _(p):
+    return switching_of(p.switches)
+
+
+@system.guard.register(SpatialCrane)
+def _(p, t, x, u):
+    return least_guard(p, t, x, system.effort(u, p, t, x))
+
+
+@routine
+def least_guard(p, t, x, tau):
+    """Return (the smallest guard, its number)."""
+    nq, _, modes = layout(p)
+    now = solved(p, t, x, tau)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, now.pull[0]), FRICTION)
+    bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), now.pull[1])
+    best = limits_guard(p.switches, lesser(best, bridge, FRICTION + 1), 0, x[0])
+    best = limits_guard(p.switches, best, 1, x[1])
+    best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
+    best = payload_guard(p.switches, best, t, x[len(x) - 1])
+    return slack_guard(p.switches, best, now.tension)
+
+
+@system.switched.register(SpatialCrane)
+def _(p, t, x, u, which):
+    return switch(p, t, x, system.effort(u, p, t, x), which)
+
+
+@routine
+def switch(p, t, x, tau, which):
+    """Return (the state after guard `which` has failed, whether the crane goes on)."""
+    nq, _, modes = layout(p)
+    x = x.copy()
+    if which == PAYLOAD:
+        before = sum(energies(p, x))
+        x[len(x) - 1] += 1.0
+        x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
+        return x, True
+    if which < LIMIT:
+        axis = which - FRICTION
+        x[nq + axis], x[modes + axis] = (0.0 if x[modes + axis] != 0.0 else x[nq + axis]), 0.0
+        pull = solved(p, t, x, tau).pull[axis]
+        x[modes + axis] = freed(p.trolley, tau, 0, pull) if axis == 0 else freed(p.bridge, tau, demands(p.trolley), pull)
+        return x, True
+    return x, False

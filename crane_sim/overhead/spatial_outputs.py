@@ -1,0 +1,118 @@
+"""What an overhead crane in space shows: joint coordinates, energies, nodes."""
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.jit import routine
+from crane_sim.overhead.axes import axis_mass
+from crane_sim.overhead.efforts import driven_both, efforts_both
+from crane_sim.overhead.hoists import drum_inertia
+from crane_sim.overhead.spatial import SpatialCrane, first_link, layout, links_of, node_velocities, solved, supply
+from crane_sim.overhead.switches import changes_before, mode_count
+
+
+@system.joints.register(SpatialCrane)
+def _(p, x):
+    nq, _, _ = layout(p)
+    return x[:nq].copy(), x[nq : 2 * nq].copy()
+
+
+@system.state.register(SpatialCrane)
+def _(p, t, q, v):
+    nq, _, modes = layout(p)
+    x = np.zeros(modes + mode_count(p.switches, 2))
+    for i in range(nq):
+        x[i], x[nq + i] = q[i], v[i]
+    if len(x) > modes:
+        x[modes], x[modes + 1], x[len(x) - 1] = np.sign(v[0]), np.sign(v[1]), changes_before(p.switches, t)
+    return x
+
+
+@system.actuated.register(SpatialCrane)
+def _(p, x):
+    nq, _, _ = layout(p)
+    return driven_both(p.trolley, p.bridge, p.hoist, x, 0), driven_both(p.trolley, p.bridge, p.hoist, x, nq)
+
+
+@system.held.register(SpatialCrane)
+def _(p, row):
+    return efforts_both(p.trolley, p.bridge, p.hoist, row)
+
+
+@system.limited.register(SpatialCrane)
+def _(p, u):
+    return u
+
+
+@system.acceleration.register(SpatialCrane)
+def _(p, t, x, u):
+    nq, _, _ = layout(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+
+
+@routine
+def energies(p, x):
+    """Return (kinetic, potential) energy."""
+    nq, _, _ = layout(p)
+    links, rate = links_of(p, x), first_link(p.hoist, p.cable, x, nq)[1]
+    v, z, potential = node_velocities(p, x, links, rate), 0.0, 0.0
+    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
+    kinetic += 0.5 * drum_inertia(p.hoist) * rate * rate
+    for k in range(len(links.speeds)):
+        mass = 1.0 / links.below[k]
+        z = z + links.lengths[k] * links.units[k, 2]
+        kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 1] ** 2 + v[k + 1, 2] ** 2)
+        potential += mass * p.gravity * z
+    return kinetic, potential
+
+
+@system.kinetic.register(SpatialCrane)
+def _(p, x):
+    return energies(p, x)[0]
+
+
+@system.potential.register(SpatialCrane)
+def _(p, x):
+    return energies(p, x)[1]
+
+
+@system.tension.register(SpatialCrane)
+def _(p, t, x, u):
+    return solved(p, t, x, system.effort(u, p, t, x)).tension.min()
+
+
+@system.power.register(SpatialCrane)
+def _(p, t, x, u):
+    tau = system.effort(u, p, t, x)
+    return supply(p, t, x, tau, solved(p, t, x, tau))
+
+
+@system.supplied.register(SpatialCrane)
+def _(p, x):
+    nq, _, modes = layout(p)
+    return x[2 * nq] if modes > 2 * nq else 0.0
+
+
+@system.point_count.register(SpatialCrane)
+def _(p):
+    return 1 + len(p.cable.masses)
+
+
+@system.tip_index.register(SpatialCrane)
+def _(p):
+    return 0
+
+
+@system.points.register(SpatialCrane)
+def _(p, x, out):
+    place(p, x, out)
+
+
+@routine
+def place(p, x, out):
+    """Write the nodes (N + 1, 3) into `out`."""
+    links = links_of(p, x)
+    out[0, 0], out[0, 1], out[0, 2] = x[0], x[1], 0.0
+    for k in range(len(links.speeds)):
+        for c in range(3):
+            out[k + 1, c] = out[k, c] + links.lengths[k] * links.units[k, c]
