@@ -15,9 +15,9 @@ and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)
    V' = -kd x'² - kd_h l'².
 V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
 
-Default gains: linearised, the trolley and the swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of
-ω = √(g/l), d = kd / (μ ω), p = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω. The hoist's two
-are there too. The reach r bounds the pull of a far target, hence the speed, to about r ω / 4; V stays what it is.
+Default gains: linearised, trolley and swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of ω = √(g/l), with
+d = kd / (μ ω), p = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω; the hoist's two are there too.
+The reach r bounds the pull of a far target, hence the speed, to about r ω / 4.
 """
 
 from collections.abc import Mapping
@@ -91,38 +91,27 @@ def _(rope, q, v):
 
 @generic
 def lift(rope, q, v, weight):
-    """Return (the hoist's effort as a tuple, compliance [1/kg], free acceleration [m/s²]) of the rope's length."""
-    return (), 0.0, 0.0
+    """Return (the hoist's effort as a tuple, compliance [1/kg], free acceleration [m/s²], its share of V and dV/dt)."""
+    return (), 0.0, 0.0, (0.0, 0.0)
 
 
 @lift.register(Hoist)
 def _(rope, q, v, weight):
-    force = rope.kp * (rope.target - q[1]) - rope.kd * v[1] - weight
-    return (force,), 1.0 / rope.inertia, force / rope.inertia
-
-
-@generic
-def hoist_share(rope, q, v):
-    """Return what the hoist adds to (V, dV/dt)."""
-    return 0.0, 0.0
-
-
-@hoist_share.register(Hoist)
-def _(rope, q, v):
-    value = 0.5 * rope.kp * (rope.target - q[1]) ** 2 + 0.5 * rope.inertia * v[1] * v[1]
-    return value, -rope.kd * v[1] * v[1]
+    error, rate = rope.target - q[1], v[1]
+    force = rope.kp * error - rope.kd * rate - weight
+    value = 0.5 * rope.kp * error * error + 0.5 * rope.inertia * rate * rate
+    return (force,), 1.0 / rope.inertia, force / rope.inertia, (value, -rope.kd * rate * rate)
 
 
 @kernel
 def act(law, q, v):
     """Return the efforts (nu,) of the law."""
     m, mu = law.payload_mass, law.apparent_mass
-    length, _, n = hung(law.rope, q, v)
-    swing, rate = seen(q, n - 1, n), seen(v, n - 1, n)
-    error, s = law.target - q[0], sin(swing)
+    (length, _, n), error = hung(law.rope, q, v), law.target - q[0]
+    s, c, rate = sin(seen(q, n - 1, n)), cos(seen(q, n - 1, n)), seen(v, n - 1, n)
     push = law.kp * error / sqrt(1.0 + (error / law.reach) ** 2) - law.kd * v[0]
-    efforts, give, run = lift(law.rope, q, v, m * law.gravity)
-    pull = length * rate * rate + law.gravity * cos(swing) - s * push / mu - run
+    efforts, give, run, _ = lift(law.rope, q, v, m * law.gravity)
+    pull = length * rate * rate + law.gravity * c - s * push / mu - run
     tension = pull / (1.0 / m + s * s / mu + give)
     ratio = law.trolley_mass / mu
     return (ratio * push + (ratio - 1.0) * tension * s, *efforts)
@@ -147,10 +136,10 @@ def demanded(law, q, v):
 
 @entry
 def shaped(law, q, v):
-    """Return (V, dV/dt) of the shaped energy."""
+    """Compiled `lyapunov`."""
     length, paid, n = hung(law.rope, q, v)
     swing, rate = seen(q, n - 1, n), seen(v, n - 1, n)
-    value, falls = hoist_share(law.rope, q, v)
+    _, _, _, (value, falls) = lift(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
     across, up = v[0] + paid * s + length * c * rate, -paid * c + length * s * rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
@@ -174,10 +163,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    given = read_settings(Settings, settings)
-    _check(nominal)
-    target, model, m = nominal.reference, nominal.model, nominal.model.cable.payload
-    assert target is not None
+    given, target, model = read_settings(Settings, settings), _checked(nominal), nominal.model
+    m = model.cable.payload
     rising = len(target) == 2
     length = target[1] if rising else model.cable.length
     omega = sqrt(model.gravity / length)
@@ -185,12 +172,12 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     kp = _gains("kp", given.kp, (0.25 * m * omega**2, moved * omega**2), len(target))
     kd = _gains("kd", given.kd, (m * omega, 2.0 * moved * omega), len(target))
     rope = Hoist(kp[1], kd[1], length, model.hoist.inertia) if rising else Rope(length)
-    apparent = given.apparent_mass or 0.25 * m
-    return OverheadEnergyLaw(kp[0], kd[0], target[0], given.reach, apparent, model.trolley.mass, m, model.gravity, rope)
+    masses = given.apparent_mass or 0.25 * m, model.trolley.mass, m
+    return OverheadEnergyLaw(kp[0], kd[0], target[0], given.reach, *masses, model.gravity, rope)
 
 
-def _check(nominal: Scene) -> None:
-    """Raise SceneError where the law does not fit the scene."""
+def _checked(nominal: Scene) -> tuple[float, ...]:
+    """Return the target of a scene that the law fits; raises SceneError."""
     target, model = nominal.reference, nominal.model
     if target is None:
         raise SceneError("reference: is missing, the energy law needs a target")
@@ -202,6 +189,7 @@ def _check(nominal: Scene) -> None:
         raise SceneError("gravity = 0.0: without weight nothing pulls the payload below the trolley")
     if len(target) == 2 and target[1] <= 0.0:
         raise SceneError(f"reference.q[1] = {target[1]}: must be greater than 0, it is a rope's length")
+    return target
 
 
 def _gains(name: str, given: tuple[float, ...] | None, default: tuple[float, float], nu: int) -> tuple[float, float]:

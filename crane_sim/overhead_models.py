@@ -5,19 +5,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.explain import SceneError
-from crane_sim.overhead import planar_modes as _planar  # noqa: F401  registers what the models answer
+from crane_sim.overhead import elastic_linear as _springs  # noqa: F401  registers what the models answer
+from crane_sim.overhead import elastic_modes as _elastic  # noqa: F401
+from crane_sim.overhead import planar_modes as _planar  # noqa: F401
 from crane_sim.overhead import rod_outputs as _rod  # noqa: F401
 from crane_sim.overhead import rods as _rods  # noqa: F401
 from crane_sim.overhead import spatial_modes as _spatial  # noqa: F401
 from crane_sim.overhead.axes import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
 from crane_sim.overhead.chain import Chain, Joints, Rods
 from crane_sim.overhead.double import DoubleCrane, Pair
+from crane_sim.overhead.elastic import ElasticCrane
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import Line, RodCrane
 from crane_sim.overhead.spatial import SpatialCrane
 from crane_sim.overhead.switches import Switches
+from crane_sim.overhead_elastic import refuse_springs, springs_of
 from crane_sim.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.overhead_start import filled
 
@@ -31,6 +35,9 @@ def crane_of(file: "OverheadFile") -> Any:
     Raises:
         SceneError: groups contradict each other.
     """
+    if file.modelled == "elastic":
+        return _elastic_crane(file)
+    refuse_springs(file)
     if file.dimensions == 3:
         return _spatial_crane(file)
     plain = not (_bends(file) or file.cable.inertia or file.forces)
@@ -89,6 +96,15 @@ def _spatial_crane(file: "OverheadFile") -> SpatialCrane:
     trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
     bridge = axis_of("bridge", file.bridge, carried, rubs.bridge)
     return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
+
+
+def _elastic_crane(file: "OverheadFile") -> ElasticCrane:
+    hoist, rubs, bridge = hoist_of(file), file.friction or FrictionGroup(), None
+    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
+    if file.dimensions == 3:
+        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, rubs.bridge)
+    springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
+    return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
 
 
 def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None) -> Axis:
@@ -152,7 +168,7 @@ def switches_of(file: "OverheadFile") -> Switches | None:
     hoist = file.hoist.limits if file.hoist is not None else None
     rubs = file.friction is not None and (file.friction.trolley or file.friction.bridge)
     winds = file.hoist is not None  # a first link that is wound up to nothing ends the run
-    if not (any(axes) or winds or rubs or file.events or file.cable.slack == "stop"):
+    if not (any(axes) or winds or rubs or file.events or file.cable.slack == "stop" or file.cable.tension_only):
         return None
     ends = [limits or (-np.inf, np.inf) for limits in axes]
     events = sorted(file.events, key=lambda event: event.at)

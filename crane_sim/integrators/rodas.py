@@ -7,17 +7,18 @@ needs no product with the Jacobian (Hairer, Wanner, "Solving Ordinary Differenti
 stage i solves (I / (γ h) - J) U_i = f(t + c_i h, x + Σ a_ij U_j) + Σ (C_ij / h) U_j + h d_i ∂f/∂t.
 """
 
-from math import inf, isfinite, sqrt
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, step
+from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
+from crane_sim.integrators.flow import advance, horizon, stages, step
 from crane_sim.integrators.runge_kutta import dense
-from crane_sim.jit import routine
+from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import weighted_square
-from crane_sim.system import factored, fill, linearised, project, solve_shifted
+from crane_sim.system import factored, fill, linearised, solve_shifted
 
 # fmt: off
 GAMMA = 0.21193756319429014
@@ -48,10 +49,8 @@ DRIFTS = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 
 # fmt: on
 ORDER, STAGES = 5, 8
 _DENSE_A, _DENSE_C, _NODES, _DRIFTS = dense(A), dense(C), np.array(NODES), np.array(DRIFTS)
-SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
-"""Step control: h is scaled by SAFETY err^(-1/5), within these bounds."""
-FIRST = 1e-6  # s, tried first; a few steps bring it to what the problem allows
-AHEAD = 1e-4  # of a step: how far differences in time reach
+AHEAD = 1e-4
+"""Part of a step that differences in time reach: forwards, since inputs may have a kink where a step begins."""
 
 
 class Rodas(NamedTuple):
@@ -62,78 +61,66 @@ class Rodas(NamedTuple):
 
 
 @routine
-def opened(p, t, x, u, h):
-    """Return (the derivative at (t, x), its partial derivative in time from there on), arrays like x."""
-    now, soon, later = np.empty_like(x), np.empty_like(x), np.empty_like(x)
-    ahead = (t + AHEAD * h) - t
-    fill(p, t, x, u, now)
+def drift(p, t, x, u, h, now):
+    """Return the partial derivative in time of the state's derivative, `now` at (t, x), from t on: an array like x."""
+    soon, later, ahead = np.empty_like(x), np.empty_like(x), (t + AHEAD * h) - t
     fill(p, t + ahead, x, u, soon)
     fill(p, t + 2.0 * ahead, x, u, later)
     for i in range(len(x)):
         soon[i] = (4.0 * (soon[i] - now[i]) - (later[i] - now[i])) / (2.0 * ahead)
-    return now, soon
+    return soon
 
 
 @routine
-def fill_increments(ks, p, t, x, u, h, jacobian, opening):
-    """Fill the rows of ks (stages, n) with the increments U_i of a step of size h; return the state that it reaches.
-
-    Args:
-        ks: to fill.
-        p, t, x, u, h: of the step.
-        jacobian: what `linearised` returns at (t, x).
-        opening: what `opened` returns there.
-    """
-    factors, y = factored(p, jacobian, 1.0 / (GAMMA * h)), np.empty_like(x)
+def increments(p, t, x, u, h, now):
+    """Return (the state one step of size h after (t, x), the last increment), `now` the derivative there."""
+    factors, change = factored(p, linearised(p, t, x, u), 1.0 / (GAMMA * h)), drift(p, t, x, u, h, now)
+    ks, y = np.empty((STAGES, len(x))), x.copy()
     for s in range(STAGES):
-        for i in range(len(x)):
-            y[i] = 0.0
-        for j in range(s):
+        if s == 0:
             for i in range(len(x)):
-                y[i] += _DENSE_A[s, j] * ks[j, i]
-        for i in range(len(x)):
-            y[i] += x[i]
-            ks[s, i] = opening[0][i]
-        if s > 0:
+                ks[0, i] = now[i]
+        else:
+            reach_stage(s, x, ks, y)
             fill(p, t + _NODES[s] * h, y, u, ks[s])
         for j in range(s):
             weight = _DENSE_C[s, j] / h
             for i in range(len(x)):
                 ks[s, i] += weight * ks[j, i]
         for i in range(len(x)):
-            ks[s, i] += h * _DRIFTS[s] * opening[1][i]
+            ks[s, i] += h * _DRIFTS[s] * change[i]
         solve_shifted(p, factors, ks[s])
     for i in range(len(x)):
         y[i] += ks[STAGES - 1, i]
-    return y
+    return y, ks[STAGES - 1]
+
+
+@kernel
+def reach_stage(s, x, ks, y):
+    """Write the state of stage s into y."""
+    for i in range(len(x)):
+        y[i] = 0.0
+    for j in range(s):
+        for i in range(len(x)):
+            y[i] += _DENSE_A[s, j] * ks[j, i]
+    for i in range(len(x)):
+        y[i] += x[i]
+
+
+@attempt.register(Rodas)
+def _(method, k1, p, t, x, u, h):
+    y, error = increments(p, t, x, u, h, k1[0])
+    return y, sqrt(weighted_square(error, x, y, method.rtol, method.atol) / len(x))
+
+
+@error_order.register(Rodas)
+def _(method):
+    return ORDER
 
 
 @advance.register(Rodas)
 def _(method, p, u, flow, end):
     return accepted_step(method, p, u, flow, end)
-
-
-@routine
-def accepted_step(method, p, u, flow, end):
-    """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
-    t, x, h, n, rejected = flow.t, flow.x, flow.h, flow.evaluations, flow.rejected
-    h = FIRST if h == 0.0 else h
-    jacobian, opening = linearised(p, t, x, u), opened(p, t, x, u, h)
-    ks, y, reached, growth = np.empty((STAGES, len(x))), x, t, GROW
-    status, n = STALLED if isfinite(h) else NOT_FINITE, n + 3
-    while t + 0.1 * h > t:
-        last = t + 1.000000001 * h >= end
-        size = end - t if last else h
-        y = fill_increments(ks, p, t, x, u, size, jacobian, opening)
-        error, n = sqrt(weighted_square(ks[STAGES - 1], x, y, method.rtol, method.atol) / len(x)), n + STAGES - 1
-        factor = min(growth, max(SHRINK, SAFETY * error ** (-1.0 / ORDER))) if error > 0.0 else growth
-        if error <= 1.0:
-            y, reached, status, h = project(p, y), end if last else t + size, OK, max(size * factor, h if last else 0.0)
-            break
-        h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
-        status = STALLED if isfinite(error) else NOT_FINITE
-    y = y if status == OK else x  # a step that failed leaves the state as it was
-    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status, flow.seen)
 
 
 @horizon.register(Rodas)
@@ -143,10 +130,11 @@ def _(method, end):
 
 @step.register(Rodas)
 def _(method, p, t, x, u, h):
-    ks = np.empty((STAGES, len(x)))
-    return fill_increments(ks, p, t, x, u, h, linearised(p, t, x, u), opened(p, t, x, u, h))
+    now = np.empty_like(x)
+    fill(p, t, x, u, now)
+    return increments(p, t, x, u, h, now)[0]
 
 
 @stages.register(Rodas)
 def _(method):
-    return STAGES + 2
+    return STAGES + 2  # and two for the derivative in time

@@ -1,7 +1,7 @@
 """Rigid links with lumped masses in space: unit vectors down the links, their tensions and second derivatives.
 
 There is no angle, and so no pole. The tensions solve the same tridiagonal, positive definite system as in the plane,
-with scalar products of neighbouring unit vectors in place of cosines (Brogliato, section 9, written in tensions).
+with scalar products of neighbouring unit vectors in place of cosines, and the trolley is free along x and y.
 """
 
 from math import sqrt
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import kernel, routine
+from crane_sim.jit import kernel
 
 
 class Directions(NamedTuple):
@@ -68,7 +68,7 @@ def demanded(links, acc, k):
     return links.lengths[k] * links.speeds[k] + along
 
 
-@routine
+@kernel
 def solve_tensions(links, top, acc, tension):
     """Fill the tensions (N,) [N]: eliminate downwards, substitute upwards.
 
@@ -111,13 +111,13 @@ def across(units, k, x, y, z):
 
 @kernel
 def pulled(units, k, j, pull, total):
-    """Return the vector `total` with the part across link k of a pull along link j, exact where the two nearly agree."""
+    """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
     x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
     x, y, z = across(units, k, x, y, z)
     return total[0] + pull * x, total[1] + pull * y, total[2] + pull * z
 
 
-@routine
+@kernel
 def turn(links, top, acc, tension, out, at):
     """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments as of `solve_tensions`.
 

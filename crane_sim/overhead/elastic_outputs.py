@@ -6,7 +6,8 @@ from crane_sim import system
 from crane_sim.jit import kernel, routine
 from crane_sim.overhead.axes import axis_mass
 from crane_sim.overhead.efforts import efforts_both, pushed, wound
-from crane_sim.overhead.elastic import ElasticCrane, layout, link, mass_of, pull, supply, tautness, vector
+from crane_sim.overhead.elastic import ElasticCrane, layout, link, mass_of, pull, tautness, vector
+from crane_sim.overhead.elastic_motion import supply
 from crane_sim.overhead.hoists import drum_inertia
 from crane_sim.overhead.switches import changes_before, mode_count
 
@@ -90,7 +91,8 @@ def energies(p, x):
         _, _, stretch, _ = link(p, x, k)
         taut = tautness(p.switches, x, modes + d - 1 + k)
         kinetic += 0.5 * mass * (vx * vx + vy * vy + vz * vz)
-        potential += mass * p.gravity * vector(p, x, k + 1, 0)[2] + taut * 0.5 * p.cable.stiffness[k] * stretch * stretch
+        potential += mass * p.gravity * vector(p, x, k + 1, 0)[2]
+        potential += 0.5 * taut * p.cable.stiffness[k] * stretch * stretch
     return kinetic, potential
 
 

@@ -85,7 +85,7 @@ def straightened(p, x):
     return y
 
 
-@routine
+@kernel
 def links_of(p, x):
     """Return the links of state x, put back on what they hold."""
     nq, first, _ = layout(p)

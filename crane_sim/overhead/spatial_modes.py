@@ -1,7 +1,7 @@
 """How an overhead crane in space switches between sticking and slipping, changes its payload, and ends."""
 
 from crane_sim import system
-from crane_sim.jit import routine
+from crane_sim.jit import kernel, routine
 from crane_sim.overhead.axes import axis_guard, demands, freed
 from crane_sim.overhead.spatial import SpatialCrane, first_link, layout, solved
 from crane_sim.overhead.spatial_outputs import energies
@@ -9,6 +9,7 @@ from crane_sim.overhead.switches import (
     FRICTION,
     LIMIT,
     PAYLOAD,
+    friction_event,
     hoist_guard,
     lesser,
     limits_guard,
@@ -49,18 +50,23 @@ def _(p, t, x, u, which):
 
 @routine
 def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, whether the crane goes on)."""
+    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
     nq, _, modes = layout(p)
     x = x.copy()
     if which == PAYLOAD:
         before = sum(energies(p, x))
         x[len(x) - 1] += 1.0
         x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
-        return x, True
+        return x, PAYLOAD, True
     if which < LIMIT:
         axis = which - FRICTION
         x[nq + axis], x[modes + axis] = (0.0 if x[modes + axis] != 0.0 else x[nq + axis]), 0.0
-        pull = solved(p, t, x, tau).pull[axis]
-        x[modes + axis] = freed(p.trolley, tau, 0, pull) if axis == 0 else freed(p.bridge, tau, demands(p.trolley), pull)
-        return x, True
-    return x, False
+        x[modes + axis] = way(p, tau, axis, solved(p, t, x, tau).pull[axis])
+        return x, friction_event(axis, x[modes + axis]), True
+    return x, which, False
+
+
+@kernel
+def way(p, tau, axis, pull):
+    """Return the mode of an axis at rest that the cable pulls, as `freed` does."""
+    return freed(p.trolley, tau, 0, pull) if axis == 0 else freed(p.bridge, tau, demands(p.trolley), pull)

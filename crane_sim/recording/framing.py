@@ -19,7 +19,7 @@ VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
 FAR = 10.0  # depths of the cable: the longest rail that is shown whole
 TROLLEY = "crane/trolley"
-FRONT, ABOVE = -70.0, 14.0  # degrees: from where an overhead crane is looked at
+PLANE, SPACE = (-70.0, 14.0), (-62.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
 
 
 class Framing(NamedTuple):
@@ -74,7 +74,8 @@ def of_room(room: Room) -> Framing:
     far = span > FAR * depth
     if far:
         sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
-    eye = np.array([x, y, z]) + _distance(sides) * _outwards()
+    towards = _outwards(*(SPACE if room.spatial else PLANE))
+    eye = np.array([x, y, z]) + _distance(sides, towards) * towards
     return Framing(
         size=depth if far else max(depth, 0.3 * span),
         ground=(x, y, floor),
@@ -85,15 +86,14 @@ def of_room(room: Room) -> Framing:
     )
 
 
-def _outwards() -> np.ndarray:
+def _outwards(heading: float, height: float) -> np.ndarray:
     """Return the unit vector (3,) from the crane to the eye."""
-    around, up = radians(FRONT), radians(ABOVE)
+    around, up = radians(heading), radians(height)
     return np.array([cos(up) * cos(around), cos(up) * sin(around), sin(up)])
 
 
-def _distance(sides: np.ndarray) -> float:
+def _distance(sides: np.ndarray, towards: np.ndarray) -> float:
     """Return how far the eye must stand from the middle of a box with sides (3, 2) to see all its corners."""
-    towards = _outwards()
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)

@@ -68,11 +68,11 @@ def tension_name(found: Suspension | None) -> str:
 def effort_scales(scene: Scene, hang: Hang) -> tuple[float, ...]:
     """Return the efforts (nu,) that are drawn as arrows of a seventh of an overhead crane's size.
 
-    They bring all up to speed at 2 m/s², and hold what hangs on the hoist.
+    They bring all up to speed at 0.5 m/s², and hold what hangs on the hoist.
     """
     form = form_of(scene)
     pushed = sum(hang.masses) + sum(group.mass or 0.0 for group in (form.trolley, form.bridge) if group is not None)
-    scales = {"trolley": 2.0 * pushed, "bridge": 2.0 * pushed, "hoist": 9.81 * sum(hang.masses)}
+    scales = {"trolley": 0.5 * pushed, "bridge": 0.5 * pushed, "hoist": 9.81 * sum(hang.masses)}
     return tuple(scales[name] for name in scene.actuated)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 Real = np.longdouble
 Vector = np.ndarray  # of Real
 Field = Callable[[Real, Vector], Vector]
+FINEST = Real(2e-18)  # s; how closely an event is found within its step
 LONGEST_STEP = 0.02  # s; events that begin and end inside one step go unseen
 
 
@@ -45,20 +46,19 @@ def step(field: Field, t: Real, y: Vector, h: Real, rows: int) -> tuple[Vector, 
 
 
 def crossing(value: Callable[[Real], Real], last: Real) -> Real:
-    """Return where in (0, last] `value`, negative at `last`, becomes negative (bisection, then Illinois)."""
+    """Return where in (0, last] `value`, negative at `last`, becomes negative: Illinois, bisection while at the start."""
     low, high = Real(0), last
-    at_low, at_high = max(value(low), Real(0)), value(high)
-    for k in range(200):
-        secant = k > 2 and at_low > 0
-        middle = high - at_high * (high - low) / (at_high - at_low) if secant else (low + high) / 2
+    at_low, at_high, side = max(value(low), Real(0)), value(high), 0
+    while high - low > FINEST:
+        middle = high - at_high * (high - low) / (at_high - at_low) if at_low > 0 else (low + high) / 2
+        middle = min(max(middle, low + FINEST / 4), high - FINEST / 4)
         found = value(middle)
         if found < 0:
-            at_low = at_low / 2 if high != last else at_low
-            high, at_high = middle, found
+            at_low = at_low / 2 if side < 0 else at_low
+            high, at_high, side = middle, found, -1
         else:
-            low, at_low, at_high = middle, found, at_high / 2
-        if high - low < Real(1e-18) or abs(found) < Real(1e-19):
-            break
+            at_high = at_high / 2 if side > 0 else at_high
+            low, at_low, side = middle, found, 1
     return high
 
 
