@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from crane_sim.jit import routine
+from crane_sim.jit import kernel, routine
 
 
 @routine
@@ -58,23 +58,36 @@ def factor_band(a):
                 a[i, width + k - i] -= factor * a[j, width + k - j]
 
 
-@routine
-def solve_band(a, b):
-    """Overwrite b (n,) with the solution, given what `factor_band` left in a."""
-    n, width = len(a), a.shape[1] // 2
-    for i in range(n):
-        for j in range(max(0, i - width), i):
-            b[i] -= a[i, width + j - i] * b[j]
-    for i in range(n - 1, -1, -1):
-        for j in range(i + 1, min(i + width, n - 1) + 1):
-            b[i] -= a[i, width + j - i] * b[j]
-        b[i] *= a[i, width]
+@kernel
+def solve_band(a, b, width, work):
+    """Overwrite b (n,) with the solution, given what `factor_band` left in a.
+
+    Args:
+        a: (n, 2 width + 1), 0 where the band sticks out of the matrix.
+        b: (n,)
+        width: of the band; where it is a constant of the caller, loops along the band cost nothing.
+        work: (n + 2 width,), its first and last `width` entries 0.
+    """
+    for i in range(len(a)):
+        total = b[i]
+        for j in range(width):
+            total -= a[i, j] * work[i + j]
+        work[i + width] = total
+    for i in range(len(a) - 1, -1, -1):
+        total = work[i + width]
+        for j in range(width + 1, 2 * width + 1):
+            total -= a[i, j] * work[i + j]
+        b[i] = total * a[i, width]
+        work[i + width] = b[i]
 
 
-@routine
-def band_row(a, i, x):
-    """Return entry i of the product of a band a, stored as `factor_band` takes it, with a vector x (n,)."""
-    width, total = a.shape[1] // 2, 0.0
-    for j in range(max(0, i - width), min(i + width, len(a) - 1) + 1):
-        total += a[i, width + j - i] * x[j]
-    return total
+@kernel
+def add_band_product(a, x, factor, b, width, work):
+    """Add factor times the product of a band with x (n,) to b (n,); arguments as of `solve_band`."""
+    for i in range(len(a)):
+        work[i + width] = x[i]
+    for i in range(len(a)):
+        total = 0.0
+        for j in range(2 * width + 1):
+            total += a[i, j] * work[i + j]
+        b[i] += factor * total

@@ -124,47 +124,6 @@ def test_what_was_saved_survives_a_killed_recorder(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-KILLED = """
-import os, signal, sys
-from pathlib import Path
-from test_mcap import TOPICS, STATE_WIRE, SCENE
-from crane_sim.recording.mcap_file import McapFile
-
-file = McapFile(Path(sys.argv[1]), list(TOPICS.values()))
-for k in range(1, 31):
-    file.write(0, k * SCENE.period_ns, STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
-    if k == 20:
-        file.save()
-os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """After SIGKILL the next recorder of the same name says where it put what was saved, and it reads."""
-    here, path = Path(__file__).parent, tmp_path / "run.mcap"
-    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
-    assert subprocess.run([sys.executable, "-c", KILLED, path], env=env, check=False).returncode == -9
-    (grown,) = part_of(path).glob("*.mcap")
-    with grown.open("ab") as file:
-        file.write(b"\x06\xff\xff")  # a chunk that was cut
-    bag = Bag(path, TOPICS, SCENE.period_ns)
-    feed(bag, 5)
-    bag.finish({"steps": 5})
-    assert "recovered as" in caplog.text
-    recovered = read(tmp_path / "run.recovered.mcap")["/knuckle/joint_states"]
-    assert [message.position[0] for _, message in recovered] == list(range(1, 21))
-    assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.recovered.mcap"}
-
-
-def test_a_living_recorder_s_file_is_left_alone(tmp_path: Path) -> None:
-    """Two recorders of the same file: the second one is refused, and the first one's is complete in the end."""
-    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
-    with pytest.raises(FileExistsError, match="another run is writing it"):
-        Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
-    feed(bag, 3)
-    assert bag.finish({"steps": 3}) == {"mcap": str(tmp_path / "run.mcap")}
-
-
 def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
     """What was before a reset gets a file of its own, and the new pass has what was latched."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)

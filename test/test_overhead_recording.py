@@ -2,6 +2,7 @@
 
 from math import radians, tan
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,14 +12,16 @@ from hypothesis import strategies as st
 from rerun.chunk import RrdReader
 
 from crane_sim import load_scene
+from crane_sim.description.cables import Hang
 from crane_sim.description.room import Room
 from crane_sim.metrics import derived
+from crane_sim.recording.cable_channels import cable_channels
 from crane_sim.recording.framing import ASPECT, VIEW, of_room
 from crane_sim.recording.pairing import Row
 from crane_sim.recording.picture import NO_DRAWING, PictureError, picture
 from crane_sim.recording.reading import read_curves
 from crane_sim.recording.session import Session
-from crane_sim.recording.suspension import hanging_still
+from crane_sim.recording.suspension import Suspension, hanging_still
 from crane_sim.scene import Scene
 
 STEPS = 300
@@ -158,6 +161,20 @@ def test_a_far_way_is_followed() -> None:
     framing = of_room(room)
     assert framing.follows == "crane/trolley/boxes"
     assert np.linalg.norm(np.subtract(framing.eye, framing.look_at)) < 10.0 * room.depth
+
+
+def test_an_elastic_cable_is_told_by_its_nodes() -> None:
+    """Where positions are the coordinates, angles of a few links and the cable's length follow from the nodes."""
+    angles = np.radians([10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
+    steps = np.column_stack([np.sin(angles), np.zeros(6), -np.cos(angles)]) * 1.1
+    nodes = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) + (5.0, 0.0, 0.0)
+    room = Room((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
+    cable = Suspension(Hang((1.0,) * 6, (1.0,) * 6), room, "positions")
+    block: Any = SimpleNamespace(nodes=nodes[None])
+    found = {channel.entity: channel for channel in cable_channels(cable)}
+    assert found["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
+    assert found["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
+    assert found["shown/cable_m"].values(block) == pytest.approx([6.6])
 
 
 def test_the_target_hangs_still_below_the_references() -> None:

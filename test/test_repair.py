@@ -6,8 +6,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
+from test_mcap import TOPICS, feed, read
 from test_recording import SCENE, STEPS
 
+from crane_sim.recording.bag import Bag
+from crane_sim.recording.mcap_file import part_of
 from crane_sim.recording.reading import read_curves
 from crane_sim.recording.repair import repair, repair_leftovers
 from crane_sim.recording.session import Session
@@ -33,17 +37,17 @@ except RecordingError as error:
 """
 
 
-def child(path: Path, end: str) -> subprocess.CompletedProcess[str]:
+def child(program: str, path: Path, end: str = "killed") -> subprocess.CompletedProcess[str]:
     """Record in another process that comes to a bad end."""
     here = Path(__file__).parent
     env = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
-    command = [sys.executable, "-c", CHILD, str(path), end]
+    command = [sys.executable, "-c", program, str(path), end]
     return subprocess.run(command, env=env, capture_output=True, text=True, check=False)
 
 
 def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
     """After SIGKILL the next recorder repairs what was left, and every step that was written is in it."""
-    assert child(tmp_path / "run.rrd", "killed").returncode == -9
+    assert child(CHILD, tmp_path / "run.rrd", "killed").returncode == -9
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
     session = Session(SCENE, tmp_path / "next.rrd")
     curves = read_curves(tmp_path / "run.recovered.rrd", "plots/q")
@@ -70,10 +74,50 @@ def test_rubbish_is_left_alone(tmp_path: Path) -> None:
 
 def test_a_full_disk_is_noticed(tmp_path: Path) -> None:
     """A block that does not reach the disk is an error of one line that names the file; what was written survives."""
-    done = child(tmp_path / "run.rrd", "full")
+    done = child(CHILD, tmp_path / "run.rrd", "full")
     recorded, _, why = done.stdout.strip().partition("|")
     assert done.returncode == 3, done.stderr
     assert str(tmp_path / "run.rrd.part") in why and "\n" not in why
     recovered = repair(tmp_path / "run.rrd.part")
     assert recovered is not None
     assert 0 < int(recorded) <= len(read_curves(recovered, "plots/q").step) < STEPS
+
+
+MCAP_CHILD = """
+import os, signal, sys
+from pathlib import Path
+from test_mcap import TOPICS, STATE_WIRE, SCENE
+from crane_sim.recording.mcap_file import McapFile
+
+file = McapFile(Path(sys.argv[1]), list(TOPICS.values()))
+for k in range(1, 31):
+    file.write(0, k * SCENE.period_ns, STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
+    if k == 20:
+        file.save()
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """After SIGKILL the next recorder of the same name says where it put what was saved, and it reads."""
+    path = tmp_path / "run.mcap"
+    assert child(MCAP_CHILD, path).returncode == -9
+    (grown,) = part_of(path).glob("*.mcap")
+    with grown.open("ab") as file:
+        file.write(b"\x06\xff\xff")  # a chunk that was cut
+    bag = Bag(path, TOPICS, SCENE.period_ns)
+    feed(bag, 5)
+    bag.finish({"steps": 5})
+    assert "recovered as" in caplog.text
+    recovered = read(tmp_path / "run.recovered.mcap")["/knuckle/joint_states"]
+    assert [message.position[0] for _, message in recovered] == list(range(1, 21))
+    assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.recovered.mcap"}
+
+
+def test_a_living_recorder_s_file_is_left_alone(tmp_path: Path) -> None:
+    """Two recorders of the same file: the second one is refused, and the first one's is complete in the end."""
+    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    with pytest.raises(FileExistsError, match="another run is writing it"):
+        Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    feed(bag, 3)
+    assert bag.finish({"steps": 3}) == {"mcap": str(tmp_path / "run.mcap")}

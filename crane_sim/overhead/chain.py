@@ -7,8 +7,6 @@ points down link k, t_k = (cos α_k, sin α_k) is where it moves when α_k grows
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from crane_sim.jit import generic, kernel, routine
 
 
@@ -32,36 +30,36 @@ class Rods(NamedTuple):
     inertia: Any  # kg m²
 
 
-class Links(NamedTuple):
-    """What the links' states give, arrays (N,)."""
-
-    sines: Any
-    cosines: Any
-    rates: Any  # rad/s
-    lengths: Any  # m
-    below: Any  # 1/kg, one over the mass of the node below each link
+ROWS = 13
+"""Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in columns 0 to N - 1."""
+SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
+BELOW = 4  # 1/kg, one over the mass of the node below each link
+TENSION, TURNING, PIVOT = 5, 6, 7  # N, rad/s², one over the pivots of the elimination
+ALONG, ACROSS = 8, 9  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+ACC = 10  # and 11, 12: accelerations of nodes 0 to N along x, y, z without tensions [m/s²]
+AX, AZ = ACC, ACC + 2
 
 
 @generic
-def add_joints(joints, links, angles, acc):
-    """Add what the joints' moments do to the nodes' free accelerations (N + 1, 3) [m/s²]; node 0 gets forces [N]."""
+def add_joints(joints, w, angles):
+    """Add what the joints' moments do to the nodes' accelerations in the work array w; node 0 gets forces [N]."""
 
 
 @add_joints.register(Joints)
-def _(joints, links, angles, acc):
-    n = len(links.rates)
-    moment = joints.stiffness[0] * angles[0] + joints.damping[0] * links.rates[0]
+def _(joints, w, angles):
+    n = len(angles)
+    moment = joints.stiffness[0] * angles[0] + joints.damping[0] * w[RATE, 0]
     for k in range(n):
         after = 0.0
         if k + 1 < n:
             after = joints.stiffness[k + 1] * (angles[k + 1] - angles[k])
-            after += joints.damping[k + 1] * (links.rates[k + 1] - links.rates[k])
-        force = (after - moment) / links.lengths[k]  # the couple of link k: on its lower node, and back on its upper one
-        above = 1.0 if k == 0 else links.below[k - 1]
-        acc[k, 0] -= force * above * links.cosines[k]
-        acc[k, 2] -= force * above * links.sines[k]
-        acc[k + 1, 0] += force * links.below[k] * links.cosines[k]
-        acc[k + 1, 2] += force * links.below[k] * links.sines[k]
+            after += joints.damping[k + 1] * (w[RATE, k + 1] - w[RATE, k])
+        force = (after - moment) / w[LENGTH, k]  # the couple of link k: on its lower node, and back on its upper one
+        above = 1.0 if k == 0 else w[BELOW, k - 1]
+        w[AX, k] -= force * above * w[COS, k]
+        w[AZ, k] -= force * above * w[SIN, k]
+        w[AX, k + 1] += force * w[BELOW, k] * w[COS, k]
+        w[AZ, k + 1] += force * w[BELOW, k] * w[SIN, k]
         moment = after
 
 
@@ -108,67 +106,73 @@ def _(rods, rates):
 
 
 @generic
-def rod_pull(rods, links, turning):
+def rod_pull(rods, w):
     """Return the horizontal force [N] on the trolley that the first link carries across."""
     return 0.0
 
 
 @generic
-def solve_links(rods, links, top, acc, tension, turning):
-    """Solve for the links' tensions [N] and angular accelerations [rad/s²].
+def solve_links(rods, w, top):
+    """Fill the links' tensions [N] and angular accelerations [rad/s²] in the work array w.
 
     Args:
         rods: the links' inertia, None where they have none.
-        links: what their states give.
+        w: work array with everything else.
         top: (compliance of the axis [1/kg], compliance and free acceleration of the first length, its rate [m/s]);
             a compliance of -1 says that the acceleration is the tension itself (`drum`).
-        acc: accelerations of nodes 0 to N without tensions (N + 1, 3) [m/s²], world frame.
-        tension, turning: to fill (N,).
     """
-    solve_tensions(links, top, acc, tension)
-    turn(links, top, acc, tension, turning)
+    solve_tensions(w, top)
+    turn(w, top)
 
 
 @kernel
-def demanded(links, top, acc, k):
+def demanded(w, k):
     """Return what link k's tension has to supply: the relative acceleration of its ends along it [m/s²]."""
-    w, s, c = links.rates[k], links.sines[k], links.cosines[k]
-    return links.lengths[k] * w * w + s * (acc[k + 1, 0] - acc[k, 0]) - c * (acc[k + 1, 2] - acc[k, 2])
+    fall = w[SIN, k] * (w[AX, k + 1] - w[AX, k]) - w[COS, k] * (w[AZ, k + 1] - w[AZ, k])
+    return w[LENGTH, k] * w[RATE, k] * w[RATE, k] + fall
+
+
+@kernel
+def bends(w):
+    """Fill the rows ALONG and ACROSS."""
+    for k in range(w.shape[1] - 2):
+        w[ALONG, k] = (w[SIN, k] * w[SIN, k + 1] + w[COS, k] * w[COS, k + 1]) * w[BELOW, k]
+        w[ACROSS, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[BELOW, k]
 
 
 @routine
-def solve_tensions(links, top, acc, tension):
+def solve_tensions(w, top):
     """Eliminate downwards, substitute upwards; arguments as of `solve_links`."""
-    n, (give, pay, run, _) = len(tension), top
-    s, c, below = links.sines, links.cosines, links.below
-    diagonal = np.empty(n)
-    diagonal[0] = below[0] + s[0] * s[0] * give + pay
-    tension[0] = demanded(links, top, acc, 0) - run
-    if pay < 0.0:
-        diagonal[0], tension[0] = 1.0, run
+    n, (give, pay, run, _) = w.shape[1] - 1, top
+    bends(w)
+    for k in range(n):
+        w[TENSION, k] = demanded(w, k)
+    pivot = 1.0 / (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay)
+    known = w[ALONG, 0]  # by which the first row knows the second tension
+    w[TENSION, 0] -= run
+    if pay < 0.0:  # a massless winch: the first tension is given
+        pivot, known, w[TENSION, 0] = 1.0, 0.0, run
+    w[PIVOT, 0] = pivot
     for k in range(1, n):
-        upper = -(s[k - 1] * s[k] + c[k - 1] * c[k]) * below[k - 1]
-        ratio = upper / diagonal[k - 1]
-        known = 0.0 if pay < 0.0 and k == 1 else upper  # row 0 of a massless winch does not know T_1
-        diagonal[k] = below[k - 1] + below[k] - ratio * known
-        tension[k] = demanded(links, top, acc, k) - ratio * tension[k - 1]
-    tension[n - 1] /= diagonal[n - 1]
-    for k in range(n - 2, -1, -1):
-        upper = -(s[k] * s[k + 1] + c[k] * c[k + 1]) * below[k]
-        if k > 0 or pay >= 0.0:
-            tension[k] = (tension[k] - upper * tension[k + 1]) / diagonal[k]
+        ratio = w[ALONG, k - 1] * pivot
+        pivot = 1.0 / (w[BELOW, k - 1] + w[BELOW, k] - ratio * known)
+        w[TENSION, k] += ratio * w[TENSION, k - 1]
+        w[PIVOT, k], known = pivot, w[ALONG, k]
+    w[TENSION, n - 1] *= w[PIVOT, n - 1]
+    for k in range(n - 2, 0, -1):
+        w[TENSION, k] = (w[TENSION, k] + w[ALONG, k] * w[TENSION, k + 1]) * w[PIVOT, k]
+    if n > 1 and pay >= 0.0:
+        w[TENSION, 0] = (w[TENSION, 0] + w[ALONG, 0] * w[TENSION, 1]) * w[PIVOT, 0]
 
 
 @kernel
-def turn(links, top, acc, tension, turning):
+def turn(w, top):
     """Fill the angular accelerations; no difference of large numbers, so that a heavy payload does no harm."""
-    n, (give, _, _, rate) = len(tension), top
-    s, c = links.sines, links.cosines
-    above = -c[0] * give * tension[0] * s[0] - 2.0 * rate * links.rates[0]
+    n, (give, _, _, rate) = w.shape[1] - 1, top
     for k in range(n):
-        total = above + c[k] * (acc[k + 1, 0] - acc[k, 0]) + s[k] * (acc[k + 1, 2] - acc[k, 2])
-        if k + 1 < n:
-            bend = (c[k] * s[k + 1] - s[k] * c[k + 1]) * links.below[k]
-            total += bend * tension[k + 1]
-            above = -bend * tension[k]
-        turning[k] = total / links.lengths[k]
+        pushed = w[COS, k] * (w[AX, k + 1] - w[AX, k]) + w[SIN, k] * (w[AZ, k + 1] - w[AZ, k])
+        below = w[ACROSS, k] * w[TENSION, k + 1] if k + 1 < n else 0.0
+        above = w[ACROSS, k - 1] * w[TENSION, k - 1] if k > 0 else 0.0
+        w[TURNING, k] = (pushed + (below - above)) / w[LENGTH, k]
+    first = w[COS, 0] * give * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
+    w[TURNING, 0] -= first / w[LENGTH, 0]

@@ -1,10 +1,9 @@
 """The elastic cable's Jacobian, exact and banded, and linear systems with it.
 
 A link couples two neighbouring nodes (the first one node 1 with axes and hoist), so that in the order of the state the
-derivatives of accelerations with respect to positions and velocities are bands of width 2 d - 1. With accelerations
-a(q, v) the system (β I - J) y = b is, for the velocities' part, (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β,
-and y_q = (b_q + y_v) / β: one elimination in a band, whose cost grows like N. Without springs that push it is as good
-as positive definite, and needs no pivoting.
+derivatives of accelerations a(q, v) by positions and velocities are bands of width w = 2 d - 1. The velocities' part of
+(β I - J) y = b is (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an elimination whose
+cost grows like N. It needs no pivoting, being as good as positive definite where no spring pushes hard.
 """
 
 from typing import Any, NamedTuple
@@ -12,157 +11,145 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.jit import generic, kernel, routine
-from crane_sim.linear_systems import band_row, factor_band, solve_band
-from crane_sim.overhead.axes import axis_power, demands, rail
-from crane_sim.overhead.elastic import ElasticCrane, layout, link
+from crane_sim.jit import kernel, routine
+from crane_sim.linear_systems import add_band_product, factor_band, solve_band
+from crane_sim.overhead.axes import demands, rail
+from crane_sim.overhead.elastic import ElasticCrane, layout, mass_of
+from crane_sim.overhead.elastic_power import power_slopes
 from crane_sim.overhead.elastic_slopes import fill_slopes, slopes_for
-from crane_sim.overhead.forces import NodeForces
-from crane_sim.overhead.hoists import drum, drum_power
+from crane_sim.overhead.hoists import drum
 from crane_sim.overhead.switches import mode_of
-from crane_sim.sources import value_at
 
 
 class Bands(NamedTuple):
-    """Derivatives of accelerations, and of the power supplied."""
+    """Derivatives of accelerations, as `factor_band` takes them, and of the power supplied."""
 
-    positions: Any  # (nq, 4 d - 1), as `factor_band` takes it
-    velocities: Any
-    power: Any  # (2 nq,) with respect to positions and velocities
+    positions: Any  # (nq, 2 w + 1)
+    velocities: Any  # (nq, 2 w + 1)
+    power: Any  # (2 nq,) by positions and velocities; empty of a crane without a meter
 
 
 class Factors(NamedTuple):
     """What solves systems with one shift."""
 
     shift: float  # 1/s
-    lu: Any  # (nq, 4 d - 1)
+    lu: Any  # (nq, 2 w + 1)
     bands: Bands
+    work: Any  # (nq + 2 w,), zeros at both ends
 
 
 @system.linearised.register(ElasticCrane)
 def _(p, t, x, u):
-    return bands(p, t, x, system.effort(u, p, t, x))
+    return linear(p, t, x, system.effort(u, p, t, x))
 
 
 @routine
-def bands(p, t, x, tau):
+def linear(p, t, x, tau):
     """Return the bands at a state; efforts tau are taken as functions of time alone."""
-    nq, _, d, _ = layout(p)
-    found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), np.zeros(2 * nq))
-    slopes = slopes_for(d)
-    for k in range(len(p.cable.masses)):
-        tension, rate = fill_slopes(p, x, k, slopes)
-        if k == 0:
-            carry(p, t, x, tau, tension, slopes, found)
-        add_link(slopes, rate, nq, found)
-    add_push_power(p.forces, p, t, found.power)
+    nq, first, d, _ = layout(p)
+    found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
+    slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
+    hang_on(p, t, x, tau, slopes, weights, found)
+    for k in range(1, n):
+        fill_slopes(p, x, k, slopes)
+        for a in range(d):
+            weights[a] = 1.0 / p.cable.masses[k - 1]
+        i = first + d * k
+        add_link(slopes, weights, 1.0 / mass_of(p, x, k + 1), (d, d), (i - d, i), found)
     return found
 
 
-@routine
-def add_link(slopes, rate, nq, found):
-    """Add a link's slopes to the bands, and what its damper takes to the power."""
-    size = len(slopes.columns)
-    d, width = size // 2, size - 2
-    for i in range(size):
-        row = slopes.columns[i]
-        for j in range(size):
-            column = slopes.columns[j]
-            if row >= 0 and column >= 0:
-                force = d if i == 2 * d else i % d
-                found.positions[row, width + column - row] += slopes.weights[i] * slopes.positions[force, j]
-                found.velocities[row, width + column - row] += slopes.weights[i] * slopes.velocities[force, j]
-        if row >= 0:
-            found.power[row] -= 2.0 * rate * slopes.bending[i]
-            found.power[nq + row] -= 2.0 * rate * slopes.velocities[d, i]
+@kernel
+def add(found, d, row, column, weight, position, velocity):
+    """Add the derivatives of one acceleration by one position and its velocity."""
+    j = 2 * d - 1 + column - row
+    found.positions[row, j] += weight * position
+    found.velocities[row, j] += weight * velocity
+
+
+@kernel
+def add_link(slopes, above, below, size, starts, found):
+    """Add a link between coordinates from starts[0] and from starts[1] on, size[0] and size[1] of them.
+
+    `above` and `below` are the accelerations of its ends for a unit force [1/kg], those above one by one.
+    """
+    (m, d), (upper, lower) = size, starts
+    for a in range(d):
+        for b in range(d):
+            position, velocity = slopes.positions[a, b], slopes.velocities[a, b]
+            add(found, d, lower + a, lower + b, -below, position, velocity)
+            if b < m:
+                add(found, d, lower + a, upper + b, below, position, velocity)
+            if a < m:
+                add(found, d, upper + a, lower + b, above[a], position, velocity)
+            if a < m and b < m:
+                add(found, d, upper + a, upper + b, -above[a], position, velocity)
 
 
 @routine
-def carry(p, t, x, tau, tension, slopes, found):
-    """Fill the weights of axes and hoist, and add what their own velocities and the first link do to their power."""
-    nq, first, d, modes = layout(p)
-    (nx, ny, _), _, _, _ = link(p, x, 0)
-    slopes.weights[0] = lean(p, p.trolley, t, x, tau, (0, 0), tension * nx, slopes, found)
+def hang_on(p, t, x, tau, slopes, give, found):
+    """Add the first link, axes and hoist; fill the axes' compliances `give` (d,)."""
+    _, first, d, _ = layout(p)
+    info, below = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
+    give[0] = rub(p, p.trolley, t, x, tau, 0, 0, found)
     if d == 3:
-        slopes.weights[1] = lean(p, p.bridge, t, x, tau, (1, demands(p.trolley)), tension * ny, slopes, found)
+        give[1] = rub(p, p.bridge, t, x, tau, 1, demands(p.trolley), found)
+    add_link(slopes, give, below, (d - 1, d), (0, first), found)
     if first == d:
-        rate, give = x[nq + first - 1], drum(p.hoist, t, tau)[0]
-        slopes.weights[2 * d] = give
-        idle = drum_power(p.hoist, tau, rate, 0.0)
-        found.power[nq + first - 1] += drum_power(p.hoist, tau, 1.0, tension)
-        share(slopes, d, drum_power(p.hoist, tau, rate, 1.0) - idle, nq, found)
+        top, pay = first - 1, drum(p.hoist, t, tau)[0]
+        add(found, d, top, top, -pay, info.spring, info.damping)
+        for a in range(d):
+            position, velocity = info.spring * slopes.unit[a], info.damping * slopes.unit[a]
+            add(found, d, first + a, top, below, position, velocity)
+            add(found, d, top, first + a, pay, slopes.positions[d, a], slopes.velocities[d, a])
+            if a < d - 1:
+                add(found, d, a, top, -give[a], position, velocity)
+                add(found, d, top, a, -pay, slopes.positions[d, a], slopes.velocities[d, a])
 
 
 @kernel
-def lean(p, axis, t, x, tau, which, pull, slopes, found):
-    """Return an axis' compliance; add what its velocity and the cable's pull do to its motion and its power."""
+def rub(p, axis, t, x, tau, i, own, found):
+    """Return the compliance of axis i; add what its velocity does to its acceleration, which is linear in it."""
     nq, _, d, modes = layout(p)
-    i, own = which
-    v, mode = x[nq + i], mode_of(p.switches, x, modes, i)
-    give, free = rail(axis, t, tau, own, v, mode)
-    found.velocities[i, 2 * d - 1] += rail(axis, t, tau, own, v + 1.0, mode)[1] - free  # linear in v
-    step = 1e-3 * abs(v) + 1e-9  # the power is quadratic in v, and has a kink at 0
-    ahead, behind = axis_power(axis, tau, own, v + step, pull), axis_power(axis, tau, own, v - step, pull)
-    found.power[nq + i] += (ahead - behind) / (2.0 * step)
-    share(slopes, i, axis_power(axis, tau, own, v, 1.0) - axis_power(axis, tau, own, v, 0.0), nq, found)
+    mode = mode_of(p.switches, x, modes, i)
+    give, still = rail(axis, t, tau, own, 0.0, mode)
+    found.velocities[i, 2 * d - 1] += rail(axis, t, tau, own, 1.0, mode)[1] - still
     return give
-
-
-@kernel
-def share(slopes, force, factor, nq, found):
-    """Add the power that changes by `factor` [m/s] with the first link's force number `force` or tension (last)."""
-    for j in range(len(slopes.columns)):
-        if slopes.columns[j] >= 0:
-            found.power[slopes.columns[j]] += factor * slopes.positions[force, j]
-            found.power[nq + slopes.columns[j]] += factor * slopes.velocities[force, j]
-
-
-@generic
-def add_push_power(forces, p, t, power):
-    """Add what velocities do to the power of given forces."""
-
-
-@add_push_power.register(NodeForces)
-def _(forces, p, t, power):
-    nq, first, d, _ = layout(p)
-    a = forces.axis if d == 3 else forces.axis // 2
-    power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
-    add_push_power(forces.rest, p, t, power)
 
 
 @system.factored.register(ElasticCrane)
 def _(p, jacobian, shift):
-    return shifted(jacobian, shift)
+    return shifted(p, jacobian, shift)
 
 
 @routine
-def shifted(found, shift):
+def shifted(p, found, shift):
     """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
-    lu = np.empty_like(found.positions)
-    for i in range(len(lu)):
-        for j in range(lu.shape[1]):
+    nq, _, d, _ = layout(p)
+    width, lu = 2 * d - 1, np.empty_like(found.positions)
+    for i in range(nq):
+        for j in range(2 * width + 1):
             lu[i, j] = -found.velocities[i, j] - found.positions[i, j] / shift
-        lu[i, lu.shape[1] // 2] += shift
+        lu[i, width] += shift
     factor_band(lu)
-    return Factors(shift, lu, found)
+    return Factors(shift, lu, found, np.zeros(nq + 2 * width))
 
 
 @system.solve_shifted.register(ElasticCrane)
 def _(p, factors, b):
-    solve(factors, b)
+    solve(p, factors, b)
 
 
 @routine
-def solve(factors, b):
+def solve(p, factors, b):
     """Overwrite b with the solution; the energy supplied follows from the rest, modes stay."""
-    shift, lu, found = factors
-    nq = len(lu)
-    for i in range(nq):
-        b[nq + i] += band_row(found.positions, i, b) / shift
-    solve_band(lu, b[nq : 2 * nq])
+    nq, _, d, modes = layout(p)
+    shift, width, lower = factors.shift, 2 * d - 1, b[nq : 2 * nq]
+    add_band_product(factors.bands.positions, b, 1.0 / shift, lower, width, factors.work)
+    solve_band(factors.lu, lower, width, factors.work)
     for i in range(nq):
         b[i] = (b[i] + b[nq + i]) / shift
-    if len(b) > 2 * nq:
+    if modes > 2 * nq:
         for i in range(2 * nq):
-            b[2 * nq] += found.power[i] * b[i]
+            b[2 * nq] += factors.bands.power[i] * b[i]
         b[2 * nq] /= shift

@@ -27,64 +27,62 @@ def _(forces, p, t, x, out):
 
 @system.fill.register(ElasticCrane)
 def _(p, t, x, u, out):
-    derive(p, t, x, system.effort(u, p, t, x), out)
+    move(p, t, x, system.effort(u, p, t, x), out)
 
 
 @routine
-def derive(p, t, x, tau, out):
-    """Write the time derivative of the state under efforts tau into `out`."""
+def move(p, t, x, tau, out):
+    """Write the time derivative of the state under efforts tau into `out`; return the power [W] supplied.
+
+    That is the power of drives, imposed motions and given forces, less what friction and dampers take.
+    """
     nq, _, _, modes = layout(p)
-    supplied = supply(p, t, x, tau, out)
+    n, tension, lost = pull(p, x, 0)
+    lost = hang(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
+    supplied = drive(p, t, x, tau, n, tension, out) + add_pushes(p.forces, p, t, x, out) - lost
+    for i in range(nq):
+        out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
         out[2 * nq] = supplied
+    return supplied
 
 
 @kernel
-def supply(p, t, x, tau, out):
-    """Return the power [W] that drives, imposed motions, forces and losses supply; write motions (2 nq) into `out`."""
-    nq, _, _, _ = layout(p)
-    for i in range(nq):
-        out[i], out[nq + i] = x[nq + i], 0.0
-    lost = hang(p, x, out)
-    return add_pushes(p.forces, p, t, x, out) + drive(p, t, x, tau, out) - lost
-
-
-@routine
-def hang(p, x, out):
-    """Add what links and gravity do to the nodes; return the power [W] that dampers take."""
+def hang(p, x, force, out):
+    """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
     nq, first, d, _ = layout(p)
-    losses = 0.0
-    for k in range(len(p.cable.masses)):
-        (nx, ny, nz), tension, lost = pull(p, x, k)
-        below, i = tension / mass_of(p, x, k + 1), nq + first + d * k
-        losses += lost
-        out[i] -= below * nx
-        out[i + d - 1] -= below * nz + p.gravity
-        if d == 3:
-            out[i + 1] -= below * ny
-        if k > 0:
-            above = tension / p.cable.masses[k - 1]
-            out[i - d] += above * nx
-            out[i - 1] += above * nz
-            if d == 3:
-                out[i - 2] += above * ny
-    return losses
+    lost, i, masses = 0.0, nq + first, p.cable.masses
+    fx, fy, fz = force
+    for k in range(1, len(masses)):
+        (nx, ny, nz), tension, taken = pull(p, x, k)
+        gx, gy, gz, inverse = tension * nx, tension * ny, tension * nz, 1.0 / masses[k - 1]
+        place(out, i, d, (gx - fx) * inverse, (gy - fy) * inverse, (gz - fz) * inverse - p.gravity)
+        fx, fy, fz, lost, i = gx, gy, gz, lost + taken, i + d
+    inverse = 1.0 / mass_of(p, x, len(masses))
+    place(out, i, d, -fx * inverse, -fy * inverse, -fz * inverse - p.gravity)
+    return lost
 
 
 @kernel
-def drive(p, t, x, tau, out):
+def place(out, i, d, ax, ay, az):
+    """Write a vector to out[i] and on; in the plane its last component takes the place of the one that is not there."""
+    out[i], out[i + 1] = ax, ay
+    out[i + d - 1] = az
+
+
+@kernel
+def drive(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = layout(p)
-    (nx, ny, _), tension, _ = pull(p, x, 0)
     give, free = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    out[nq] = free + give * tension * nx
-    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * nx)
+    out[nq] = free + give * tension * n[0]
+    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0])
     if d == 3:
         give, free = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
-        out[nq + 1] = free + give * tension * ny
-        supplied += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], tension * ny)
+        out[nq + 1] = free + give * tension * n[1]
+        supplied += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
         give, free = drum(p.hoist, t, tau)
         out[nq + first - 1] = free + give * tension

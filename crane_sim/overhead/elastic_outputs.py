@@ -7,7 +7,7 @@ from crane_sim.jit import kernel, routine
 from crane_sim.overhead.axes import axis_mass
 from crane_sim.overhead.efforts import efforts_both, pushed, wound
 from crane_sim.overhead.elastic import ElasticCrane, layout, link, mass_of, pull, tautness, vector
-from crane_sim.overhead.elastic_motion import supply
+from crane_sim.overhead.elastic_motion import move
 from crane_sim.overhead.hoists import drum_inertia
 from crane_sim.overhead.switches import changes_before, mode_count
 
@@ -122,7 +122,7 @@ def least_tension(p, x):
 
 @system.power.register(ElasticCrane)
 def _(p, t, x, u):
-    return supply(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
+    return move(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
 
 
 @system.supplied.register(ElasticCrane)

@@ -1,60 +1,72 @@
-"""What the force of an elastic link does when its ends and its rest length move: exact derivatives."""
+"""What the force of an elastic link does when its ends move: exact derivatives."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from crane_sim.jit import kernel, routine
-from crane_sim.overhead.elastic import layout, link, mass_of, tautness, vector
+from crane_sim.overhead.elastic import layout, link, tautness, vector
 
 
 class Slopes(NamedTuple):
-    """Derivatives of one link's force, by coordinates of its upper node, its lower node, and the length of the first.
+    """A link's direction, and derivatives by its lower end less its upper end.
 
-    Rows are the components of the force [N] on the upper node and, last, the tension.
+    Rows are the components of the force on the upper end [N] and, last, the tension. What the first link's rest length
+    and its rate do is minus `spring` and minus `damping` times the direction, and times 1.
     """
 
-    columns: Any  # (2 d + 1,) which coordinates of the crane these are, -1 where there is none
-    positions: Any  # (d + 1, 2 d + 1)
-    velocities: Any
-    bending: Any  # (2 d + 1,) what positions do to the damper's share of the tension
-    weights: Any  # (2 d + 1,) 1/kg, acceleration of each coordinate for a unit force
+    unit: Any  # (d,)
+    positions: Any  # (d + 1, d) N/m
+    velocities: Any  # (d + 1, d) N s/m
+
+
+class Link(NamedTuple):
+    """The rest of what a link's state fixes."""
+
+    spring: float  # N/m, 0 of a slack link
+    damping: float  # N s/m, 0 of a slack link
+    tension: float  # N
+    rate: float  # m/s, of its elongation
 
 
 @kernel
 def slopes_for(d):
     """Return slopes to fill, in d dimensions."""
-    n = 2 * d + 1
-    return Slopes(np.empty(n, np.int64), np.empty((d + 1, n)), np.empty((d + 1, n)), np.empty(n), np.empty(n))
+    return Slopes(np.empty(d), np.empty((d + 1, d)), np.empty((d + 1, d)))
 
 
 @routine
 def fill_slopes(p, x, k, slopes):
-    """Fill the slopes of link k, from 0, but for the weights of axes and hoist; return (tension, rate)."""
-    nq, first, d, modes = layout(p)
+    """Fill the slopes of link k, from 0; return its `Link`."""
+    _, _, d, modes = layout(p)
     (nx, ny, nz), length, stretch, rate = link(p, x, k)
     (ux, uy, uz), (vx, vy, vz) = vector(p, x, k, 1), vector(p, x, k + 1, 1)
-    along = nx * (vx - ux) + ny * (vy - uy) + nz * (vz - uz)
+    wx, wy, wz = vx - ux, vy - uy, vz - uz
+    along = nx * wx + ny * wy + nz * wz
     taut = tautness(p.switches, x, modes + d - 1 + k)
     spring, damping = taut * p.cable.stiffness[k], taut * p.cable.damping[k]
-    tension = spring * stretch + damping * rate
-    unit, turn = np.array((nx, ny, nz)), np.array((vx - ux - along * nx, vy - uy - along * ny, vz - uz - along * nz))
-    above = 1.0 / p.cable.masses[k - 1] if k > 0 else 0.0
-    for j in range(2 * d):
-        a, side = j % d, 1.0 if j >= d else -1.0
-        c = a if d == 3 else 2 * a
-        slopes.columns[j] = first + d * (k - 1) + j if k > 0 or j >= d else a if a < d - 1 else -1
-        slopes.weights[j] = -1.0 / mass_of(p, x, k + 1) if j >= d else above
-        slopes.bending[j] = side * damping * turn[c] / length
-        slopes.positions[d, j], slopes.velocities[d, j] = side * spring * unit[c], side * damping * unit[c]
-    slopes.columns[2 * d] = first - 1 if k == 0 and first == d else -1
-    slopes.bending[2 * d], slopes.weights[2 * d] = 0.0, 0.0
-    slopes.positions[d, 2 * d], slopes.velocities[d, 2 * d] = -spring, -damping
-    for j in range(2 * d + 1):
-        slopes.positions[d, j] += slopes.bending[j]
-        for a in range(d):
-            c, b, side = a if d == 3 else 2 * a, j % d if d == 3 else 2 * (j % d), 1.0 if j >= d else -1.0
-            across = ((1.0 if c == b else 0.0) - unit[c] * unit[b]) * side if j < 2 * d else 0.0
-            slopes.positions[a, j] = unit[c] * slopes.positions[d, j] + tension / length * across
-            slopes.velocities[a, j] = unit[c] * slopes.velocities[d, j]
-    return tension, rate
+    tension, bend = spring * stretch + damping * rate, damping / length
+    unit, positions, velocities = slopes
+    put(unit, d, nx, ny, nz)
+    put(velocities[d], d, damping * nx, damping * ny, damping * nz)
+    put(
+        positions[d],
+        d,
+        spring * nx + bend * (wx - along * nx),
+        spring * ny + bend * (wy - along * ny),
+        spring * nz + bend * (wz - along * nz),
+    )
+    turning = tension / length
+    for a in range(d):
+        for b in range(d):
+            across = (1.0 if a == b else 0.0) - unit[a] * unit[b]
+            positions[a, b] = unit[a] * positions[d, b] + turning * across
+            velocities[a, b] = unit[a] * velocities[d, b]
+    return Link(spring, damping, tension, rate)
+
+
+@kernel
+def put(out, d, x, y, z):
+    """Write a vector into out (d,); in the plane its last component takes the place of the one that is not there."""
+    out[0], out[1] = x, y
+    out[d - 1] = z

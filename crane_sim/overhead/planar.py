@@ -3,8 +3,7 @@
 State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
 """
 
-from math import cos, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,10 +12,22 @@ from crane_sim.jit import generic, kernel, routine
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, rail
+from crane_sim.overhead.angles import fill_angles
 from crane_sim.overhead.chain import (
+    ACC,
+    ALONG,
+    AX,
+    AZ,
+    BELOW,
+    COS,
+    LENGTH,
+    RATE,
+    ROWS,
+    SIN,
+    TENSION,
+    TURNING,
     Chain,
     Joints,
-    Links,
     Rods,
     add_joints,
     demanded,
@@ -54,9 +65,7 @@ class PlanarCrane(NamedTuple):
 class Solved(NamedTuple):
     """What state and efforts fix at one instant."""
 
-    links: Links
-    tension: np.ndarray  # (N,) N
-    turning: np.ndarray  # (N,) rad/s²
+    work: Any  # (ROWS, N + 1) what `chain` names the rows of
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
     pull: float  # N, of the cable on the trolley along x
@@ -83,45 +92,55 @@ def _(hoist, chain, x, nq):
 
 @routine
 def links_of(p, x):
-    """Return the links of state x."""
+    """Return a work array with what the state tells of the links, no forces on the nodes but gravity."""
     nq, first, _ = layout(p)
     n = len(p.cable.masses)
-    work = np.empty((5, n))
+    w = np.empty((ROWS, n + 1))
+    fill_angles(x[first:nq], w[SIN], w[COS])
     for k in range(n):
-        work[0, k], work[1, k] = sin(x[first + k]), cos(x[first + k])
-        work[2, k], work[3, k] = x[nq + first + k], p.cable.lengths[k]
-        work[4, k] = 1.0 / p.cable.masses[k]
-    work[3, 0] = first_link(p.hoist, p.cable, x, nq)[0]
-    work[4, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
-    return Links(work[0], work[1], work[2], work[3], work[4])
+        w[RATE, k], w[LENGTH, k] = x[nq + first + k], p.cable.lengths[k]
+        w[BELOW, k] = 1.0 / p.cable.masses[k]
+    for k in range(n + 1):
+        w[AX, k], w[AZ, k] = 0.0, -p.gravity
+    w[AZ, 0] = 0.0
+    w[LENGTH, 0] = first_link(p.hoist, p.cable, x, nq)[0]
+    w[BELOW, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    return w
+
+
+@generic
+def push_nodes(forces, t, w):
+    """Add the forces on nodes to the accelerations in the work array."""
+    add_forces(forces, t, w[BELOW], w[ACC:].T)
+
+
+@push_nodes.register(type(None))
+def _(forces, t, w):
+    pass
 
 
 @routine
 def solved(p, t, x, tau):
     """Return what state x at time t and joint efforts tau fix."""
     nq, first, modes = layout(p)
-    n, links = len(p.cable.masses), links_of(p, x)
-    acc, tension, turning = np.zeros((n + 1, 3)), np.empty(n), np.empty(n)
-    for k in range(1, n + 1):
-        acc[k, 2] = -p.gravity
-    add_joints(p.joints, links, x[first:nq], acc)
-    add_forces(p.forces, t, links.below, acc)
+    w = links_of(p, x)
+    add_joints(p.joints, w, x[first:nq])
+    push_nodes(p.forces, t, w)
     give, push = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     pay, run = drum(p.hoist, t, tau)
-    moment_pull, rate = acc[0, 0], first_link(p.hoist, p.cable, x, nq)[1]
-    acc[0, 0], acc[0, 2] = push + give * moment_pull, 0.0
-    solve_links(p.rods, links, (give, pay, run, rate), acc, tension, turning)
-    pull = tension[0] * links.sines[0] + rod_pull(p.rods, links, turning) + moment_pull
-    paid = run + pay * tension[0] if pay >= 0.0 else slid(links, give, acc, tension)
-    return Solved(links, tension, turning, push + give * pull, paid, pull)
+    moment_pull, rate = w[AX, 0], first_link(p.hoist, p.cable, x, nq)[1]
+    w[AX, 0], w[AZ, 0] = push + give * moment_pull, 0.0
+    solve_links(p.rods, w, (give, pay, run, rate))
+    pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + moment_pull
+    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give)
+    return Solved(w, push + give * pull, paid, pull)
 
 
 @kernel
-def slid(links, give, acc, tension):
+def slid(w, give):
     """Return the acceleration of the first length behind a massless winch, whose tension is given."""
-    s, c = links.sines, links.cosines
-    free = demanded(links, (give, 0.0, 0.0, 0.0), acc, 0) - (links.below[0] + s[0] * s[0] * give) * tension[0]
-    return free + (s[0] * s[1] + c[0] * c[1]) * links.below[0] * tension[1] if len(tension) > 1 else free
+    free = demanded(w, 0) - (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give) * w[TENSION, 0]
+    return free + w[ALONG, 0] * w[TENSION, 1] if w.shape[1] > 2 else free
 
 
 @system.fill.register(PlanarCrane)
@@ -140,8 +159,8 @@ def derive(p, t, x, u, out):
     out[nq] = now.trolley
     if first == 2:
         out[nq + 1] = now.paid
-    for k in range(len(now.turning)):
-        out[nq + first + k] = now.turning[k]
+    for k in range(nq - first):
+        out[nq + first + k] = now.work[TURNING, k]
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
@@ -153,30 +172,31 @@ def supply(p, t, x, tau, now):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, first, _ = layout(p)
     rate = first_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.tension[0])
-    power += joint_power(p.joints, now.links.rates)
-    return power + forces_supply(p.forces, p, t, x, now.links, rate)
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.work[TENSION, 0])
+    power += joint_power(p.joints, x[nq + first : 2 * nq])
+    return power + forces_supply(p.forces, p, t, x, now.work, rate)
 
 
 @generic
-def forces_supply(forces, p, t, x, links, rate):
+def forces_supply(forces, p, t, x, w, rate):
     """Return the power [W] of forces on nodes."""
-    return force_power(forces, t, node_velocities(p, x, links, rate))
+    return force_power(forces, t, node_velocities(p, x, w, rate))
 
 
 @forces_supply.register(type(None))
-def _(forces, p, t, x, links, rate):
+def _(forces, p, t, x, w, rate):
     return 0.0
 
 
 @routine
-def node_velocities(p, x, links, rate):
+def node_velocities(p, x, w, rate):
     """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
     nq, _, _ = layout(p)
-    v = np.zeros((len(links.rates) + 1, 3))
+    n = w.shape[1] - 1
+    v = np.zeros((n + 1, 3))
     v[0, 0] = x[nq]
-    for k in range(len(links.rates)):
-        s, c, swing = links.sines[k], links.cosines[k], links.lengths[k] * links.rates[k]
+    for k in range(n):
+        s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
         paid = rate if k == 0 else 0.0
         v[k + 1, 0] = v[k, 0] + paid * s + swing * c
         v[k + 1, 2] = v[k, 2] - paid * c + swing * s

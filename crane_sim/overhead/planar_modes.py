@@ -3,6 +3,7 @@
 from crane_sim import system
 from crane_sim.jit import routine
 from crane_sim.overhead.axes import axis_guard, freed
+from crane_sim.overhead.chain import TENSION
 from crane_sim.overhead.planar import PlanarCrane, first_link, layout, solved
 from crane_sim.overhead.planar_outputs import energies
 from crane_sim.overhead.switches import (
@@ -37,7 +38,7 @@ def least_guard(p, t, x, tau):
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    return slack_guard(p.switches, best, now.tension)
+    return slack_guard(p.switches, best, now.work[TENSION], len(p.cable.masses))
 
 
 @system.switched.register(PlanarCrane)

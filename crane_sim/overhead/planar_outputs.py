@@ -7,7 +7,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.jit import routine
 from crane_sim.overhead.axes import axis_mass
-from crane_sim.overhead.chain import joint_energy, rod_energy
+from crane_sim.overhead.chain import BELOW, COS, LENGTH, TENSION, joint_energy, rod_energy
 from crane_sim.overhead.efforts import driven, efforts
 from crane_sim.overhead.hoists import drum_inertia
 from crane_sim.overhead.planar import PlanarCrane, first_link, layout, links_of, node_velocities, solved, supply
@@ -57,13 +57,13 @@ def _(p, t, x, u):
 def energies(p, x):
     """Return (kinetic, potential) energy."""
     nq, first, _ = layout(p)
-    n, links, rate = len(p.cable.masses), links_of(p, x), first_link(p.hoist, p.cable, x, nq)[1]
-    v, z, potential = node_velocities(p, x, links, rate), 0.0, joint_energy(p.joints, x[first:nq])
+    n, w, rate = len(p.cable.masses), links_of(p, x), first_link(p.hoist, p.cable, x, nq)[1]
+    v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * drum_inertia(p.hoist) * rate * rate
-    kinetic += rod_energy(p.rods, links.rates)
+    kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
     for k in range(n):
-        mass = 1.0 / links.below[k]
-        z = z - links.lengths[k] * links.cosines[k]
+        mass = 1.0 / w[BELOW, k]
+        z = z - w[LENGTH, k] * w[COS, k]
         kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 2] ** 2)
         potential += mass * p.gravity * z
     return kinetic, potential
@@ -81,7 +81,11 @@ def _(p, x):
 
 @system.tension.register(PlanarCrane)
 def _(p, t, x, u):
-    return solved(p, t, x, system.effort(u, p, t, x)).tension.min()
+    w = solved(p, t, x, system.effort(u, p, t, x)).work
+    least = w[TENSION, 0]
+    for k in range(1, w.shape[1] - 1):
+        least = min(least, w[TENSION, k])
+    return least
 
 
 @system.power.register(PlanarCrane)

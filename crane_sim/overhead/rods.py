@@ -3,74 +3,90 @@
 import numpy as np
 
 from crane_sim.jit import kernel, routine
-from crane_sim.overhead.chain import Rods, demanded, rod_pull, solve_links
+from crane_sim.overhead.chain import (
+    ACROSS,
+    ALONG,
+    AX,
+    AZ,
+    BELOW,
+    COS,
+    LENGTH,
+    RATE,
+    SIN,
+    TENSION,
+    TURNING,
+    Rods,
+    bends,
+    demanded,
+    rod_pull,
+    solve_links,
+)
 
 
 @rod_pull.register(Rods)
-def _(rods, links, turning):
-    return rods.inertia[0] / links.lengths[0] * turning[0] * links.cosines[0]
+def _(rods, w):
+    return rods.inertia[0] / w[LENGTH, 0] * w[TURNING, 0] * w[COS, 0]
 
 
 @solve_links.register(Rods)
-def _(rods, links, top, acc, tension, turning):
-    solve_pairs(rods.inertia, links, top, acc, tension, turning)
+def _(rods, w, top):
+    solve_pairs(rods.inertia, w, top)
 
 
 @kernel
-def coupling(links, inertia, k, j):
+def coupling(w, inertia, k, j):
     """Return the 2 x 2 block, by rows, by which (tension, turning) of link j act on link k across the node between."""
-    node = links.below[min(k, j)]
-    along = (links.sines[k] * links.sines[j] + links.cosines[k] * links.cosines[j]) * node
-    across = (links.cosines[k] * links.sines[j] - links.sines[k] * links.cosines[j]) * node
-    arm = inertia[j] / links.lengths[j]
+    node = min(k, j)
+    along, across, arm = w[ALONG, node], w[ACROSS, node], inertia[j] / w[LENGTH, j]
+    across = across if j > k else -across
     return -along, across * arm, -across, -along * arm
 
 
 @kernel
-def own(links, inertia, top, k):
+def own(w, inertia, top, k):
     """Return the 2 x 2 block, by rows, of link k's own (tension, turning)."""
-    arm, length = inertia[k] / links.lengths[k], links.lengths[k]
+    arm, length = inertia[k] / w[LENGTH, k], w[LENGTH, k]
     if k > 0:
-        ease = links.below[k - 1] + links.below[k]
+        ease = w[BELOW, k - 1] + w[BELOW, k]
         return ease, 0.0, 0.0, ease * arm + length
     give, pay, _, _ = top
-    s, c, ease = links.sines[0], links.cosines[0], links.below[0]
+    s, c, ease = w[SIN, 0], w[COS, 0], w[BELOW, 0]
     return ease + s * s * give + pay, s * c * give * arm, s * c * give, (ease + c * c * give) * arm + length
 
 
 @kernel
-def sought(links, top, acc, k):
+def sought(w, top, k):
     """Return the right-hand sides of link k: along it and across it."""
-    along = demanded(links, top, acc, k)
-    across = links.cosines[k] * (acc[k + 1, 0] - acc[k, 0]) + links.sines[k] * (acc[k + 1, 2] - acc[k, 2])
+    along = demanded(w, k)
+    across = w[COS, k] * (w[AX, k + 1] - w[AX, k]) + w[SIN, k] * (w[AZ, k + 1] - w[AZ, k])
     if k > 0:
         return along, across
     _, _, run, rate = top
-    return along - run, across - 2.0 * rate * links.rates[0]
+    return along - run, across - 2.0 * rate * w[RATE, 0]
 
 
 @routine
-def solve_pairs(inertia, links, top, acc, tension, turning):
+def solve_pairs(inertia, w, top):
     """Eliminate 2 x 2 blocks downwards, substitute upwards; arguments as of `chain.solve_links`."""
-    n, blocks = len(tension), np.zeros((len(tension), 4))  # inverse of the eliminated block times the one right of it
+    n = w.shape[1] - 1
+    right = np.zeros((n, 4))  # the inverse of an eliminated block times the one right of it
+    bends(w)
     for k in range(n):
-        a, b, c, d = own(links, inertia, top, k)
-        along, across = sought(links, top, acc, k)
+        a, b, c, d = own(w, inertia, top, k)
+        along, across = sought(w, top, k)
         if k > 0:
-            e, f, g, h = coupling(links, inertia, k, k - 1)
-            w, x, y, z = blocks[k - 1]
-            a, b, c, d = a - e * w - f * y, b - e * x - f * z, c - g * w - h * y, d - g * x - h * z
-            along = along - e * tension[k - 1] - f * turning[k - 1]
-            across = across - g * tension[k - 1] - h * turning[k - 1]
+            e, f, g, h = coupling(w, inertia, k, k - 1)
+            a, b = a - e * right[k - 1, 0] - f * right[k - 1, 2], b - e * right[k - 1, 1] - f * right[k - 1, 3]
+            c, d = c - g * right[k - 1, 0] - h * right[k - 1, 2], d - g * right[k - 1, 1] - h * right[k - 1, 3]
+            along = along - e * w[TENSION, k - 1] - f * w[TURNING, k - 1]
+            across = across - g * w[TENSION, k - 1] - h * w[TURNING, k - 1]
         inverse = 1.0 / (a * d - b * c)
-        tension[k], turning[k] = (d * along - b * across) * inverse, (a * across - c * along) * inverse
+        w[TENSION, k], w[TURNING, k] = (d * along - b * across) * inverse, (a * across - c * along) * inverse
         if k + 1 < n:
-            e, f, g, h = coupling(links, inertia, k, k + 1)
-            blocks[k, 0], blocks[k, 1] = (d * e - b * g) * inverse, (d * f - b * h) * inverse
-            blocks[k, 2], blocks[k, 3] = (a * g - c * e) * inverse, (a * h - c * f) * inverse
+            e, f, g, h = coupling(w, inertia, k, k + 1)
+            right[k, 0], right[k, 1] = (d * e - b * g) * inverse, (d * f - b * h) * inverse
+            right[k, 2], right[k, 3] = (a * g - c * e) * inverse, (a * h - c * f) * inverse
     for k in range(n - 2, -1, -1):
-        w, x, y, z = blocks[k]
-        tension[k], turning[k] = (
-            tension[k] - w * tension[k + 1] - x * turning[k + 1],
-            turning[k] - y * tension[k + 1] - z * turning[k + 1],
-        )
+        along, across = w[TENSION, k + 1], w[TURNING, k + 1]
+        w[TENSION, k] -= right[k, 0] * along + right[k, 1] * across
+        w[TURNING, k] -= right[k, 2] * along + right[k, 3] * across

@@ -40,7 +40,7 @@ def least_guard(p, t, x, tau):
     best = limits_guard(p.switches, best, 1, x[1])
     best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    return slack_guard(p.switches, best, now.tension)
+    return slack_guard(p.switches, best, now.tension, len(now.tension))
 
 
 @system.switched.register(SpatialCrane)

@@ -118,10 +118,10 @@ def payload_guard(switches, best, t, passed):
 
 
 @kernel
-def slack_guard(switches, best, tensions):
-    """Return the smallest guard, the tensions of rigid links counted in where a slack one ends the run."""
+def slack_guard(switches, best, tensions, n):
+    """Return the smallest guard, the first n tensions, of rigid links, counted in where a slack one ends the run."""
     if switches.taut > 0.0:
-        for k in range(len(tensions)):
+        for k in range(n):
             best = lesser(best, tensions[k], LINK + k)
     return best
 

@@ -19,7 +19,7 @@ VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
 FAR = 10.0  # depths of the cable: the longest rail that is shown whole
 TROLLEY = "crane/trolley"
-PLANE, SPACE = (-70.0, 14.0), (-62.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
+PLANE, SPACE = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
 
 
 class Framing(NamedTuple):

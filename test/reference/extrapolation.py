@@ -13,7 +13,7 @@ Real = np.longdouble
 Vector = np.ndarray  # of Real
 Field = Callable[[Real, Vector], Vector]
 FINEST = Real(2e-18)  # s; how closely an event is found within its step
-LONGEST_STEP = 0.02  # s; events that begin and end inside one step go unseen
+NOISE = Real(1e-16)  # of an event function: less is rounding, which would make a mode flicker
 
 
 class Setting(NamedTuple):
@@ -21,6 +21,7 @@ class Setting(NamedTuple):
 
     rows: int = 9  # of the table: order 2 rows
     tolerance: float = 1e-16  # of a step, relative to 1 + |y|
+    longest: float = 0.02  # s, of a step; events that begin and end inside one go unseen
 
 
 def midpoint(field: Field, t: Real, y: Vector, slope: Vector, h: Real, n: int) -> Vector:
@@ -46,7 +47,7 @@ def step(field: Field, t: Real, y: Vector, h: Real, rows: int) -> tuple[Vector, 
 
 
 def crossing(value: Callable[[Real], Real], last: Real) -> Real:
-    """Return where in (0, last] `value`, negative at `last`, becomes negative: Illinois, bisection while at the start."""
+    """Return where in (0, last] `value`, negative at `last`, becomes so: Illinois, bisection from zero."""
     low, high = Real(0), last
     at_low, at_high, side = max(value(low), Real(0)), value(high), 0
     while high - low > FINEST:
@@ -72,15 +73,15 @@ class Walk:
 
     def advance(self, field: Field, end: Real, project: Field, event: Callable[[Real, Vector], Real]) -> bool:
         """Go on to `end`, or to where `event` becomes negative; return whether it did."""
-        rows, tolerance = self.setting
+        rows, tolerance, longest = self.setting
         while self.t < end:
-            h = min(self.length, end - self.t, Real(LONGEST_STEP))
+            h = min(self.length, end - self.t, Real(longest))
             y, error = step(field, self.t, self.y, h, rows)
             factor = 0.9 * (tolerance / max(error, 1e-30)) ** (1 / (2 * rows - 1))
             if not error <= tolerance:
                 self.length = h * max(0.1, factor) if np.isfinite(error) else h / 10
                 continue
-            if event(self.t + h, y) < 0:
+            if event(self.t + h, y) < -NOISE:
                 self.locate(field, h, project, event)
                 return True
             last = h == end - self.t
@@ -91,5 +92,5 @@ class Walk:
     def locate(self, field: Field, h: Real, project: Field, event: Callable[[Real, Vector], Real]) -> None:
         """Move to the moment within the next h at which `event` becomes negative; every trial is a step of its own."""
         t, y, rows = self.t, self.y, self.setting.rows
-        h = crossing(lambda part: event(t + part, step(field, t, y, part, rows)[0]), h)
+        h = crossing(lambda part: event(t + part, step(field, t, y, part, rows)[0]) + NOISE, h)
         self.t, self.y = t + h, project(t + h, step(field, t, y, h, rows)[0])
