@@ -24,9 +24,12 @@ import numpy as np
 from numba.core import config as numba_config
 from numba.core import types
 from numba.core.caching import FunctionCache
+from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
 Function = Callable[..., Any]
+intrinsic: Any = _intrinsic
+"""Marks a function that returns (signature, generator of LLVM instructions)."""
 OPTIONS: Any = {"error_model": "numpy", "forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
 """Compile options of every kernel: IEEE division, no reassociation; small pieces melt into the loop that calls them."""
 

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from crane_sim import system
 from crane_sim.explain import SceneError
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.gauss import Gauss3
@@ -46,6 +47,16 @@ def chosen(method: Any, demands: Demands) -> tuple[Any, str | None]:
             f"the largest safe step of this method is {safe:.3g} s, and dop853 chooses its own"
         )
     return method, None
+
+
+def check_fit(method: Any, model: Any, continuous: bool) -> None:
+    """Raise SceneError when a method with linear systems meets a model or a source that it cannot differentiate."""
+    if not isinstance(method, Rodas):
+        return
+    if not system.fill.knows(type(model)):
+        raise SceneError("integrator.method = 'rodas': solves for states that are arrays; this crane takes dop853")
+    if continuous and system.linearised.knows(type(model)):
+        raise SceneError("control.period = 'continuous': method rodas takes sampled laws on this crane; give a period")
 
 
 def _choice(demands: Demands) -> tuple[Any, str]:

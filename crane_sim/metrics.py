@@ -38,7 +38,7 @@ class Derived(NamedTuple):
 
 @entry
 def fill_derived(p, t, q, v, u, nodes, scalars):
-    """Fill nodes (K, N, 3) and scalars (K, 3: kinetic, potential, tension) from rows of joint coordinates at times t."""
+    """Fill nodes (K, N, 3) and scalars (K, 3: kinetic, potential, tension) from joint coordinates at times t (K,)."""
     for i in range(len(q)):
         x = system.state(p, t[i], q[i], v[i])
         system.points(p, x, nodes[i])

@@ -73,8 +73,8 @@ def _rod_crane(file: "OverheadFile") -> RodCrane:
     lengths, masses = np.array(file.parts.lengths), np.array(file.parts.masses)
     distances = np.cumsum(lengths) - lengths[0]
     light = masses[:-1]
-    moments = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
-    cable = Line(float(lengths[0]), *moments, float(masses[-1]), float(distances[-1]), distances)
+    mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
+    cable = Line(float(lengths[0]), mass, first, second, float(masses[-1]), float(distances[-1]), distances)
     trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
 

@@ -10,12 +10,12 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.catalogue import scene_files
-from crane_sim.explain import SceneError, one_line, unknown_key
+from crane_sim.explain import SceneError, one_line
 from crane_sim.knuckle_scene import KnuckleFile
 from crane_sim.laws import Law, make_law
-from crane_sim.method_choice import chosen
+from crane_sim.method_choice import check_fit, chosen
 from crane_sim.overhead_scene import OverheadFile
+from crane_sim.scene_document import nominal, put, read
 
 MOST_STEPS = 1e8  # control periods in a run
 File = KnuckleFile | OverheadFile
@@ -83,38 +83,13 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     Raises:
         SceneError: one line naming the culprit, its value and what is possible.
     """
-    document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else _read(source)
+    document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
     for key, value in (overrides or {}).items():
-        _set(document, key, value)
+        put(document, key, value)
     try:
         return _build(document)
     except SceneError as error:
         raise SceneError(f"scene {document.get('name', 'given as a dict')}: {error}") from None
-
-
-def _read(source: str | Path) -> dict[str, Any]:
-    path = scene_files().get(str(source), Path(source))
-    if not path.exists():
-        known = tuple(scene_files())
-        raise SceneError(f"{unknown_key(str(source), known, 'scene')}, and there is no such file")
-    try:
-        document = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise SceneError(f"scene file {path}: cannot be read: {' '.join(str(error).split())}") from None
-    if not isinstance(document, dict):
-        raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
-    document.setdefault("name", path.stem)
-    return document
-
-
-def _set(document: dict[str, Any], key: str, value: Any) -> None:
-    *groups, last = key.split(".")
-    group = document
-    for name in groups:
-        group = group.setdefault(name, {})
-        if not isinstance(group, dict):
-            raise SceneError(f"{key}: {name!r} is not a group of keys")
-    group[last] = value
 
 
 def _build(document: dict[str, Any]) -> Scene:
@@ -124,10 +99,12 @@ def _build(document: dict[str, Any]) -> Scene:
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     method, why = chosen(file.integrator, file.demands(sampled))
+    model = file.model().metered(sampled)
+    check_fit(method, model, continuous)
     return Scene(
         name=file.name or "unnamed",
         crane=file.crane,
-        model=file.model().metered(sampled),
+        model=model,
         initial_q=file.initial_q,
         initial_v=file.initial_v,
         duration=file.duration,
@@ -173,18 +150,20 @@ def _law(file: File, document: dict[str, Any]) -> Law:
     assert control is not None
     if file.inputs is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
-    law = make_law(control.law, control.model_extra or {}, _build(_nominal(document, control.nominal)))
+    law = make_law(control.law, control.model_extra or {}, _believed(file, document))
     if control.period == "continuous" and not system.effort.knows(type(law)):
         raise SceneError(f"control.period = 'continuous': law {control.law!r} has no compiled form; give a period")
     return law
 
 
-def _nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document of what the law believes: the scene without its law, with `nominal` merged over it."""
-
-    def merged(base: Any, over: Any) -> Any:
-        if not (isinstance(base, dict) and isinstance(over, dict)):
-            return over
-        return {**base, **{key: merged(base.get(key), value) for key, value in over.items()}}
-
-    return merged({key: value for key, value in document.items() if key != "control"}, dict(overrides))
+def _believed(file: File, document: dict[str, Any]) -> Scene:
+    """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
+    control = file.control
+    assert control is not None
+    scene = _build(nominal(document, control.nominal))
+    if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:
+        raise SceneError(
+            f"control.nominal: its joints {scene.joint_names}, actuated {scene.actuated}, must be the first ones of "
+            f"the crane's {file.joint_names}, actuated {file.actuated}"
+        )
+    return replace(scene, period=_period(file), sampled=control.period != "continuous")

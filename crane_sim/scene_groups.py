@@ -67,7 +67,8 @@ def _period(value: Any) -> Any:
 
 
 Profile = Annotated[
-    Any, _chosen("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, "motion", optional=True)
+    Any,
+    _chosen("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, "motion", optional=True),
 ]
 
 

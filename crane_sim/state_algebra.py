@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 from numba.core import types
-from numba.cpython.unsafe.tuple import tuple_setitem
-from numba.extending import intrinsic as _intrinsic
+from numba.cpython.unsafe.tuple import tuple_setitem as _tuple_setitem
 from numba.extending import overload
 
-from crane_sim.jit import OPTIONS, routine
+from crane_sim.array_algebra import add_arrays, add_scaled_arrays, combine_rows, dense, scale_array
+from crane_sim.jit import OPTIONS, intrinsic
 
+tuple_setitem: Any = _tuple_setitem
 State = Any
 """A float, an array of floats, or a tuple of states; arrays are never changed in place."""
-instructions: Any = _intrinsic
-"""Marks a function that returns (signature, generator of LLVM instructions)."""
 
 
 def add(x: State, y: State) -> State:
@@ -105,7 +104,7 @@ def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], 
     return context.make_tuple(builder, kind, found)
 
 
-@instructions
+@intrinsic
 def _add(typing_context, x, y):
     def generate(context, builder, signature, args):
         return _each(context, builder, x, builder.fadd, *args)
@@ -113,7 +112,7 @@ def _add(typing_context, x, y):
     return x(x, y), generate
 
 
-@instructions
+@intrinsic
 def _scale(typing_context, a, x):
     def generate(context, builder, signature, args):
         return _each(context, builder, x, lambda leaf: builder.fmul(args[0], leaf), args[1])
@@ -121,7 +120,7 @@ def _scale(typing_context, a, x):
     return x(a, x), generate
 
 
-@instructions
+@intrinsic
 def _add_scaled(typing_context, x, a, y):
     def generate(context, builder, signature, args):
         def operation(b, c):
@@ -132,7 +131,7 @@ def _add_scaled(typing_context, x, a, y):
     return x(x, a, y), generate
 
 
-@instructions
+@intrinsic
 def _combine(typing_context, h, row, ks):
     used = [j for j, entry in enumerate(row) if isinstance(entry, types.Float)]
 
@@ -151,7 +150,7 @@ def _combine(typing_context, h, row, ks):
     return ks[0](h, row, ks), generate
 
 
-@instructions
+@intrinsic
 def _leaves(typing_context, x):
     def count(kind: Any) -> int:
         return sum(count(part) for part in kind) if _is_tuple(kind) else 1
@@ -166,52 +165,6 @@ def _leaves(typing_context, x):
     return kind(x), generate
 
 
-@routine
-def _add_arrays(x, y):
-    return _add_scaled_arrays(x, 1.0, y)
-
-
-@routine
-def _scale_array(a, x):
-    out = np.empty_like(x)
-    for i in range(len(x)):
-        out[i] = a * x[i]
-    return out
-
-
-@routine
-def _add_scaled_arrays(x, a, y):
-    out = np.empty_like(x)
-    for i in range(len(x)):
-        out[i] = x[i] + a * y[i]
-    return out
-
-
-@routine
-def _combine_rows(h, weights, ks):
-    out = np.zeros(ks.shape[1])
-    for j in range(len(weights)):
-        weight = h * weights[j]
-        if weight != 0.0:
-            for i in range(len(out)):
-                out[i] += weight * ks[j, i]
-    return out
-
-
-@instructions
-def _dense(typing_context, row):
-    """Return the row with 0 in place of None, as a tuple of one type."""
-    kind = types.UniTuple(types.float64, len(row))
-
-    def generate(context, builder, signature, args):
-        zero = context.get_constant(types.float64, 0.0)
-        given = [isinstance(entry, types.Float) for entry in row]
-        entries = [builder.extract_value(args[0], j) if is_given else zero for j, is_given in enumerate(given)]
-        return context.make_tuple(builder, kind, entries)
-
-    return kind(row), generate
-
-
 def _for_arrays_or_tuples(function: Any, position: int, arrays: Any, tuples: Any) -> None:
     """Compile `function` as `arrays` where the argument at `position` is an array, else as `tuples`."""
 
@@ -221,9 +174,9 @@ def _for_arrays_or_tuples(function: Any, position: int, arrays: Any, tuples: Any
     overload(function, strict=False, jit_options=OPTIONS)(choose)
 
 
-_for_arrays_or_tuples(add, 0, lambda x, y: _add_arrays(x, y), lambda x, y: _add(x, y))
-_for_arrays_or_tuples(scale, 1, lambda a, x: _scale_array(a, x), lambda a, x: _scale(a, x))
-_for_arrays_or_tuples(add_scaled, 0, lambda x, a, y: _add_scaled_arrays(x, a, y), lambda x, a, y: _add_scaled(x, a, y))
+_for_arrays_or_tuples(add, 0, lambda x, y: add_arrays(x, y), lambda x, y: _add(x, y))
+_for_arrays_or_tuples(scale, 1, lambda a, x: scale_array(a, x), lambda a, x: _scale(a, x))
+_for_arrays_or_tuples(add_scaled, 0, lambda x, a, y: add_scaled_arrays(x, a, y), lambda x, a, y: _add_scaled(x, a, y))
 _for_arrays_or_tuples(leaves, 0, lambda x: x, lambda x: _leaves(x))
 _for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(_leaves(x)))
 
@@ -231,7 +184,7 @@ _for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(_leaves(x)))
 @overload(combine, jit_options=OPTIONS)
 def _compiled_combine(h, row, ks):
     if isinstance(ks, types.Array):
-        return lambda h, row, ks: _combine_rows(h, _dense(row), ks)
+        return lambda h, row, ks: combine_rows(h, dense(row), ks)
     return lambda h, row, ks: _combine(h, row, ks)
 
 

@@ -24,7 +24,7 @@ class Switching(NamedTuple):
 
 @generic
 def rhs(p, t, x, u):
-    """Return the time derivative of the state, of the structure of x. A model whose state is an array answers `fill`."""
+    """Return the time derivative of the state, like x. A model whose state is an array answers `fill` instead."""
     out = np.empty_like(x)
     fill(p, t, x, u, out)
     return out
@@ -186,5 +186,5 @@ def guard(p, t, x, u):
 
 @generic
 def switched(p, t, x, u, which):
-    """Return (the state after guard number `which` has failed, what to note as the event, whether the model goes on)."""
+    """Return (the state after guard `which` has failed, number of the event to note, whether the model goes on)."""
     raise NotImplementedError

@@ -9,8 +9,25 @@ from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, advance, h
 from crane_sim.jit import kernel
 from crane_sim.system import switching
 
-__all__ = """CHATTER NOT_FINITE OK STALLED STOPPED Flow Seen advance horizon located reach record settled stages start
-state_at step""".split()
+__all__ = [
+    "CHATTER",
+    "NOT_FINITE",
+    "OK",
+    "STALLED",
+    "STOPPED",
+    "Flow",
+    "Seen",
+    "advance",
+    "horizon",
+    "located",
+    "reach",
+    "record",
+    "settled",
+    "stages",
+    "start",
+    "state_at",
+    "step",
+]
 
 
 @kernel

@@ -25,7 +25,7 @@ PROBES = 60  # for one event; halving alone would need about 50
 class Seen(NamedTuple):
     """What happened: rows (time, number); once they are full, only the count goes on."""
 
-    count: int
+    total: int
     rows: Any  # (capacity, 2)
 
 
@@ -65,9 +65,9 @@ def _(switches, method, p, u, flow):
 @kernel
 def noted(seen, t, event):
     """Return the record with one more event."""
-    if seen.count < len(seen.rows):
-        seen.rows[seen.count, 0], seen.rows[seen.count, 1] = t, event
-    return Seen(seen.count + 1, seen.rows)
+    if seen.total < len(seen.rows):
+        seen.rows[seen.total, 0], seen.rows[seen.total, 1] = t, event
+    return Seen(seen.total + 1, seen.rows)
 
 
 @routine

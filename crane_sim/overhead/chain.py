@@ -1,8 +1,9 @@
 """Rigid links with lumped masses in the vertical plane: their tensions and angular accelerations.
 
 The tensions solve a tridiagonal, positive definite system of N equations, whose condition a heavy payload does not
-spoil as it does that of the N x N mass matrix. Angles are absolute, from the downward vertical; n_k = (sin α_k, -cos α_k)
-points down link k, t_k = (cos α_k, sin α_k) is where it moves when α_k grows. Node 0 is the trolley.
+spoil as it does that of the N x N mass matrix. Angles are absolute, from the downward vertical;
+n_k = (sin α_k, -cos α_k) points down link k, t_k = (cos α_k, sin α_k) where it moves when α_k grows. Node 0 is the
+trolley.
 """
 
 from typing import Any, NamedTuple

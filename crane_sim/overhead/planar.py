@@ -10,9 +10,9 @@ import numpy as np
 from crane_sim import system
 from crane_sim.jit import generic, kernel, routine
 from crane_sim.meter import Meter, meter_size
+from crane_sim.overhead.angles import fill_angles
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, rail
-from crane_sim.overhead.angles import fill_angles
 from crane_sim.overhead.chain import (
     ACC,
     ALONG,

@@ -11,7 +11,6 @@ from crane_sim.overhead.switches import (
     PAYLOAD,
     friction_event,
     hoist_guard,
-    lesser,
     limits_guard,
     payload_guard,
     slack_guard,

@@ -1,0 +1,56 @@
+"""The document of a scene: read from a file, changed by dotted keys, or turned into what a law believes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from crane_sim.catalogue import scene_files
+from crane_sim.explain import SceneError, unknown_key
+
+
+def read(source: str | Path) -> dict[str, Any]:
+    """Return the document of a catalogue name or a file.
+
+    Raises:
+        SceneError: there is no such scene, or it cannot be read.
+    """
+    path = scene_files().get(str(source), Path(source))
+    if not path.exists():
+        known = tuple(scene_files())
+        raise SceneError(f"{unknown_key(str(source), known, 'scene')}, and there is no such file")
+    try:
+        document = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise SceneError(f"scene file {path}: cannot be read: {' '.join(str(error).split())}") from None
+    if not isinstance(document, dict):
+        raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
+    document.setdefault("name", path.stem)
+    return document
+
+
+def put(document: dict[str, Any], key: str, value: Any) -> None:
+    """Set the value at a dotted key, such as "payload.mass".
+
+    Raises:
+        SceneError: a part of the key is not a group.
+    """
+    *groups, last = key.split(".")
+    group = document
+    for name in groups:
+        group = group.setdefault(name, {})
+        if not isinstance(group, dict):
+            raise SceneError(f"{key}: {name!r} is not a group of keys")
+    group[last] = value
+
+
+def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document of what the law believes: the scene without its law, with `nominal` merged over it."""
+
+    def merged(base: Any, over: Any) -> Any:
+        if not (isinstance(base, dict) and isinstance(over, dict)):
+            return over
+        return {**base, **{key: merged(base.get(key), value) for key, value in over.items()}}
+
+    return merged({key: value for key, value in document.items() if key != "control"}, dict(overrides))

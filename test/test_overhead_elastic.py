@@ -1,0 +1,239 @@
+"""The elastic cable: references, exact derivatives, power, slack links, the rigid limit, what its files refuse."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import system
+from crane_sim.integrators import reach, record, settled, start, state_at
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.jit import entry
+from crane_sim.meter import Meter
+from crane_sim.rollout import simulate
+
+DATA = Path(__file__).parent / "data"
+CHAIN = json.loads((DATA / "chain.json").read_text())
+CASES = {
+    name: case for name, case in json.loads((DATA / "overhead.json").read_text()).items() if "r0_z" in case["spec"]
+}
+BILATERAL = [name for name in CASES if name.endswith("bilateral")]
+SLACK = [name for name in CASES if name.endswith("tension_only")]
+G = 9.81
+
+
+def scene_of(masses: Any, lengths: Any, stiffness: float, positions: Any, **groups: Any) -> crane_sim.Scene:
+    """Return the scene of an elastic cable below a force-driven trolley; `cable` and other groups add to it."""
+    cable = {"model": "elastic", "lengths": list(lengths), "node_masses": list(masses), "stiffness": stiffness}
+    document = {
+        "crane": "overhead",
+        "duration": 1.0,
+        "trolley": {"drive": "force", "mass": groups.pop("trolley_mass", 50.0)},
+        "cable": cable | groups.pop("cable", {}),
+        "initial": {"positions": np.array(positions).tolist(), "velocities": groups.pop("velocities", None)},
+    }
+    return crane_sim.load_scene(document | groups)
+
+
+def scene_of_case(spec: Any) -> crane_sim.Scene:
+    """Return the scene of a reference case."""
+    height = "r0_z" if "r0_z" in spec else "r0_y"  # the older references have their y upwards
+    still = [0.0] * len(spec["m_i"])
+    return scene_of(
+        spec["m_i"],
+        spec["l0"],
+        spec["k"],
+        np.column_stack([spec["r0_x"], spec[height]]),
+        velocities=np.column_stack([spec.get("rdot0_x", still), spec.get("rdot0_z", still)]).tolist(),
+        trolley_mass=spec["trolley_mass"],
+        cable={"damping": spec["c"], "tension_only": spec.get("tension_only", False)},
+    )
+
+
+@entry
+def passed(method, p, q, v, u, times, nodes):
+    """Return (flow at the last of the times, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
+    x = system.state(p, 0.0, q, v)
+    flow = settled(system.switching(p), p, u, start(0.0, x, record(system.switching(p))))
+    for i in range(len(times)):
+        flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
+        system.points(p, state_at(method, p, u, flow, times[i]), nodes[i])
+    gained = system.kinetic(p, flow.x) + system.potential(p, flow.x) - system.kinetic(p, x) - system.potential(p, x)
+    return flow, gained - system.supplied(p, flow.x)
+
+
+def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:
+    """Return (flow, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
+    nodes = np.empty((len(times), len(scene.model.cable.masses) + 1, 3))
+    model, efforts = scene.model._replace(meter=Meter()), (0.0,) * len(scene.actuated)
+    q, v = np.array(scene.initial_q), np.array(scene.initial_v)
+    flow, lost = passed(method, model, q, v, efforts, np.array(times), nodes)
+    return flow, nodes[:, 1:], lost
+
+
+@pytest.mark.parametrize("method", [DOP853(1e-12, 1e-14), Rodas(1e-10, 1e-13)], ids=lambda m: type(m).__name__)
+def test_the_stiff_reference_is_met(method: Any) -> None:
+    """Explicit and Rosenbrock method follow five springs of 1e7 N/m as the reference does, and keep the energy."""
+    case = CHAIN["14_elastic_k1e7"]
+    flow, nodes, lost = run(scene_of_case(case["spec"]), method, case["t"])
+    expected = np.array(case["node_positions_xyz"])[..., [0, 2, 1]]  # the reference has its y upwards
+    assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+    assert flow.x[0] == pytest.approx(case["x"][-1], abs=1e-9)
+    assert abs(lost) < 1e-7  # of 1e5 J that swing; the tolerance of 1e-12 a step, some 1e4 steps
+
+
+@pytest.mark.parametrize("name", BILATERAL)
+def test_springs_that_push_and_dampers(name: str) -> None:
+    """A payload thrown beyond the horizontal on damped springs lands where the reference says, its losses metered."""
+    case = CASES[name]
+    _, nodes, lost = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), case["t"])
+    expected = np.array(case["node_positions_xyz"])
+    assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+    assert abs(lost) < 1e-8  # of 1e3 J, to the tolerance of 1e-12 a step
+
+
+@pytest.mark.parametrize("name", SLACK)
+def test_a_slack_cable(name: str) -> None:
+    """Links go slack and taut when the reference says, and the payload flies freely in between."""
+    case = CASES[name]
+    times, modes = np.array(case["event_times"]), case["modes_after_event"]
+    taut = next(i for i, mode in enumerate(modes) if mode > 0)
+    before = [t for t in case["t"] if t < times[taut]]
+    flow, nodes, _ = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), [*before, float(times[taut]) + 1e-3])
+    seen = flow.seen.rows[: taut + 1]
+    # after the first jolt errors grow without bound, before it they are those of the integration
+    assert np.max(np.abs(nodes[:-1] - np.array(case["node_positions_xyz"])[: len(before)])) < 1e-8
+    assert np.max(np.abs(seen[:, 0] - times[: taut + 1])) < 1e-8
+    numbers = [2000 + 2 * (abs(mode) - 1) + (mode > 0) for mode in modes[: taut + 1]]
+    assert seen[:, 1].tolist() == numbers
+
+
+def test_slack_cable_in_a_run() -> None:
+    """A whole run tells its events in words, and its energy balances over every jolt."""
+    done = simulate(scene_of_case(CASES["15_toss_N1_tension_only"]["spec"]), duration=2.0)
+    words = [event["what"] for event in done.summary["events"]]
+    assert words[:3] == ["link 1 went slack", "link 1 pulls", "link 1 went slack"]
+    assert done.summary["energy_audit_error"] < 1e-9  # integrated to 1e-11 a step; jolts restart it
+
+
+def hanging(mass: float, length: float, stiffness: float, below: float) -> crane_sim.Scene:
+    """Return a mass on one spring, that much below where it would hang."""
+    return scene_of([mass], [length], stiffness, [[0.0, -length - mass * G / stiffness - below]])
+
+
+@pytest.mark.parametrize("method", [DOP853(1e-11, 1e-13), Rodas(1e-9, 1e-11)], ids=lambda m: type(m).__name__)
+def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
+    """A mass on one vertical spring moves as a cosine of the frequency sqrt(k / m)."""
+    scene, period = hanging(3.0, 2.0, 500.0, 0.1), 2.0 * np.pi * np.sqrt(3.0 / 500.0)
+    times = np.array([0.25, 0.5, 1.0, 5.25]) * period
+    _, nodes, _ = run(scene, method, times)
+    rest = -2.0 - 3.0 * G / 500.0
+    # 1e-9 a step, some hundred steps
+    assert nodes[:, 0, 2] - rest == pytest.approx(-0.1 * np.cos(2.0 * np.pi * times / period), abs=2e-8)
+    assert np.max(np.abs(nodes[:, 0, 0])) == 0.0
+
+
+def test_the_rigid_cable_is_the_limit() -> None:
+    """The distance from the rigid cable's reference shrinks like 1 / k."""
+    case = CHAIN["02_N2_large_angle"]
+    spec, times = case["spec"], case["t"][:1]
+    rigid = np.array(case["node_positions_xyz"])[:1][..., [0, 2, 1]]
+    a, lengths = np.array(spec["alpha0"]), np.array(spec["l_i"])
+    start = np.cumsum(np.column_stack([lengths * np.sin(a), -lengths * np.cos(a)]), axis=0)
+    rates = np.array(spec.get("alphadot0") or [0.0] * len(a)) * lengths
+    speeds = np.cumsum(np.column_stack([rates * np.cos(a), rates * np.sin(a)]), axis=0)
+    groups = {"trolley_mass": spec["trolley_mass"], "velocities": speeds.tolist()}
+    errors = []
+    for stiffness in (1e6, 1e7, 1e8):
+        damped = {"damping": 0.2 * float(np.sqrt(stiffness))}  # vibrations of the first elongation die out
+        scene = scene_of(spec["m_i"], lengths, stiffness, start, cable=damped, **groups)
+        errors.append(np.max(np.abs(run(scene, Rodas(1e-8, 1e-10), times)[1] - rigid)))
+    assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.1) and errors[2] / errors[1] == pytest.approx(0.1, rel=0.1)
+
+
+WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
+SPACE = {
+    "dimensions": 3,
+    "bridge": {"drive": "force", "mass": 30.0},
+    "hoist": {"drive": "force", "inertia": 4.0},
+    "friction": {"trolley": {"coulomb": 1.0, "static": 2.0, "viscous": 0.5}},
+    "forces": [{"node": 2, "axis": "y", "force": {"kind": "constant", "value": 3.0}}],
+    "cable": {"damping": 40.0},
+}
+IMPOSED = {
+    "trolley": {"drive": "prescribed", "motion": WAVE},
+    "hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.0}},
+    "forces": [{"node": 1, "axis": "z", "force": {"kind": "sine", "amplitude": 3.0, "frequency": 5.0}}],
+    "cable": {"damping": 40.0},
+}
+
+
+@entry
+def state_of(p, q, v):
+    """Return the state at t = 0.37 s."""
+    return system.state(p, 0.37, q, v)
+
+
+@entry
+def derivative(p, x, u):
+    """Return (dx/dt, power, kinetic + potential energy) at t = 0.37 s."""
+    out = np.empty_like(x)
+    system.fill(p, 0.37, x, u, out)
+    return out, system.power(p, 0.37, x, u), system.kinetic(p, x) + system.potential(p, x)
+
+
+@entry
+def solved(p, x, u, shift, b):
+    """Overwrite b with the solution of (shift I - J) y = b at t = 0.37 s."""
+    system.solve_shifted(p, system.factored(p, system.linearised(p, 0.37, x, u), shift), b)
+
+
+@pytest.mark.parametrize("groups", [SPACE, IMPOSED], ids=["space", "imposed"])
+def test_derivatives_are_exact(groups: Any) -> None:
+    """Banded systems are solved as those with the matrix of differences are, and the energy changes by the power."""
+    rng, spatial = np.random.default_rng(3), "bridge" in groups
+    shape = (3, 3 if spatial else 2)
+    down = np.cumsum([[0.2, 0.1, -0.9][:: 1 if spatial else 2]] * 3, axis=0) + 0.1 * rng.normal(size=shape)
+    speeds = rng.normal(size=shape).tolist()
+    scene = scene_of([1.0, 2.0, 5.0], [1.0, 0.7, 0.9], 2e3, down, velocities=speeds, **groups)
+    p, u = scene.model._replace(meter=Meter()), tuple(rng.normal(0, 20, len(scene.actuated)))
+    v = np.array(scene.initial_v) + np.append([0.7, 0.4][: 1 + spatial], np.zeros(len(scene.initial_v) - 1 - spatial))
+    x = state_of(p, np.array(scene.initial_q), v)
+    n, h = 2 * len(v) + 1, 1e-5
+    jacobian, slope, power = np.zeros((n, n)), *derivative(p, x, u)[:2]
+    for j in range(n):
+        ahead, behind = x.copy(), x.copy()
+        ahead[j], behind[j] = x[j] + h, x[j] - h
+        jacobian[:, j] = (derivative(p, ahead, u)[0][:n] - derivative(p, behind, u)[0][:n]) / (2.0 * h)
+    for shift in (3.0, 300.0):
+        b = np.append(rng.normal(size=n), np.zeros(len(x) - n))
+        expected = np.linalg.solve(shift * np.eye(n) - jacobian, b[:n])
+        solved(p, x, u, shift, b)
+        # differences of h = 1e-5 are right to about 1e-9 of a derivative
+        assert np.max(np.abs(b[:n] - expected)) < 1e-7 * np.max(np.abs(expected))
+    change = (derivative(p, x + h * slope, u)[2] - derivative(p, x - h * slope, u)[2]) / (2.0 * h)
+    assert change == pytest.approx(power, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("cable", "groups", "line"),
+    [
+        ({"stiffness": None}, {}, "cable.stiffness = None: an elastic cable has one"),
+        ({"inertia": [1.0]}, {}, "cable.inertia: belongs to rigid links"),
+        ({"joints": {}}, {}, "joints: belongs to rigid links"),
+        ({"slack": "stop"}, {}, "cable.slack = 'stop': belongs to rigid links"),
+        ({"model": "rigid"}, {"initial": {}}, "cable.stiffness: belongs to cable.model: elastic"),
+        ({}, {"hoist": {"drive": "force"}}, "hoist.inertia = 0: the massless winch needs rigid links"),
+        ({"stiffness": [1.0, 2.0]}, {}, "cable.stiffness: has 2 values, the cable has 1 links"),
+    ],
+    ids=lambda case: str(case)[:30],
+)
+def test_a_bad_scene_is_refused_in_one_line(cable: Any, groups: Any, line: str) -> None:
+    """Keys that an elastic cable lacks or cannot have are named."""
+    with pytest.raises(crane_sim.SceneError) as caught:
+        scene_of([1.0], [1.0], 1e3, [[0.0, -1.0]], cable=cable, **groups)
+    assert line in str(caught.value) and "\n" not in str(caught.value)
