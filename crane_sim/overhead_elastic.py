@@ -36,8 +36,8 @@ def springs_of(file: "OverheadFile", hoist: Hoist | None) -> Springs:
         raise SceneError("hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia")
     stiffness, damping = filled(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
     damping = filled(damping, n, "cable.damping")
-    columns = map(np.array, (parts.masses, parts.lengths, stiffness, damping))
-    return Springs(*columns, float(group.tension_only))
+    masses, lengths = np.array(parts.masses), np.array(parts.lengths)
+    return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
 
 
 def refuse_springs(file: "OverheadFile") -> None:

@@ -52,7 +52,7 @@ def events_of(flow: Any, model: Any) -> list[tuple[float, str]]:
     """Return (time [s], what happened) of every event that was kept, in the order of time."""
     if flow.seen is None:
         return []
-    rows = flow.seen.rows[: min(flow.seen.count, len(flow.seen.rows))]
+    rows = flow.seen.rows[: min(flow.seen.total, len(flow.seen.rows))]
     return [(float(t), model.story(int(which))[0]) for t, which in rows]
 
 

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from crane_sim import system
-from crane_sim.integrators import NOT_FINITE, OK, dop853, reach, rk4, start, state_at, step
+from crane_sim.integrators import NOT_FINITE, OK, dop853, dopri5, gauss, reach, rk4, start, state_at, step
 from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.jit import entry
 
@@ -55,7 +57,7 @@ def exact(t: float, f: float) -> tuple[float, float]:
 @entry
 def integrate(method, p, x, end):
     """Return the flow from (0, x) to `end`."""
-    return reach(method, p, (), start(0.0, x), end, end)
+    return reach(method, p, (), start(0.0, x, None), end, end)
 
 
 @entry
@@ -67,7 +69,7 @@ def one_step(method, p, x, t, h):
 @entry
 def look_back(method, p, x, end, t):
     """Return (state at a time within the last step, flow)."""
-    flow = reach(method, p, (), start(0.0, x), end, 1e9)
+    flow = reach(method, p, (), start(0.0, x, None), end, 1e9)
     return state_at(method, p, (), flow, t), flow
 
 
@@ -79,7 +81,7 @@ def dense(rows: Any, n: int) -> np.ndarray:
     return a
 
 
-@pytest.mark.parametrize(("tableau", "order"), [(rk4, 4), (dop853, 8)], ids=["rk4", "dop853"])
+@pytest.mark.parametrize(("tableau", "order"), [(rk4, 4), (dop853, 8), (dopri5, 5)], ids=["rk4", "dop853", "dopri5"])
 def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> None:
     """Weights integrate polynomials up to the order, rows sum to their nodes, and tall trees vanish as they should."""
     n = len(tableau.B)
@@ -96,14 +98,14 @@ def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> 
         tall = a @ tall
 
 
-@pytest.mark.parametrize("weights", [dop853.E5, dop853.E3], ids=["order 5", "order 3"])
+@pytest.mark.parametrize("weights", [dop853.E5, dop853.E3, dopri5.E], ids=["order 5", "order 3", "dopri5"])
 def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
     """The error estimates are zero where every slope is the same, as differences of two quadratures are."""
     assert sum(x for x in weights if x is not None) == pytest.approx(0.0, abs=1e-14)
 
 
 @pytest.mark.parametrize(
-    ("method", "order", "sizes"), [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125))], ids=["rk4", "rk8"]
+    ("method", "order", "sizes"), [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss3, 6, (0.25, 0.125))], ids=["rk4", "rk8", "gauss"]
 )
 def test_measured_order(method: Any, order: int, sizes: tuple[float, float]) -> None:
     """Halving the step of a time-dependent problem divides the error by 2 to the order."""
@@ -112,16 +114,26 @@ def test_measured_order(method: Any, order: int, sizes: tuple[float, float]) -> 
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
 
 
+def test_gauss_collocation_is_of_its_order() -> None:
+    """The nodes are those of Gauss' quadrature, the rows integrate polynomials up to degree 2 from 0 to their node."""
+    a, b, c = np.array(gauss.A), np.array(gauss.B), np.array(gauss.C)
+    for k in range(1, 7):
+        assert b @ c ** (k - 1) == pytest.approx(1.0 / k, abs=1e-15)
+    for k in range(1, 4):
+        assert np.allclose(a @ c ** (k - 1), c**k / k, rtol=0, atol=1e-15)
+
+
 def test_a_fixed_step_fills_the_way_evenly() -> None:
     """A step that does not divide the period is shortened, and the end is met exactly."""
     flow = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
     assert (flow.t, flow.steps, flow.evaluations) == (1.0, 4, 16)
 
 
+@pytest.mark.parametrize("method", [DOP853, DOPRI5])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
-def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
+def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
     """The global error stays within a small multiple of the tolerance that was asked for."""
-    flow = integrate(DOP853(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
+    flow = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
     # local errors add up over about 20 time units; error per step is controlled, and the estimate is cautious
     assert np.max(np.abs(np.subtract(flow.x, exact(20.0, 0.7)))) < 20.0 * rtol
     assert flow.status == OK
@@ -168,7 +180,7 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
     assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == NOT_FINITE
 
 
-@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12)], ids=lambda m: type(m).__name__)
+@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1)], ids=lambda m: type(m).__name__)
 def test_rest_stays_rest(method: Any) -> None:
     """Every method leaves a state at rest exactly where it is."""
     assert one_step(method, Fall(0.0), (2.0,), 0.0, 0.1) == (2.0,)

@@ -86,6 +86,14 @@ def test_the_stiff_reference_is_met(method: Any) -> None:
     assert abs(lost) < 1e-7  # of 1e5 J that swing; the tolerance of 1e-12 a step, some 1e4 steps
 
 
+def test_a_cable_as_stiff_as_steel() -> None:
+    """Five springs of 1e9 N/m under one tonne move as the reference does, axial vibrations resolved."""
+    case = CASES["16_elastic_k1e9"]
+    _, nodes, _ = run(scene_of_case(case["spec"]), Rodas(1e-8, 1e-10), case["t"])
+    expected = np.array(case["node_positions_xyz"])
+    assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+
+
 @pytest.mark.parametrize("name", BILATERAL)
 def test_springs_that_push_and_dampers(name: str) -> None:
     """A payload thrown beyond the horizontal on damped springs lands where the reference says, its losses metered."""
