@@ -20,6 +20,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", glob("config/*.*")),
         (f"share/{NAME}/config/scenes", glob("config/scenes/*.yaml")),
+        (f"share/{NAME}/config/references", glob("config/references/*.json")),
     ],
     python_requires=">=3.11",
     install_requires=["setuptools", "numpy>=2", "scipy", "numba", "pydantic", "pyyaml", "rich", "click"],

@@ -4,7 +4,6 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,23 +15,7 @@ from crane_sim import report
 from crane_sim.catalogue import config_folder, scene_files
 from crane_sim.explain import SceneError
 from crane_sim.run_options import RunOptions, run_options
-
-DEFAULT_SCENE = "knuckle_setpoint"
-_as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
-_SCENE_OPTIONS = (
-    click.argument("scene", default=DEFAULT_SCENE),
-    click.option("--duration", type=float, help="Simulated seconds; the scene's own when left out."),
-    click.option("--law", help="Another control law than the scene's."),
-    click.option("--seed", type=int, help="Seed of everything random."),
-    click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
-    _as_json,
-)
-
-
-def _scene_options(command: Callable[..., None]) -> Callable[..., None]:
-    for option in reversed(_SCENE_OPTIONS):
-        command = option(command)
-    return command
+from crane_sim.scene_options import as_json_option, loaded_scene, scene_options
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -44,7 +27,7 @@ def app() -> None:
 
 
 @app.command()
-@_scene_options
+@scene_options
 @run_options
 def run(scene: str, as_json: bool, **given: Any) -> None:
     """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
@@ -52,7 +35,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
 
     options = RunOptions(**{name: given.pop(name) for name in RunOptions._fields})
     options.check()
-    loaded = _load(scene, **given)
+    loaded = loaded_scene(scene, **given)
     arguments = options.arguments(loaded.name)
     with _compiling(quiet=as_json):
         _warm_plant(loaded)
@@ -62,12 +45,12 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
 
 
 @app.command()
-@_scene_options
+@scene_options
 def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
     from crane_sim.rollout import simulate as roll_out
 
-    loaded = _load(scene, **changes)
+    loaded = loaded_scene(scene, **changes)
     with _compiling(quiet=as_json):
         roll_out(replace(loaded, duration=loaded.period))
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # compiled code cannot carry a KeyboardInterrupt out
@@ -82,7 +65,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
 
 
 @app.command()
-@_as_json
+@as_json_option
 def scenes(as_json: bool) -> None:
     """List the catalogue, one line each."""
     found = {name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()}
@@ -96,19 +79,20 @@ def scenes(as_json: bool) -> None:
 @click.argument("file")
 def check(file: str) -> None:
     """Validate a scene file."""
-    loaded = _load(file)
+    loaded = loaded_scene(file)
     drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
     print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
 
 
 @app.command()
 @click.argument("item", required=False)
-@_as_json
-def reproduce(item: str | None, as_json: bool) -> None:
-    """Put what the papers print beside what is measured here; all items when ITEM is left out."""
+@click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
+@as_json_option
+def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
+    """Put what the papers print, and references, beside what is measured here; ITEM: overhead, hardcases, or all."""
     from crane_sim.reproduce import show
 
-    show(item, as_json)
+    show(item, as_json, folder)
 
 
 @app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
@@ -119,34 +103,6 @@ def test(arguments: tuple[str, ...]) -> None:
     if not (tree / "test").is_dir():
         raise SceneError(f"{tree}: has no tests; run this in the source tree")
     sys.exit(subprocess.call([sys.executable, "-m", "pytest", *arguments], cwd=tree))
-
-
-def _load(
-    scene: str,
-    duration: float | None = None,
-    law: str | None = None,
-    seed: int | None = None,
-    settings: tuple[str, ...] = (),
-) -> Any:
-    """Return the scene with the options of the command line put in."""
-    from crane_sim.scene import load_scene
-
-    named = {"duration": duration, "control.law": law, "seed": seed}
-    changes = _parsed(settings) | {key: value for key, value in named.items() if value is not None}
-    return load_scene(scene, changes)
-
-
-def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:
-    changes: dict[str, Any] = {}
-    for setting in settings:
-        key, equals, value = setting.partition("=")
-        if not (key and equals):
-            raise SceneError(f"--set {setting!r}: must be GROUP.KEY=VALUE")
-        try:
-            changes[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise SceneError(f"--set {setting!r}: {value!r} is not a value") from None
-    return changes
 
 
 def _compiling(quiet: bool) -> Any:

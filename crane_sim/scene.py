@@ -11,16 +11,18 @@ from pydantic import ValidationError
 
 from crane_sim import system
 from crane_sim.explain import SceneError, one_line
-from crane_sim.knuckle_scene import KnuckleFile
+from crane_sim.forms.knuckle import KnuckleFile
+from crane_sim.forms.method_choice import check_fit, chosen
+from crane_sim.forms.overhead import OverheadFile
 from crane_sim.laws import Law, make_law
-from crane_sim.method_choice import check_fit, chosen
-from crane_sim.overhead_scene import OverheadFile
 from crane_sim.scene_document import nominal, put, read
 
 MOST_STEPS = 1e8  # control periods in a run
 File = KnuckleFile | OverheadFile
 FORMS: dict[str, type[KnuckleFile] | type[OverheadFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile}
 """The kinds of crane, and the form of their scene files."""
+SAME = """crane initial_q initial_v duration seed description joint_names actuated joint_units effort_units""".split()
+"""What a scene takes from its file as it is."""
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
 
 
@@ -101,13 +103,11 @@ def _build(document: dict[str, Any]) -> Scene:
     method, why = chosen(file.integrator, file.demands(sampled))
     model = file.model().metered(sampled)
     check_fit(method, model, continuous)
+    same = {name: getattr(file, name) for name in SAME}
     return Scene(
+        **same,
         name=file.name or "unnamed",
-        crane=file.crane,
         model=model,
-        initial_q=file.initial_q,
-        initial_v=file.initial_v,
-        duration=file.duration,
         period=_period(file),
         method=method,
         law=law,
@@ -115,12 +115,6 @@ def _build(document: dict[str, Any]) -> Scene:
         sampled=sampled,
         source=law if continuous else None if control is not None else file.open_loop(),
         reference=file.target,
-        seed=file.seed,
-        description=file.description,
-        joint_names=file.joint_names,
-        actuated=file.actuated,
-        joint_units=file.joint_units,
-        effort_units=file.effort_units,
         notes=file.notes | ({"method": why} if why else {}),
         document=document,
     )

@@ -10,10 +10,10 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(file for package in ("crane_sim", "crane_control") for file in (ROOT / package).rglob("*.py"))
-KERNELS = """supports cables loads integrators frames effects model outputs sources stepping system state_algebra jit
-quantities""".split()
-ABOVE = """scene scene_groups knuckle_scene laws plant rollout functions metrics report cli run_options orchestrate
-children ros recording bench""".split()
+KERNELS = """supports cables loads overhead integrators frames effects model outputs sources stepping system
+state_algebra array_algebra linear_systems meter jit quantities""".split()
+ABOVE = """scene scene_document forms lagrange reproduce description laws plant rollout functions metrics report cli
+run_options scene_options orchestrate children ros recording bench""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 
 
@@ -76,7 +76,7 @@ def test_kernels_know_no_scene() -> None:
 def test_integrators_know_no_crane() -> None:
     """Integrators import neither supports nor cables nor the model."""
     models = importers(
-        "crane_sim.supports", "crane_sim.cables", "crane_sim.model", "crane_sim.effects", "crane_sim.frames"
+        "crane_sim.supports", "crane_sim.cables", "crane_sim.model", "crane_sim.effects", "crane_sim.overhead"
     )
     assert not {name for name in models if name.startswith("crane_sim.integrators")}
 

@@ -105,7 +105,9 @@ def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "order", "sizes"), [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss3, 6, (0.25, 0.125))], ids=["rk4", "rk8", "gauss"]
+    ("method", "order", "sizes"),
+    [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss3, 6, (0.25, 0.125))],
+    ids=["rk4", "rk8", "gauss"],
 )
 def test_measured_order(method: Any, order: int, sizes: tuple[float, float]) -> None:
     """Halving the step of a time-dependent problem divides the error by 2 to the order."""
@@ -180,7 +182,9 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
     assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == NOT_FINITE
 
 
-@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1)], ids=lambda m: type(m).__name__)
+@pytest.mark.parametrize(
+    "method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1)], ids=lambda m: type(m).__name__
+)
 def test_rest_stays_rest(method: Any) -> None:
     """Every method leaves a state at rest exactly where it is."""
     assert one_step(method, Fall(0.0), (2.0,), 0.0, 0.1) == (2.0,)

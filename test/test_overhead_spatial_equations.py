@@ -99,14 +99,15 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
 
 
 @entry
-def balance(p, t, q, v, u, h):
-    """Return (accelerations, dE/dt by central differences along the motion, power) at a state."""
+def balance(p, t, q, v, row, h):
+    """Return (accelerations, dE/dt by central differences, power, actuated coordinates) under the efforts in `row`."""
+    u = system.held(p, row)
     x = system.project(p, system.state(p, t, q, v))
     dx = system.rhs(p, t, x, u)
     ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
     gained = system.kinetic(p, ahead) - system.kinetic(p, behind)
     gained += system.potential(p, ahead) - system.potential(p, behind)
-    return system.acceleration(p, t, x, u), gained / (2.0 * h), system.power(p, t, x, u)
+    return system.acceleration(p, t, x, u), gained / (2.0 * h), system.power(p, t, x, u), system.actuated(p, x)
 
 
 WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
@@ -129,17 +130,19 @@ DRIVES: dict[str, tuple[dict[str, Any], Any, Any]] = {
 
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda name: name.replace(" ", "-"))
 def test_every_drive(drive: str) -> None:
-    """For every drive accelerations are those of the second derivation, and the power is what the energy gains."""
+    """For every drive accelerations are those of the second derivation, the power is what the energy gains."""
     groups, axes, hoist = DRIVES[drive]
     m, lengths = [1.0, 2.0, 5.0], [1.0, 0.7, 0.4]
     scene, rng = scene_of(m, lengths, **groups), np.random.default_rng(5)
-    u = tuple(push for mass, push in (*axes, hoist or STILL) if mass is not None)
+    driven = [i for i, (mass, _) in enumerate((*axes, hoist or STILL)) if mass is not None]
+    u = np.array([(*axes, hoist or STILL)[i][1] for i in driven])
     for _ in range(3):
         q, v = state_of(rng, scene, 3)
         v[:2] = [0.0 if axis is STILL else rate for axis, rate in zip(axes, v[:2], strict=True)]
-        found, change, power = balance(scene.model, 0.37, q, v, u, 1e-5)
+        found, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
         assert error(found, exact(m, lengths, q, v, axes, hoist)) < 1e-13  # nothing heavy: rounding only
         assert change == pytest.approx(power, rel=1e-6, abs=1e-5)  # the step's square, and rounding over the step
+        assert np.array_equal(actuated, [q[driven], v[driven]])
 
 
 def test_forces_on_nodes() -> None:
@@ -150,7 +153,7 @@ def test_forces_on_nodes() -> None:
     q, v = state_of(np.random.default_rng(3), scene, 1)
     v[:2] = 0.0
     unit, rate = q[2:], v[2:]
-    found, change, power = balance(scene.model, 0.0, q, v, (), 1e-5)
+    found, change, power, _ = balance(scene.model, 0.0, q, v, np.zeros(0), 1e-5)
     pull = np.array([2.0, -3.0, 50.0 - 2.0 * G]) / 2.0
     assert np.allclose(found[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13)
     assert change == pytest.approx(power, rel=1e-6, abs=1e-5)

@@ -17,7 +17,7 @@ from crane_sim.description.solids import Body, ball, cube
 
 if TYPE_CHECKING:
     from crane_sim.description.room import Room
-    from crane_sim.overhead_groups import AxisGroup
+    from crane_sim.forms.overhead_groups import AxisGroup
     from crane_sim.scene import Scene
 
 

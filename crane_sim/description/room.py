@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crane_sim.forms.overhead import OverheadFile
 from crane_sim.jit import entry
 from crane_sim.metrics import polyline
 from crane_sim.overhead.motions import Motion, moved_at
-from crane_sim.overhead_scene import OverheadFile
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -177,3 +177,10 @@ def turn(w, top):
         w[TURNING, k] = (pushed + (below - above)) / w[LENGTH, k]
     first = w[COS, 0] * give * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
     w[TURNING, 0] -= first / w[LENGTH, 0]
+
+
+@kernel
+def slid(w, give):
+    """Return the acceleration of the first length behind a massless winch, whose tension is given."""
+    free = demanded(w, 0) - (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give) * w[TENSION, 0]
+    return free + w[ALONG, 0] * w[TENSION, 1] if w.shape[1] > 2 else free

@@ -15,7 +15,6 @@ from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, rail
 from crane_sim.overhead.chain import (
     ACC,
-    ALONG,
     AX,
     AZ,
     BELOW,
@@ -30,9 +29,9 @@ from crane_sim.overhead.chain import (
     Joints,
     Rods,
     add_joints,
-    demanded,
     joint_power,
     rod_pull,
+    slid,
     solve_links,
 )
 from crane_sim.overhead.forces import NodeForces, add_forces, force_power
@@ -134,13 +133,6 @@ def solved(p, t, x, tau):
     pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + moment_pull
     paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give)
     return Solved(w, push + give * pull, paid, pull)
-
-
-@kernel
-def slid(w, give):
-    """Return the acceleration of the first length behind a massless winch, whose tension is given."""
-    free = demanded(w, 0) - (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give) * w[TENSION, 0]
-    return free + w[ALONG, 0] * w[TENSION, 1] if w.shape[1] > 2 else free
 
 
 @system.fill.register(PlanarCrane)

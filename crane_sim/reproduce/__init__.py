@@ -1,18 +1,21 @@
-"""What the papers print, measured here: `crane reproduce [ITEM]`."""
+"""What the papers print, and what is hard, measured here: `crane reproduce [ITEM]`."""
 
 from collections.abc import Callable
+from typing import Any
 
 from crane_sim.explain import SceneError, unknown_key
-from crane_sim.reproduce import overhead
-from crane_sim.reproduce.table import Row, print_json, print_tables
+from crane_sim.reproduce import hardcases, overhead
+from crane_sim.reproduce.page import save
+from crane_sim.reproduce.table import print_json, print_tables
 
-ITEMS: dict[str, Callable[[], list[Row]]] = {
+ITEMS: dict[str, Callable[[], list[Any]]] = {
     "overhead": overhead.rows,
+    "hardcases": hardcases.rows,
 }
 """Every item and the function that measures its rows."""
 
 
-def reproduced(item: str | None = None) -> dict[str, list[Row]]:
+def reproduced(item: str | None = None) -> dict[str, list[Any]]:
     """Return the rows of an item, or of all items, measured now.
 
     Raises:
@@ -23,10 +26,13 @@ def reproduced(item: str | None = None) -> dict[str, list[Row]]:
     return {name: rows() for name, rows in ITEMS.items() if item in (None, name)}
 
 
-def show(item: str | None, as_json: bool) -> None:
-    """Measure an item, or all, and print the rows as tables or as one JSON object.
+def show(item: str | None, as_json: bool, folder: str | None) -> None:
+    """Measure an item, or all, and print the rows as tables or as one JSON object; write pages into a folder if given.
 
     Raises:
         SceneError: there is no such item.
     """
-    (print_json if as_json else print_tables)(reproduced(item))
+    tables = reproduced(item)
+    (print_json if as_json else print_tables)(tables)
+    if folder is not None:
+        save(tables, folder)

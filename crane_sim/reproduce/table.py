@@ -1,14 +1,17 @@
-"""Rows of a comparison with a paper, as a table for a person or as JSON for a script."""
+"""Rows of a comparison, as a table for a person or as JSON for a script."""
 
 import json
 import sys
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 Shown = float | str
+Tables = Mapping[str, Sequence[Any]]
+"""Rows, NamedTuples of one kind, of every item."""
 _WIDE = 200  # columns of a pipe, so that each row is one line
 
 
@@ -27,20 +30,23 @@ def claimed(claim: str, printed: Shown, ours: Shown, holds: bool, difference: fl
     return Row(claim, printed, ours, difference, "holds" if holds else "does not hold")
 
 
-def print_tables(tables: dict[str, list[Row]]) -> None:
-    """Print the rows of each item as a table."""
+def print_tables(tables: Tables) -> None:
+    """Print the rows of each item as a table whose columns are the rows' fields."""
     console = Console(width=None if sys.stdout.isatty() else _WIDE)
     for item, rows in tables.items():
-        table = Table("paper's claim", "printed", "ours", "difference", "verdict", title=item, title_justify="left")
+        table = Table(*(rows[0]._fields if rows else ()), title=item, title_justify="left")
         for row in rows:
-            table.add_row(*(escape(_text(value)) for value in row))
+            table.add_row(*(escape(shown(value)) for value in row))
         console.print(table, highlight=False)
 
 
-def print_json(tables: dict[str, list[Row]]) -> None:
-    """Print one object: for each item, a list of objects with the fields of `Row`."""
+def print_json(tables: Tables) -> None:
+    """Print one object: for each item, a list of objects with the rows' fields."""
     print(json.dumps({item: [row._asdict() for row in rows] for item, rows in tables.items()}))
 
 
-def _text(value: Shown | None) -> str:
-    return "-" if value is None else value if isinstance(value, str) else f"{value:.4g}"
+def shown(value: Shown | None) -> str:
+    """Return a value as text, short and for people."""
+    if isinstance(value, int):
+        return str(value)
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.3g}"

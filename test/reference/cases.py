@@ -109,7 +109,7 @@ def drop() -> Case:
 
 def bending() -> Case:
     """Springs and dampers in the joints."""
-    spec = {"trolley_mass": 5.0, "m_i": [1.0, 1.0, 5.0], "l_i": [1.0, 0.8, 0.6], "alpha0": [0.6, -0.3, 0.9]}
+    spec = {"trolley_mass": 5.0, "m_i": [1.0, 1.0, 5.0], "l_i": [1.0, 0.8, 0.6], "alpha0": [0.5, 0.4, 0.45]}
     groups = {"stiffness": [20.0, 10.0, 5.0], "damping": [0.5, 0.3, 0.2]}
     note = "torque on link k at its upper joint: -K_k (alpha_k - alpha_(k-1)) - C_k (rates alike), alpha_0 = 0"
     return plane(

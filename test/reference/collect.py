@@ -1,8 +1,9 @@
-"""Collect the references of the catalogue's hard cases: python test/reference/collect.py
+"""Collect the references of the catalogue's hard cases.
 
-Writes config/references/hardcases.json, which `crane reproduce hardcases` and the tests compare with: for each scene the
-instants, the nodes 1 .. N in the world with z up, how far they are to be trusted, and event times where there are any.
-Sources: test/data/chain.json (its y is up) and test/data/overhead.json (`make.py`).
+Run as python test/reference/collect.py. Writes config/references/hardcases.json, which `crane reproduce hardcases` and
+the tests compare with: for each scene the instants, the nodes 1 .. N in the world with z up, how far they are to be
+trusted, and event times where there are any. Sources: test/data/chain.json (its y is up) and test/data/overhead.json
+(`make.py`).
 """
 
 import json
@@ -36,7 +37,7 @@ SCENES = {
     "overhead_toss": "15_toss_N1_tension_only",
     "overhead_bounce_chain": "15_toss_N3_bilateral",
     "overhead_toss_chain": "15_toss_N3_tension_only",
-    "overhead_stiff": "16_elastic_k1e9",
+    "overhead_steel": "16_elastic_k1e9",
     "overhead_joints": "17_joint_stiffness_N3",
     "overhead_rods": "18_rod_inertia_N3",
     "overhead_friction": "19_stick_slip_N1",

@@ -5,12 +5,12 @@ from typing import Any, ClassVar, Literal
 from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.explain import SceneError
+from crane_sim.forms.groups import Channel, Control, Friction, Group, Method
+from crane_sim.forms.method_choice import Demands
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
-from crane_sim.method_choice import Demands
 from crane_sim.model import Crane
 from crane_sim.quantities import Angle, NonNegative, Positive, Real
-from crane_sim.scene_groups import Channel, Control, Friction, Group, Method
 from crane_sim.sources import Constant, Inputs
 from crane_sim.supports.knuckle import Knuckle, Rod, Tower
 

@@ -9,7 +9,7 @@ from crane_sim.explain import SceneError
 from crane_sim.overhead.motions import Shape
 
 if TYPE_CHECKING:
-    from crane_sim.overhead_scene import OverheadFile
+    from crane_sim.forms.overhead import OverheadFile
 
 Vector = tuple[float, ...]
 HEAVY = 1e3  # payload / heaviest node above it, from which a straight cable is taken for a rod by model: auto
@@ -131,7 +131,7 @@ def start_of(file: "OverheadFile") -> tuple[Vector, Vector]:
         length = _beginning(profile) if profile is not None else length
         positions.append(length[0])
         velocities.append(length[1])
-    q, v = _links(file)
+    q, v = _links(file, positions, velocities)
     return (*map(float, positions), *q), (*map(float, velocities), *v)
 
 
@@ -144,10 +144,10 @@ def _beginning(shape: Shape) -> tuple[float, float]:
     return float(polynomial(s) + motion.amplitude * np.sin(motion.phase)), float(polynomial.deriv()(s) + rate)
 
 
-def _links(file: "OverheadFile") -> tuple[Vector, Vector]:
+def _links(file: "OverheadFile", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
     cable = file.parts
     if file.modelled == "elastic":
-        return _nodes(file)
+        return _nodes(file, top, rates)
     if file.dimensions == 3:
         return tuple(x for turn in cable.turns for x in turn), tuple(x for rate in cable.rates for x in rate)
     if file.modelled == "straight" and not _is_straight(cable):
@@ -156,11 +156,11 @@ def _links(file: "OverheadFile") -> tuple[Vector, Vector]:
     return tuple(map(float, cable.turns[:n])), tuple(map(float, cable.rates[:n]))
 
 
-def _nodes(file: "OverheadFile") -> tuple[Vector, Vector]:
-    """Return positions and velocities of an elastic cable's nodes, from themselves or from angles or directions."""
+def _nodes(file: "OverheadFile", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+    """Return positions and velocities of an elastic cable's nodes, given those of axes and hoist."""
     start, n, d = file.initial, len(file.parts.lengths), file.dimensions
     if start.positions is None:
-        return _hanging(file)
+        return _hanging(file, top, rates)
     found = []
     for name, rows in (("positions", start.positions), ("velocities", start.velocities or ((0.0,) * d,) * n)):
         if len(rows) != n or any(len(row) != d for row in rows):
@@ -169,16 +169,19 @@ def _nodes(file: "OverheadFile") -> tuple[Vector, Vector]:
     return found[0], found[1]
 
 
-def _hanging(file: "OverheadFile") -> tuple[Vector, Vector]:
-    start, cable, flat = file.initial, file.parts, file.dimensions == 2
-    if start.velocities is not None:
+def _hanging(file: "OverheadFile", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+    """Return positions and velocities of the nodes of unstretched links, from angles or directions."""
+    cable, flat = file.parts, file.dimensions == 2
+    if file.initial.velocities is not None:
         raise SceneError("initial.velocities: belong to initial.positions; angles and directions take rates")
-    r, v = np.array([start.x, start.y, 0.0]), np.array([start.v, start.vy, 0.0])
+    r, v = (np.array([head[0], 0.0 if flat else head[1], 0.0]) for head in (top, rates))
+    hoisted = file.hoist is not None
+    lengths, paid = (top[-1], *cable.lengths[1:]) if hoisted else cable.lengths, rates[-1] if hoisted else 0.0
     positions, velocities = [], []
-    for length, turn, rate in zip(cable.lengths, cable.turns, cable.rates, strict=True):
+    for length, turn, rate in zip(lengths, cable.turns, cable.rates, strict=True):
         n = np.array([np.sin(turn), 0.0, -np.cos(turn)]) if flat else np.array(turn)
         turning = rate * np.array([np.cos(turn), 0.0, np.sin(turn)]) if flat else np.array(rate)
-        r, v = r + length * n, v + length * turning
+        r, v, paid = r + length * n, v + length * turning + paid * n, 0.0
         positions += list(r[[0, 2]] if flat else r)
         velocities += list(v[[0, 2]] if flat else v)
     return tuple(map(float, positions)), tuple(map(float, velocities))

@@ -6,12 +6,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter,
 
 from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
 from crane_sim.explain import unknown_key
+from crane_sim.forms.method_choice import Auto
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
-from crane_sim.method_choice import Auto
 from crane_sim.overhead.motions import Knots, Series, Smooth, Wave
 from crane_sim.sources import Constant, Polynomial, Sine, Table
 

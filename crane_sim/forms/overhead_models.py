@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.explain import SceneError
+from crane_sim.forms.overhead_elastic import refuse_springs, springs_of
+from crane_sim.forms.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
+from crane_sim.forms.overhead_start import filled
 from crane_sim.overhead import elastic_linear as _springs  # noqa: F401  registers what the models answer
 from crane_sim.overhead import elastic_modes as _elastic  # noqa: F401
 from crane_sim.overhead import planar_modes as _planar  # noqa: F401
@@ -21,12 +24,9 @@ from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import Line, RodCrane
 from crane_sim.overhead.spatial import SpatialCrane
 from crane_sim.overhead.switches import Switches
-from crane_sim.overhead_elastic import refuse_springs, springs_of
-from crane_sim.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
-from crane_sim.overhead_start import filled
 
 if TYPE_CHECKING:
-    from crane_sim.overhead_scene import OverheadFile
+    from crane_sim.forms.overhead import OverheadFile
 
 
 def crane_of(file: "OverheadFile") -> Any:

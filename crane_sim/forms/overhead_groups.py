@@ -4,9 +4,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from crane_sim.forms.groups import Channel, Group, Profile
 from crane_sim.overhead.axes import Friction
 from crane_sim.quantities import Angle, NonNegative, Positive, Real
-from crane_sim.scene_groups import Channel, Group, Profile
 from crane_sim.sources import Constant
 
 

@@ -5,10 +5,10 @@ from math import sqrt
 from typing import Any, Literal
 
 from crane_sim.explain import SceneError
-from crane_sim.integrators.dop853 import DOP853
-from crane_sim.method_choice import Demands
-from crane_sim.overhead_frequency import stiffest
-from crane_sim.overhead_groups import (
+from crane_sim.forms.groups import Control, Group, Method
+from crane_sim.forms.method_choice import Demands
+from crane_sim.forms.overhead_frequency import bending_error, stiffest
+from crane_sim.forms.overhead_groups import (
     AxisGroup,
     CableGroup,
     Event,
@@ -21,10 +21,10 @@ from crane_sim.overhead_groups import (
     Reference,
     Start,
 )
-from crane_sim.overhead_models import crane_of
-from crane_sim.overhead_start import Cable, cable_of, start_of, what_is_modelled
+from crane_sim.forms.overhead_models import crane_of
+from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_modelled
+from crane_sim.integrators.dop853 import DOP853
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.scene_groups import Control, Group, Method
 from crane_sim.sources import Inputs as Channels
 from crane_sim.sources import NoInputs
 
@@ -130,7 +130,10 @@ class OverheadFile(Group):
     @property
     def notes(self) -> dict[str, Any]:
         """What was chosen for the scene."""
-        return {"model": self.modelled} if self.cable.model == "auto" else {}
+        found: dict[str, Any] = {"model": self.modelled} if self.cable.model == "auto" else {}
+        if self.modelled == "straight" and len(self.parts.masses) > 1:
+            found["model_error_estimate"] = bending_error(self)
+        return found
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crane_sim.explain import SceneError
+from crane_sim.forms.overhead_start import filled
 from crane_sim.overhead.elastic import Springs
 from crane_sim.overhead.hoists import Hoist, MasslessHoist
-from crane_sim.overhead_start import filled
 
 if TYPE_CHECKING:
-    from crane_sim.overhead_scene import OverheadFile
+    from crane_sim.forms.overhead import OverheadFile
 
 _OWN = ("stiffness", "damping", "tension_only")  # keys that only an elastic cable has
 

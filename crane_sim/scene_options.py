@@ -1,0 +1,59 @@
+"""The options of every command that takes a scene, and the scene that they give."""
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+import yaml
+
+from crane_sim.explain import SceneError
+
+DEFAULT_SCENE = "knuckle_setpoint"
+as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
+_SCENE_OPTIONS = (
+    click.argument("scene", default=DEFAULT_SCENE),
+    click.option("--duration", type=float, help="Simulated seconds; the scene's own when left out."),
+    click.option("--law", help="Another control law than the scene's."),
+    click.option("--seed", type=int, help="Seed of everything random."),
+    click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
+    as_json_option,
+)
+
+
+def scene_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of a scene."""
+    for option in reversed(_SCENE_OPTIONS):
+        command = option(command)
+    return command
+
+
+def loaded_scene(
+    scene: str,
+    duration: float | None = None,
+    law: str | None = None,
+    seed: int | None = None,
+    settings: tuple[str, ...] = (),
+) -> Any:
+    """Return the scene with the options of the command line put in.
+
+    Raises:
+        SceneError: there is no such scene, or an option does not fit it.
+    """
+    from crane_sim.scene import load_scene
+
+    named = {"duration": duration, "control.law": law, "seed": seed}
+    changes = _parsed(settings) | {key: value for key, value in named.items() if value is not None}
+    return load_scene(scene, changes)
+
+
+def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:
+    changes: dict[str, Any] = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not (key and equals):
+            raise SceneError(f"--set {setting!r}: must be GROUP.KEY=VALUE")
+        try:
+            changes[key] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            raise SceneError(f"--set {setting!r}: {value!r} is not a value") from None
+    return changes
