@@ -27,7 +27,8 @@ setup(
     extras_require={
         "rerun": ["rerun-sdk==0.41.*"],
         "mcap": ["rosbags"],
-        "test": ["pytest", "hypothesis", "sympy", "mpmath"],
+        "plots": ["matplotlib"],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
     zip_safe=False,
     entry_points={

@@ -50,7 +50,7 @@ def horizontal() -> Case:
 
 def long_chain() -> Case:
     """Two hundred links."""
-    return plane(straight(200, 0.01, 5.0, 0.05, 5.0, DEGREES_30, "many links"), instants(2.0))
+    return plane(straight(200, 0.01, 5.0, 0.05, 5.0, DEGREES_30, "many links"), instants(2.0), STIFF)
 
 
 def fast_hoist() -> Case:
