@@ -8,7 +8,7 @@ NAME = "crane_sim"
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version="0.2.0",
     description="An accurate and fast crane simulator of ROS 2 nodes",
     author="The crane simulator authors",
     maintainer="The crane simulator authors",

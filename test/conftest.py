@@ -27,18 +27,35 @@ def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def nothing_left() -> Iterator[None]:
-    """Fail the session when a process that a test started, or a shared-memory file, outlives it."""
-    shared = Path("/dev/shm")
-    before = set(os.listdir(shared))
+def no_process_left() -> Iterator[None]:
+    """Fail the session when a process that a test started outlives it."""
     os.environ[_MARK] = str(uuid.uuid4())  # every process of this session inherits it
     yield
     deadline = time.monotonic() + 10.0
     while (left := marked_processes()) and time.monotonic() < deadline:
         time.sleep(0.1)
-    files = {name for name in os.listdir(shared) if name.startswith(("fastrtps", "sem.fastrtps"))} - before
     assert not left, f"processes outlive the tests: {left}"
-    assert not files, f"files left in {shared}: {sorted(files)}"
+
+
+_FILES = pytest.StashKey[set[str]]()
+
+
+def shared_files() -> set[str]:
+    """Return the names of Fast DDS's files in shared memory."""
+    return {name for name in os.listdir("/dev/shm") if name.startswith(("fastrtps", "sem.fastrtps"))}
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Note what is in shared memory before the first test."""
+    session.config.stash[_FILES] = shared_files()
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail when tests leave files in shared memory; of workers side by side, only the leader asks."""
+    left = shared_files() - session.config.stash[_FILES]
+    if left and not hasattr(session.config, "workerinput"):
+        print(f"\nfiles left in /dev/shm: {sorted(left)}")
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def marked_processes() -> list[str]:

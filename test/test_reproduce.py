@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim.reproduce import ITEMS, reproduced
+from crane_sim.reproduce import reproduced
+from crane_sim.reproduce.hardcases import Case
 from crane_sim.reproduce.overhead import erratum_row
 from crane_sim.reproduce.overhead_erratum import erratum
+from crane_sim.reproduce.page import save
 
 CRANE = Path(sys.executable).with_name("crane")
 FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
@@ -20,10 +22,9 @@ def crane(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(CRANE), "reproduce", *arguments], capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize("item", ITEMS)
-def test_every_claim_holds_or_is_an_erratum(item: str) -> None:
-    """No row of an item says that a claim fails without the correction that first principles confirm."""
-    rows = reproduced(item)[item]
+def test_every_claim_holds_or_is_an_erratum() -> None:
+    """No row of the paper says that a claim fails without the correction that first principles confirm."""
+    rows = reproduced("overhead")["overhead"]
     assert len({row.claim for row in rows}) == len(rows) > 0
     assert not [row for row in rows if row.verdict != "holds" and not row.verdict.startswith("erratum: ")]
 
@@ -58,13 +59,23 @@ def test_verdicts_follow_from_the_numbers(printed: object, corrected: object, tr
 
 
 def test_json_is_one_object_with_the_measured_rows() -> None:
-    """With --json, and without a name, stdout is one object with all items and all fields of their rows."""
-    done = crane("--json")
+    """With --json stdout is one object with the item and all fields of its rows."""
+    done = crane("overhead", "--json")
     found = json.loads(done.stdout)
-    assert done.returncode == 0 and list(found) == list(ITEMS)
-    for item, rows in reproduced().items():
-        assert [list(row) for row in found[item]] == [FIELDS] * len(rows)
-        assert [(row["claim"], row["verdict"]) for row in found[item]] == [(row.claim, row.verdict) for row in rows]
+    assert done.returncode == 0 and list(found) == ["overhead"]
+    rows = reproduced("overhead")["overhead"]
+    assert [list(row) for row in found["overhead"]] == [FIELDS] * len(rows)
+    assert [(row["claim"], row["verdict"]) for row in found["overhead"]] == [(row.claim, row.verdict) for row in rows]
+
+
+def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
+    """Rows become a Markdown page with one line each, hard cases with a picture beside it."""
+    cases = [Case("a", "nodes, m", "dop853", 1e-12, 1e-9, None, 10, 0.1, "holds")]
+    save({"hardcases": cases, "overhead": reproduced("overhead")["overhead"]}, str(tmp_path))
+    page = (tmp_path / "hardcases.md").read_text()
+    assert "| a | nodes, m | dop853 | 1e-12 | 1e-09 | - | 10 | 0.1 | holds |" in page and "(hardcases.png)" in page
+    assert (tmp_path / "hardcases.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "overhead.md").read_text().count("\n| ") == len(reproduced("overhead")["overhead"]) + 1
 
 
 def test_the_table_has_a_line_for_each_row() -> None:

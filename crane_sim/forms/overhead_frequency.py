@@ -42,7 +42,7 @@ def bending_error(file: "OverheadFile") -> float:
     factors fit chains of ten links, 2 to 10 m long, from 0.1 to 1.2 rad (true errors were 0.2 to 0.8 of the estimate).
     """
     masses, length = np.array(file.parts.masses), float(np.sum(file.parts.lengths))
-    swung = 1.0 + masses[-1] / (file.trolley.mass or np.inf)
+    swung = 1.0 + masses[-1] / _lightest_axis(file)
     frequency = float(np.sqrt(file.gravity / length * swung))
     rate = abs(float(file.parts.rates[0]))
     angle = abs(float(file.parts.turns[0])) + (rate / frequency if frequency else 0.0)
@@ -50,10 +50,19 @@ def bending_error(file: "OverheadFile") -> float:
     return 0.3 * swung * share**2 * length * min(angle, np.pi) * (1.0 + frequency * file.duration / 20.0)
 
 
+def _lightest_axis(file: "OverheadFile") -> float:
+    """Return the smaller one of the masses [kg] that the cable can move along the axes; infinite where it moves none."""
+    carried, found = file.trolley.mass or 0.0, [np.inf]
+    if file.trolley.drive == "force":
+        found.append(carried)
+    if file.bridge is not None and file.bridge.drive == "force":
+        found.append((file.bridge.mass or 0.0) + carried)
+    return min(found)
+
+
 def _largest(file: "OverheadFile", springs: Array) -> float:
     """Return the largest frequency of trolley and nodes, neighbours of which are joined by `springs` (N,) [N/m]."""
-    trolley = file.trolley.mass if file.trolley.drive == "force" else None
-    inverse = np.sqrt(1.0 / np.array([trolley or np.inf, *file.parts.masses]))
+    inverse = np.sqrt(1.0 / np.array([_lightest_axis(file), *file.parts.masses]))
     diagonal = np.append(springs, 0.0) + np.append(0.0, springs)
     values = eigvalsh_tridiagonal(diagonal * inverse**2, -springs * inverse[1:] * inverse[:-1])
     return float(np.sqrt(values[-1]))

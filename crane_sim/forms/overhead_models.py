@@ -123,7 +123,9 @@ def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Fricti
         raise SceneError(f"friction.{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}")
     if drive == "force":
         if mass is None or not mass + carried > 0.0:
-            raise SceneError(f"{name}.mass = {mass}: a {name} driven by force has one, greater than 0")
+            raise SceneError(
+                f"{name}.mass = {mass}: a {name} driven by force has one; with what it carries, greater than 0"
+            )
         return ForceAxis(mass + carried, friction)
     return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
 

@@ -66,6 +66,15 @@ def begin(case: Case, form: Layout) -> Vector:
     return np.concatenate([q, w[0, form.axes], adot, *extra[1], speed[form.free]])
 
 
+def directions(a: Vector, b: Vector) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+    """Return n and its derivatives by a, by b, by a and b, twice by a, each (N, 3); twice by b it is -n."""
+    sa, ca, sb, cb = np.sin(a), np.cos(a), np.sin(b), np.cos(b)
+    unit = np.stack([sa * cb, sb, -ca * cb], axis=1)
+    by_a, by_b = np.stack([ca * cb, 0 * a, sa * cb], axis=1), np.stack([-sa * sb, cb, ca * sb], axis=1)
+    by_ab, by_aa = np.stack([-ca * sb, 0 * a, -sa * sb], axis=1), np.stack([-sa * cb, 0 * a, ca * cb], axis=1)
+    return unit, by_a, by_b, by_ab, by_aa
+
+
 def kinematics(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector]:
     """Return nodes (N + 1, 3), Jacobian (N + 1, 3, coordinates) and accelerations at c'' = 0."""
     n, start = form.links, form.angles
@@ -74,10 +83,7 @@ def kinematics(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Ve
     table = form.system.links(Real(t), Real(1), Real(0)).astype(float)
     table[:, form.free] = q[form.lengths :], v[form.lengths :], 0 * q[form.lengths :]
     length, rate, growth = table[:, :, None]
-    sa, ca, sb, cb = np.sin(a), np.cos(a), np.sin(b), np.cos(b)
-    unit = np.stack([sa * cb, sb, -ca * cb], axis=1)
-    by_a, by_b = np.stack([ca * cb, 0 * a, sa * cb], axis=1), np.stack([-sa * sb, cb, ca * sb], axis=1)
-    by_ab, by_aa = np.stack([-ca * sb, 0 * a, -sa * sb], axis=1), np.stack([-sa * cb, 0 * a, ca * cb], axis=1)
+    unit, by_a, by_b, by_ab, by_aa = directions(a, b)
     a1, b1 = adot[:, None], bdot[:, None]
     spin = by_a * a1 + by_b * b1
     bias = growth * unit + 2 * rate * spin + length * (by_aa * a1**2 + 2 * by_ab * a1 * b1 - unit * b1**2)
