@@ -51,7 +51,7 @@ def bending_error(file: "OverheadFile") -> float:
 
 
 def _lightest_axis(file: "OverheadFile") -> float:
-    """Return the smaller one of the masses [kg] that the cable can move along the axes; infinite where it moves none."""
+    """Return the smaller one of the masses [kg] that the cable can move along an axis; infinite where it moves none."""
     carried, found = file.trolley.mass or 0.0, [np.inf]
     if file.trolley.drive == "force":
         found.append(carried)
