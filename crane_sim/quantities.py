@@ -23,7 +23,18 @@ def to_radians(value: Any) -> Any:
     return float(match[1]) * _RADIANS[match[2]]
 
 
-Real = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Angle = Annotated[float, BeforeValidator(to_radians), Field(allow_inf_nan=False)]
+def no_switch(value: Any) -> Any:
+    """Return the value unless it is true or false, which Python counts as 1 and 0.
+
+    Raises:
+        ValueError: it is.
+    """
+    if isinstance(value, bool):
+        raise ValueError("must be a number")
+    return value
+
+
+Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
+Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, allow_inf_nan=False)]
+Angle = Annotated[float, BeforeValidator(to_radians), BeforeValidator(no_switch), Field(allow_inf_nan=False)]

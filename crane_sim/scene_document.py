@@ -10,6 +10,18 @@ from crane_sim.catalogue import scene_files
 from crane_sim.explain import SceneError, unknown_key
 
 
+class _Unambiguous(yaml.SafeLoader):
+    """A YAML reader that refuses a key that stands twice in a group, of which YAML would keep the last one silently."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return the group."""
+        keys = [key.value for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} stands twice", node.start_mark)
+        return super().construct_mapping(node, deep)
+
+
 def read(source: str | Path) -> dict[str, Any]:
     """Return the document of a catalogue name or a file.
 
@@ -21,7 +33,7 @@ def read(source: str | Path) -> dict[str, Any]:
         known = tuple(scene_files())
         raise SceneError(f"{unknown_key(str(source), known, 'scene')}, and there is no such file")
     try:
-        document = yaml.safe_load(path.read_text())
+        document = yaml.load(path.read_text(), _Unambiguous)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise SceneError(f"scene file {path}: cannot be read: {' '.join(str(error).split())}") from None
     if not isinstance(document, dict):

@@ -38,6 +38,7 @@ BAD = [
     ({"rope.time_constant": 1.0}, "rope.time_constant: only a rate drive has one"),
     ({"rope.drive": "locked", "initial.v": [0, 0, 0, 1, 0, 0]}, "initial.v[3] = 1.0: a locked rope starts at rest"),
     ({"rope.drive": "locked", "springs": {"rope": {"stiffness": 1, "rest": 1}}}, "springs.rope: only a force drive"),
+    ({"payload.mass": True}, "payload.mass = True: must be a number"),
     ({"control.law": "magic"}, "control.law = 'magic': no such law (known: energy, lqr)"),
     ({"control.period": 0.0}, "control.period = 0.0: a period is a number of seconds"),
     ({"control.period": "contnuous"}, "control.period = 'contnuous': a period is a number of seconds"),
