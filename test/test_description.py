@@ -29,6 +29,8 @@ OVERHEAD = {
     "long chain": load_scene(TWO_D | {"cable": {"links": 200, "lengths": 0.05, "node_masses": 1.0}}),
     "spatial chain": load_scene(THREE_D | {"cable": LINKS}),
     "hoisted spatial chain": load_scene(THREE_D | HOIST | {"cable": LINKS}),
+    "elastic": load_scene(TWO_D | {"cable": LINKS | {"model": "elastic", "stiffness": 1e5}}),
+    "elastic in space": load_scene(THREE_D | {"cable": LINKS | {"model": "elastic", "stiffness": 1e5}}),
 }
 ANGLE = st.floats(-3.0, 3.0)
 SWING = st.floats(-1.5, 1.5)
