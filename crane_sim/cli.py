@@ -48,20 +48,21 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
 @scene_options
 def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
+    from crane_sim.plant import SimulationError
     from crane_sim.rollout import simulate as roll_out
 
     loaded = loaded_scene(scene, **changes)
     with _compiling(quiet=as_json):
         roll_out(replace(loaded, duration=loaded.period))
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # compiled code cannot carry a KeyboardInterrupt out
-    result = roll_out(loaded)
-    wall = result.stats["wall_time"]
-    speed = {
-        "wall_time": wall,
-        "real_time_factor": result.summary["sim_time"] / wall,
-        "steps_per_second": result.summary["steps"] / wall,
-    }
-    _finish(result.summary | speed | report.WITHOUT_ROS, as_json)
+    ended = {}
+    try:
+        result = roll_out(loaded)
+    except SimulationError as error:
+        if error.run is None:
+            raise
+        result, ended = error.run, {"error": str(error)}
+    _finish(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, as_json)
 
 
 @app.command()

@@ -57,10 +57,11 @@ def events_of(flow: Any, model: Any) -> list[tuple[float, str]]:
 
 
 def noted_events(flow: Any, model: Any) -> dict[str, Any]:
-    """Return the first events for the summary; nothing for a model that does not switch."""
-    return (
-        {} if flow.seen is None else {"events": [{"t": t, "what": what} for t, what in events_of(flow, model)[:SHOWN]]}
-    )
+    """Return the first events and their number for the summary; nothing for a model that does not switch."""
+    if flow.seen is None:
+        return {}
+    shown = [{"t": t, "what": what} for t, what in events_of(flow, model)[:SHOWN]]
+    return {"events": shown, "event_count": int(flow.seen.total)}
 
 
 class Plant:

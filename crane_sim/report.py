@@ -11,11 +11,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from crane_sim.rollout import Rollout
     from crane_sim.scene import Scene
 
 _GROUPS = {
     "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
     "motion": ("peak_swing_deg", "residual_swing_deg", "min_rope_tension", "saturated_steps", "energy_audit_error"),
+    "chosen": ("method", "model", "model_error_estimate"),
 }
 _UNITS = {
     "wall_time": "s",
@@ -24,6 +26,7 @@ _UNITS = {
     "residual_swing_deg": "deg",
     "min_rope_tension": "N",
     "sim_time": "s",
+    "model_error_estimate": "m",
 }
 
 WITHOUT_ROS: dict[str, Any] = {
@@ -36,10 +39,22 @@ WITHOUT_ROS: dict[str, Any] = {
 """What a run without ROS has to say of topics and recordings."""
 
 
+def speed(run: "Rollout") -> dict[str, float]:
+    """Return what the summary says of a run's speed."""
+    wall, summary = run.stats["wall_time"], run.summary
+    return {
+        "wall_time": wall,
+        "real_time_factor": summary["sim_time"] / wall,
+        "steps_per_second": summary["steps"] / wall,
+    }
+
+
 def plain(value: Any) -> Any:
     """Return the value with non-finite numbers as None, which JSON can carry."""
     if isinstance(value, dict):
         return {key: plain(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [plain(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -80,6 +95,11 @@ def print_summary(summary: dict[str, Any]) -> None:
     _add_commands(table, summary)
     console.print(table)
     _print_joints(console, summary)
+    for event in summary.get("events", ()):
+        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
+    more = summary.get("event_count", 0) - len(summary.get("events", ()))
+    if more:
+        console.print(f"{'':14}and {more} events more", highlight=False)
     console.print(f"state sha256  {summary.get('state_sha256')}", highlight=False)
     for key in ("recording", "mcap"):
         if summary.get(key):

@@ -63,6 +63,14 @@ def test_simulate_prints_one_object_with_the_summary() -> None:
     assert {key: found[key] for key in expected} == expected
 
 
+def test_a_run_that_ends_early_is_told_with_what_there_is() -> None:
+    """A scene whose model stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
+    done = crane("simulate", "overhead_slack", "--json")
+    summary = json.loads(done.stdout)
+    assert done.returncode == 1 and "link 1 went slack" in done.stderr and summary["error"] in done.stderr
+    assert summary["events"][-1]["what"].startswith("link 1 went slack") and summary["steps"] > 10
+
+
 def test_scenes_lists_the_catalogue() -> None:
     """`crane scenes` has one line for each catalogue scene, beginning with its name."""
     lines = crane("scenes").stdout.strip().splitlines()
