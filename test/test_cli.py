@@ -64,7 +64,7 @@ def test_simulate_prints_one_object_with_the_summary() -> None:
 
 
 def test_a_run_that_ends_early_is_told_with_what_there_is() -> None:
-    """A scene whose model stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
+    """A model that stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
     done = crane("simulate", "overhead_slack", "--json")
     summary = json.loads(done.stdout)
     assert done.returncode == 1 and "link 1 went slack" in done.stderr and summary["error"] in done.stderr
