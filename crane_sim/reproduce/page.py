@@ -6,6 +6,13 @@ from typing import Any
 from crane_sim.explain import SceneError
 from crane_sim.reproduce.table import Tables, shown
 
+LEGENDS = {
+    "overhead": "Differences are relative; an erratum is a printed form that differs from first principles where the "
+    "corrected one agrees.",
+    "hardcases": "Error: the largest distance of any node from its reference at any instant, in metres, unless the measure "
+    "says otherwise. Events: the largest error of event times, in seconds. Time: wall time of the run in seconds, "
+    "without compilation.",
+}
 TITLES = {
     "overhead": "The overhead-crane paper: properties, numbers and misprints",
     "hardcases": "The hard cases of the overhead crane",
@@ -29,6 +36,7 @@ def save(tables: Tables, folder: str) -> None:
 def _page(item: str, rows: list[Any], figure: str) -> str:
     columns = rows[0]._fields
     lines = [f"# {TITLES.get(item, item)}", "", f"Written by `crane reproduce {item} --save docs`.", ""]
+    lines += [LEGENDS.get(item, ""), ""]
     if figure:
         lines += [f"![{item}]({figure})", ""]
     lines += [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
