@@ -1,5 +1,6 @@
 """A scene about a point where it can be held: the point, the linear equations of deviations, the best linear law."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,13 +9,23 @@ from scipy.linalg import LinAlgError, expm, solve_continuous_are, solve_discrete
 
 from crane_sim.explain import SceneError
 from crane_sim.functions import acceleration
-from crane_sim.scene import Scene
+from crane_sim.scene import Scene, load_scene
 
 Array = npt.NDArray[np.float64]
 Poles = npt.NDArray[np.complex128]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
 STILL = 1e-9  # m/s² or rad/s²: accelerations that count as none
 SLOWEST = 1e-6  # 1/s: poles nearer to the border of stability count as on it, their error is that of the differences
+
+
+def without_dry_friction(scene: Scene) -> Scene:
+    """Return the scene with viscous friction only: dry friction jumps where the equations are to be linearised."""
+    document = scene.to_dict()
+    rubbing = document.get("friction")
+    if not rubbing:
+        return scene
+    document["friction"] = {axis: given | {"coulomb": 0.0, "static": 0.0} for axis, given in rubbing.items() if given}
+    return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
 
 
 def equilibrium(scene: Scene) -> tuple[Array, Array]:
@@ -31,9 +42,10 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         moved = acceleration(scene, q, np.zeros(n), u)
         if not np.all(np.isfinite(moved)):
             break
-        if np.max(np.abs(moved)) < STILL:
-            return q, u
         a, b = linearised(scene, q, u)
+        rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
+        if np.max(np.abs(moved)) < STILL + rounding:
+            return q, u
         step = np.linalg.lstsq(np.hstack([a[n:, free], b[n:]]), -moved)[0]
         q[free] += step[: len(free)]
         u += step[len(free) :]

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from crane_control.linear import Array, equilibrium, linearised, regulator
+from crane_control.linear import Array, equilibrium, linearised, regulator, without_dry_friction
 from crane_control.sight import seen
 from crane_sim import system
 from crane_sim.explain import SceneError
@@ -97,7 +97,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     Raises:
         SceneError: a setting is wrong, nothing can be held at the target, or a motion about it cannot be reached.
     """
-    given = read_settings(Settings, settings)
+    given, nominal = read_settings(Settings, settings), without_dry_friction(nominal)
     target, efforts = equilibrium(nominal)
     a, b = linearised(nominal, target, efforts)
     period = nominal.period if nominal.sampled else None

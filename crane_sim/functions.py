@@ -10,6 +10,7 @@ import numpy.typing as npt
 from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
 from crane_sim import system
 from crane_sim.explain import SceneError
+from crane_sim.integrators import record, settled, start
 from crane_sim.jit import entry
 from crane_sim.metrics import energies
 from crane_sim.scene import Scene, load_scene
@@ -20,8 +21,10 @@ SceneSource = Scene | str | Path | Mapping[str, Any]
 
 @entry
 def joint_acceleration(p, t, q, v, u):
-    """Compiled `acceleration`."""
-    return system.acceleration(p, t, system.state(p, t, q, v), u)
+    """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
+    switches = system.switching(p)
+    flow = settled(switches, p, u, start(t, system.state(p, t, q, v), record(switches)))
+    return system.acceleration(p, t, flow.x, u)
 
 
 @entry

@@ -48,20 +48,26 @@ def check_status(flow: Any, model: Any) -> None:
     raise SimulationError(f"stopped at t = {flow.t:.6g} s: {cause}; {remedy}")
 
 
-def events_of(flow: Any, model: Any) -> list[tuple[float, str]]:
-    """Return (time [s], what happened) of every event that was kept, in the order of time."""
+def events_of(flow: Any, model: Any, end: float) -> list[tuple[float, str]]:
+    """Return (time [s], what happened) of every event that was kept, in the order of time.
+
+    Steps that follow the solution may reach beyond `end` [s]: what happens there is not part of the run, unless it is
+    what ended it.
+    """
     if flow.seen is None:
         return []
     rows = flow.seen.rows[: min(flow.seen.total, len(flow.seen.rows))]
-    return [(float(t), model.story(int(which))[0]) for t, which in rows]
+    last = end if flow.status == OK else flow.t
+    return [(float(t), model.story(int(which))[0]) for t, which in rows if t <= last]
 
 
-def noted_events(flow: Any, model: Any) -> dict[str, Any]:
+def noted_events(flow: Any, model: Any, end: float) -> dict[str, Any]:
     """Return the first events and their number for the summary; nothing for a model that does not switch."""
     if flow.seen is None:
         return {}
-    shown = [{"t": t, "what": what} for t, what in events_of(flow, model)[:SHOWN]]
-    return {"events": shown, "event_count": int(flow.seen.total)}
+    events = events_of(flow, model, end)
+    unkept = max(0, flow.seen.total - len(flow.seen.rows))
+    return {"events": [{"t": t, "what": what} for t, what in events[:SHOWN]], "event_count": len(events) + unkept}
 
 
 class Plant:
@@ -141,4 +147,4 @@ class Plant:
         """Return the run's figures up to now: keys and meanings as of `crane_sim.metrics.Metrics.summary`."""
         self._flush()
         figures = self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
-        return figures | noted_events(self._flow, self.model)
+        return figures | noted_events(self._flow, self.model, self.t)

@@ -98,7 +98,8 @@ def simulate(
     counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
-    result = _rollout(scene, *shown, counted, _summary(scene, model, rows, flow, saturated), events_of(flow, model))
+    events = events_of(flow, model, periods[-1])
+    result = _rollout(scene, *shown, counted, _summary(scene, model, rows, flow, saturated), events)
     if len(rows) <= scene.steps:
         _end_early(result, flow, model)
     return result
@@ -171,7 +172,7 @@ def _summary(scene: Scene, model: Any, rows: Array, flow: Any, saturated: int) -
     metrics.extend(t[:-1], rows[:-1])
     figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, saturated)
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
-    return head | figures | noted_events(flow, model)
+    return head | figures | noted_events(flow, model, t[-1])
 
 
 def _rollout(scene: Scene, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:

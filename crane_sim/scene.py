@@ -96,12 +96,13 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
 
 def _build(document: dict[str, Any]) -> Scene:
     file = _validated(document)
+    crane = file.model()  # first: it refuses what nothing else can be computed from
     control = file.control
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     method, why = chosen(file.integrator, file.demands(sampled))
-    model = file.model().metered(sampled)
+    model = crane.metered(sampled)
     check_fit(method, model, continuous)
     same = {name: getattr(file, name) for name in SAME}
     return Scene(
@@ -154,7 +155,10 @@ def _believed(file: File, document: dict[str, Any]) -> Scene:
     """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
     control = file.control
     assert control is not None
-    scene = _build(nominal(document, control.nominal))
+    try:
+        scene = _build(nominal(document, control.nominal))
+    except SceneError as error:
+        raise SceneError(f"control.nominal: {error}") from None
     if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:
         raise SceneError(
             f"control.nominal: its joints {scene.joint_names}, actuated {scene.actuated}, must be the first ones of "

@@ -94,7 +94,7 @@ def test_links_start_where_axes_and_hoist_are() -> None:
         "trolley": {"drive": "prescribed", "motion": {**WAVE, "offset": 2.0}},
         "hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.5}},
     }
-    scene = scene_of([1.0, 2.0], [1.0, 0.5], 2e3, {"angles": [0.0, np.pi / 2]}, **groups)
+    scene = scene_of([1.0, 2.0], [1.5, 0.5], 2e3, {"angles": [0.0, np.pi / 2]}, **groups)
     assert np.allclose(scene.initial_q, [2.0, 1.5, 2.0, -1.5, 2.5, -1.5], rtol=0, atol=1e-15)
     assert np.allclose(scene.initial_v, [0.6, 0.6, 0.6, -0.6, 0.6, -0.6], rtol=0, atol=1e-15)
 

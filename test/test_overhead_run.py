@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crane_sim import load_scene, orchestrate
+from crane_sim import acceleration, load_scene, orchestrate
 from crane_sim.plant import Plant
 from crane_sim.rollout import simulate
 
@@ -37,3 +37,35 @@ def test_a_reset_forgets_the_run(scene: str) -> None:
         summaries.append(plant.summary())
         plant.reset()
     assert summaries[0] == summaries[1] and np.isfinite(plant.q).all()
+
+
+def test_a_trolley_on_an_elastic_cable_breaks_loose() -> None:
+    """Stick and slip above a stiff elastic cable are those above a rigid one, at nearly the same times."""
+    scene = {
+        "crane": "overhead",
+        "duration": 3.0,
+        "trolley": {"mass": 5.0},
+        "friction": {"trolley": {"coulomb": 5.0, "static": 5.0}},
+        "inputs": {"trolley": {"kind": "sine", "amplitude": 20.0, "frequency": 2.0}},
+    }
+    cable = {"lengths": 2.0, "node_masses": 10.0}
+    rigid = simulate(scene | {"cable": cable})
+    elastic = simulate(scene | {"cable": cable | {"model": "elastic", "stiffness": 1e6, "damping": 2e3}})
+    assert [what for _, what in rigid.events] == [what for _, what in elastic.events] and len(rigid.events) > 2
+    for (t, _), (other, _) in zip(rigid.events, elastic.events, strict=True):
+        assert t == pytest.approx(other, abs=1e-3)  # the cable stretches by m g / k = 1e-4 m
+
+
+def test_forward_dynamics_break_a_resting_trolley_loose() -> None:
+    """A trolley at rest stays under less than its static friction, and moves under more."""
+    changes = {"friction": {"trolley": {"coulomb": 4.0, "static": 6.0}}, "initial": {"angles": 0.0}}
+    scene = load_scene("overhead_friction", changes)
+    still = [0.0, 0.0]
+    assert acceleration(scene, still, still, [5.9])[0] == 0.0
+    assert acceleration(scene, still, still, [16.0])[0] == pytest.approx((16.0 - 4.0) / 10.0)
+
+
+def test_what_happens_after_the_end_is_not_part_of_the_run() -> None:
+    """Steps that follow the solution may look beyond the end of a run; events found there are not reported."""
+    run = simulate(load_scene("overhead_drop", {"duration": 0.995}))
+    assert run.events == [] and run.summary["event_count"] == 0

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
-from crane_sim.explain import unknown_key
+from crane_sim.explain import one_line, unknown_key
 from crane_sim.forms.method_choice import Auto
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
@@ -25,6 +25,24 @@ class Group(BaseModel):
 _WORDS = {"from": "begin", "to": "end"}  # words of a file that Python keeps for itself
 
 
+def _words(fields: tuple[str, ...]) -> dict[str, str]:
+    """Return the words of a file for the fields of a NamedTuple, with the fields."""
+    words = {field: word for word, field in _WORDS.items()}
+    return {words.get(field, field): field for field in fields}
+
+
+def _read(kind: Any, values: dict[str, Any]) -> Any:
+    """Return the NamedTuple with these values; a mistake in a field is told by the file's word for it."""
+    try:
+        return TypeAdapter(kind).validate_python(values)
+    except ValidationError as error:
+        line = one_line(error, kind)
+        for word, field in _WORDS.items():
+            if line.startswith((f"{field} ", f"{field}:")):
+                raise ValueError(word + line.removeprefix(field)) from None
+        raise
+
+
 def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False) -> BeforeValidator:
     """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
 
@@ -36,10 +54,10 @@ def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False
         name = value.get(key)
         if not isinstance(name, str) or name not in choices:
             raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
-        rest = {_WORDS.get(k, k): v for k, v in value.items() if k != key}
-        for unknown in rest.keys() - set(choices[name]._fields):
-            raise ValueError(unknown_key(str(unknown), (key, *choices[name]._fields)))
-        found = TypeAdapter(choices[name]).validate_python(rest)
+        rest, known = {k: v for k, v in value.items() if k != key}, _words(choices[name]._fields)
+        for unknown in rest.keys() - set(known):
+            raise ValueError(unknown_key(str(unknown), (key, *known)))
+        found = _read(choices[name], {known[k]: v for k, v in rest.items()})
         complaint = found.complaint() if hasattr(found, "complaint") else ""
         if complaint:
             raise ValueError(complaint)

@@ -21,6 +21,7 @@ class Demands(NamedTuple):
     elastic: bool
     smooth: bool  # nothing switches and nothing is sampled
     duration: float  # s
+    continuous: bool = False  # a law drives it that the equations evaluate
 
 
 STIFF = 2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
@@ -28,17 +29,26 @@ LONG = 1e4  # rad, of swinging, from which an error of the energy that does not 
 GENTLE = 0.08
 """Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce hardcases`)."""
 
+COARSEST = 0.1  # relative tolerance, beyond which digits mean nothing
+SHORTEST_STEP = 1e-9  # s, the resolution of stamps
+
+
+def asks_frequency(method: Any) -> bool:
+    """Return whether the stiffest motion decides on the method: others choose their steps themselves."""
+    return isinstance(method, Auto) or hasattr(method, "safe_step")
+
 
 def chosen(method: Any, demands: Demands) -> tuple[Any, str | None]:
     """Return (the method, and why when it was chosen here).
 
     Raises:
-        SceneError: a fixed step is too large for the stiffest motion.
+        SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
     """
+    _check_range(method)
     if isinstance(method, Auto):
         return _choice(demands)
     largest = getattr(method, "safe_step", None)
-    if largest is None or demands.frequency is None:
+    if largest is None or not demands.frequency:  # what does not move bears any step
         return method, None
     safe = largest(demands.frequency)
     if method.step > safe:
@@ -59,11 +69,19 @@ def check_fit(method: Any, model: Any, continuous: bool) -> None:
         raise SceneError("control.period = 'continuous': method rodas takes sampled laws on this crane; give a period")
 
 
+def _check_range(method: Any) -> None:
+    rtol, step = getattr(method, "rtol", 0.0), getattr(method, "step", SHORTEST_STEP)
+    if rtol > COARSEST:
+        raise SceneError(f"integrator.rtol = {rtol:g}: must be at most {COARSEST:g}")
+    if step < SHORTEST_STEP:
+        raise SceneError(f"integrator.step = {step:g}: must be at least {SHORTEST_STEP:g} s")
+
+
 def _choice(demands: Demands) -> tuple[Any, str]:
     frequency = demands.frequency
-    if frequency is not None and demands.elastic and frequency > STIFF:
+    if frequency is not None and demands.elastic and frequency > STIFF and not demands.continuous:
         return Rodas(), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
-    if frequency is not None and demands.smooth and demands.turns > LONG and not demands.elastic:
+    if frequency and demands.smooth and demands.turns > LONG and not demands.elastic:
         step = GENTLE / frequency
         return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({demands.duration:g} s)"
     return DOP853(), "dop853: nothing stiff, no long horizon"

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from crane_sim.explain import SceneError
 from crane_sim.forms.groups import Control, Group, Method
-from crane_sim.forms.method_choice import Demands
+from crane_sim.forms.method_choice import Demands, asks_frequency
+from crane_sim.forms.overhead_checks import check, check_start
 from crane_sim.forms.overhead_frequency import bending_error, stiffest
 from crane_sim.forms.overhead_groups import (
     AxisGroup,
@@ -19,12 +20,13 @@ from crane_sim.forms.overhead_groups import (
     JointsGroup,
     PayloadGroup,
     Reference,
+    SizeOrZero,
     Start,
 )
-from crane_sim.forms.overhead_models import crane_of
+from crane_sim.forms.overhead_models import crane_of, switches_of
 from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_modelled
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.quantities import NonNegative, Positive
+from crane_sim.quantities import Positive
 from crane_sim.sources import Inputs as Channels
 from crane_sim.sources import NoInputs
 
@@ -37,7 +39,7 @@ class OverheadFile(Group):
     description: str = ""
     dimensions: Literal[2, 3] = 2
     duration: Positive  # s
-    gravity: NonNegative = 9.81  # m/s²
+    gravity: SizeOrZero = 9.81  # m/s²
     seed: int = 0
     trolley: AxisGroup
     bridge: AxisGroup | None = None
@@ -137,10 +139,11 @@ class OverheadFile(Group):
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""
-        smooth = not sampled and self.friction is None and not self.events
-        frequency = stiffest(self)
+        smooth = not sampled and switches_of(self) is None
+        continuous = self.control is not None and self.control.period == "continuous"
+        frequency = stiffest(self) if asks_frequency(self.integrator) else None
         turns = self.duration * sqrt(self.gravity / sum(self.parts.lengths))
-        return Demands(frequency, turns, self.modelled == "elastic", smooth, self.duration)
+        return Demands(frequency, turns, self.modelled == "elastic", smooth, self.duration, continuous)
 
     def model(self) -> Any:
         """Return the parameters of the crane.
@@ -148,6 +151,8 @@ class OverheadFile(Group):
         Raises:
             SceneError: groups contradict each other.
         """
+        check(self)
+        check_start(self)
         return crane_of(self)
 
     def open_loop(self) -> Channels | NoInputs:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.forms.groups import Channel, Group, Profile
 from crane_sim.overhead.axes import Friction
@@ -14,18 +14,34 @@ def _listed(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else (value,)
 
 
+def _sized(value: float) -> float:
+    if value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
+        raise ValueError(f"must be 0 or of a size of {SMALLEST:g} to {LARGEST:g}")
+    return value
+
+
+def _bounded(value: float) -> float:
+    if not abs(value) <= LARGEST:
+        raise ValueError(f"must be within -{LARGEST:g} .. {LARGEST:g}")
+    return value
+
+
+SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of several stay numbers of the machine
+Size = Annotated[Positive, AfterValidator(_sized)]
+SizeOrZero = Annotated[NonNegative, AfterValidator(_sized)]
+Place = Annotated[Real, AfterValidator(_bounded)]
 MOST_LINKS = 500
 _Some = (BeforeValidator(_listed), Field(min_length=1, max_length=MOST_LINKS))
-Lengths = Annotated[tuple[Positive, ...], *_Some]
-Masses = Annotated[tuple[NonNegative, ...], *_Some]
-Vector = tuple[Real, Real, Real]
+Lengths = Annotated[tuple[Size, ...], *_Some]
+Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
+Vector = tuple[Place, Place, Place]
 
 
 class AxisGroup(Group):
     """How the trolley (along x) or the bridge (along y) moves."""
 
     drive: Literal["force", "prescribed", "fixed"] = "force"
-    mass: NonNegative | None = None  # kg; of a bridge: without its trolley
+    mass: SizeOrZero | None = None  # kg; of a bridge: without its trolley
     motion: Profile = None  # of a prescribed drive
     limits: tuple[Real, Real] | None = None  # m; a run ends where one is reached
 
@@ -55,7 +71,7 @@ class JointsGroup(Group):
 class PayloadGroup(Group):
     """The last node's mass, in place of the last one of node_masses."""
 
-    mass: Positive  # kg
+    mass: Size  # kg
 
 
 class HoistGroup(Group):
@@ -63,24 +79,24 @@ class HoistGroup(Group):
 
     drive: Literal["prescribed", "force"]
     profile: Profile = None  # m, of a prescribed hoist
-    inertia: NonNegative | None = None  # kg, of a force-driven one
+    inertia: SizeOrZero | None = None  # kg, of a force-driven one
     limits: tuple[NonNegative, Positive] | None = None  # m; a run ends where one is reached
 
 
 class Start(Group):
     """Positions and velocities at t = 0: angles (2D), directions (3D) or, elastic, positions of the nodes."""
 
-    x: Real = 0.0
-    v: Real = 0.0
-    y: Real = 0.0  # m, of the bridge
-    vy: Real = 0.0
-    length: Positive | None = None  # m, of a force-driven hoist; its link's own when left out
-    length_rate: Real = 0.0
+    x: Place = 0.0
+    v: Place = 0.0
+    y: Place = 0.0  # m, of the bridge
+    vy: Place = 0.0
+    length: Size | None = None  # m, of a force-driven hoist; its link's own when left out
+    length_rate: Place = 0.0
     angles: Annotated[tuple[Angle, ...], BeforeValidator(_listed)] | None = None
     rates: Any = None  # rad/s, or the directions' rates of change (3D)
     directions: tuple[Vector, ...] | None = None
-    positions: tuple[tuple[Real, ...], ...] | None = None
-    velocities: tuple[tuple[Real, ...], ...] | None = None
+    positions: tuple[tuple[Place, ...], ...] | None = None
+    velocities: tuple[tuple[Place, ...], ...] | None = None
 
 
 class Change(Group):

@@ -7,7 +7,7 @@ import numpy as np
 from crane_sim.explain import SceneError
 from crane_sim.forms.overhead_elastic import refuse_springs, springs_of
 from crane_sim.forms.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
-from crane_sim.forms.overhead_start import filled
+from crane_sim.forms.overhead_start import SHORTEST, filled
 from crane_sim.overhead import elastic_linear as _springs  # noqa: F401  registers what the models answer
 from crane_sim.overhead import elastic_modes as _elastic  # noqa: F401
 from crane_sim.overhead import planar_modes as _planar  # noqa: F401
@@ -20,6 +20,7 @@ from crane_sim.overhead.double import DoubleCrane, Pair
 from crane_sim.overhead.elastic import ElasticCrane
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
+from crane_sim.overhead.motions import Shape
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import Line, RodCrane
 from crane_sim.overhead.spatial import SpatialCrane
@@ -115,8 +116,7 @@ def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Fricti
     """
     group = group or AxisGroup(drive="fixed")
     drive, mass, motion = group.drive, group.mass, group.motion
-    if (motion is None) == (drive == "prescribed"):
-        raise SceneError(f"{name}.motion: belongs to a prescribed drive and to no other, here it is {drive!r}")
+    _check_shape(f"{name}.motion", motion, drive)
     if friction is not None and drive != "force":
         raise SceneError(f"friction.{name}: belongs to a drive by force, here it is {drive!r}")
     if friction is not None and friction.static < friction.coulomb:
@@ -130,6 +130,13 @@ def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Fricti
     return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
 
 
+def _check_shape(name: str, shape: Shape | None, drive: str) -> None:
+    if shape is None and drive == "prescribed":
+        raise SceneError(f"{name}: is missing, a prescribed drive needs one")
+    if shape is not None and drive != "prescribed":
+        raise SceneError(f"{name}: belongs to a prescribed drive, here it is {drive!r}")
+
+
 def hoist_of(file: "OverheadFile") -> Hoist | None:
     """Return the hoist of a scene.
 
@@ -139,8 +146,7 @@ def hoist_of(file: "OverheadFile") -> Hoist | None:
     if file.hoist is None:
         return None
     drive, profile, inertia = file.hoist.drive, file.hoist.profile, file.hoist.inertia
-    if (profile is None) == (drive == "prescribed"):
-        raise SceneError(f"hoist.profile: belongs to a prescribed drive and to no other, here it is {drive!r}")
+    _check_shape("hoist.profile", profile, drive)
     if profile is not None:
         if inertia is not None:
             raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
@@ -155,11 +161,11 @@ def forces_of(file: "OverheadFile") -> NodeForces | None:
         SceneError: no such node, or a force that leaves the plane.
     """
     found = None
-    for force in reversed(file.forces):
+    for i, force in reversed(list(enumerate(file.forces))):
         if force.node > len(file.parts.lengths):
-            raise SceneError(f"forces.node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
+            raise SceneError(f"forces[{i}].node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
         if force.axis == "y" and file.dimensions == 2:
-            raise SceneError("forces.axis = 'y': leaves the plane; 2 dimensions have x and z")
+            raise SceneError(f"forces[{i}].axis = 'y': leaves the plane; 2 dimensions have x and z")
         found = NodeForces(force.node, "xyz".index(force.axis), force.force, found)
     return found
 
@@ -183,6 +189,3 @@ def switches_of(file: "OverheadFile") -> Switches | None:
         times=np.array([event.at for event in events]),
         masses=np.array([file.parts.masses[-1], *(event.set.payload.mass for event in events)]),
     )
-
-
-SHORTEST = 1e-3  # m, where a first link without limits of its own ends a run: its swing rate grows without bound

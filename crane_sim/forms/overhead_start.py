@@ -1,5 +1,6 @@
 """What an overhead scene's cable and initial state come to: lists filled up, massless nodes merged, coordinates."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, ...]
 HEAVY = 1e3  # payload / heaviest node above it, from which a straight cable is taken for a rod by model: auto
-UPRIGHT = 1e-9  # how far a direction's length may be from 1
+SHORTEST = 1e-3  # m, where a first link without limits of its own ends a run: its swing rate grows without bound
 
 
 @dataclass(frozen=True)
@@ -71,13 +72,23 @@ def _turns(file: "OverheadFile", n: int) -> tuple[Any, ...]:
     return tuple(tuple(map(float, np.array(d) / np.linalg.norm(d))) for d in given)
 
 
+def _leaves(value: Any) -> Iterator[Any]:
+    if isinstance(value, list | tuple):
+        for entry in value:
+            yield from _leaves(entry)
+    else:
+        yield value
+
+
 def _rates(file: "OverheadFile", n: int) -> tuple[Any, ...]:
     given, flat = file.initial.rates, file.dimensions == 2
     if given is None or given in ([], ()):
         return (0.0 if flat else (0.0, 0.0, 0.0),) * n
+    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in _leaves(given)):
+        raise SceneError(f"initial.rates = {given!r}: must be numbers, one or three for each link")
     try:
         rates = np.atleast_1d(np.array(given, dtype=np.float64))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise SceneError(f"initial.rates = {given!r}: must be numbers, one or three for each link") from None
     if rates.shape not in (((1,), (n,)) if flat else ((1, 3), (n, 3))) or not np.all(np.isfinite(rates)):
         form = f"{n} numbers" if flat else f"{n} vectors of 3"

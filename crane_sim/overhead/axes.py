@@ -144,22 +144,27 @@ def _(friction, v, mode, force):
 
 
 @generic
-def freed(axis, tau, i, pull):
-    """Return the mode of an axis at rest that the cable pulls: 0 when friction holds it, else where it goes."""
+def freed(axis, mode, tau, i, pull):
+    """Return the mode of an axis at rest after its guard has failed in `mode`: 0 when friction holds it, else the way.
+
+    An axis that stuck is free now: asking again whether friction holds it could, in the last digit, say yes.
+    """
     return 0.0
 
 
 @freed.register(ForceAxis)
-def _(axis, tau, i, pull):
-    return broken_loose(axis.friction, tau[i] + pull)
+def _(axis, mode, tau, i, pull):
+    return broken_loose(axis.friction, mode, tau[i] + pull)
 
 
 @generic
-def broken_loose(friction, force):
+def broken_loose(friction, mode, force):
     """Return the mode of `freed`."""
     return 0.0
 
 
 @broken_loose.register(Friction)
-def _(friction, force):
-    return 0.0 if abs(force) <= friction.static else 1.0 if force > 0.0 else -1.0
+def _(friction, mode, force):
+    if mode != 0.0 and abs(force) <= friction.static:
+        return 0.0
+    return 1.0 if force > 0.0 else -1.0

@@ -15,7 +15,7 @@ class Chain(NamedTuple):
     """Node masses and link lengths from the top, (N,) arrays; the last node is the payload."""
 
     masses: Any  # kg
-    lengths: Any  # m; the first one is the initial one where there is a hoist
+    lengths: Any  # m; where there is a hoist, the first one is a coordinate and not used
 
 
 class Joints(NamedTuple):

@@ -74,10 +74,13 @@ def switch(p, t, x, tau, which):
         x[len(x) - 1] += 1.0
     elif which < LIMIT:
         axis = which - FRICTION
-        x[nq + axis], x[modes + axis] = (0.0 if x[modes + axis] != 0.0 else x[nq + axis]), 0.0
+        failed = x[modes + axis]
+        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
         n, tension, _ = pull(p, x, 0)
-        drive, own = (p.trolley, 0) if axis == 0 else (p.bridge, demands(p.trolley))
-        x[modes + axis] = freed(drive, tau, own, tension * n[axis])
+        if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
+            x[modes] = freed(p.trolley, failed, tau, 0, tension * n[0])
+        else:
+            x[modes + 1] = freed(p.bridge, failed, tau, demands(p.trolley), tension * n[1])
         event = friction_event(axis, x[modes + axis])
     else:
         return x, which, False

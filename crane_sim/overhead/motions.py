@@ -9,10 +9,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
-from scipy.interpolate import CubicSpline
 
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import Angle, Positive, Real
+
+BRIEFEST = 1e-6  # s, between two values of a motion: powers of it stay numbers of the machine
 
 
 class Motion(NamedTuple):
@@ -31,7 +32,7 @@ class Smooth(NamedTuple):
     begin: Real
     end: Real
     start: Real = 0.0  # s
-    duration: Positive = 1.0  # s
+    duration: Annotated[Positive, Field(ge=BRIEFEST)] = 1.0  # s
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -77,10 +78,14 @@ class Knots(NamedTuple):
             return f"a table needs as many values as times, here are {len(self.values)} and {len(self.times)}"
         if any(later <= sooner for sooner, later in zip(self.times, self.times[1:], strict=False)):
             return f"the times of a table must increase, here are {list(self.times)}"
+        if any(later - sooner < BRIEFEST for sooner, later in zip(self.times, self.times[1:], strict=False)):
+            return f"the times of a table must be {BRIEFEST:g} s apart, here are {list(self.times)}"
         return ""
 
     def motion(self) -> Motion:
         """Return the motion."""
+        from scipy.interpolate import CubicSpline  # here: few scenes have one, and it takes long to import
+
         pieces = CubicSpline(self.times, self.values, bc_type="clamped").c[::-1].T
         before, after = (np.array([[self.values[i], 0.0, 0.0, 0.0]]) for i in (0, -1))
         return Motion(np.array([self.times[0] - 1.0, *self.times]), np.vstack([before, pieces, after]))

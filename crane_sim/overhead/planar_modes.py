@@ -56,7 +56,8 @@ def switch(p, t, x, tau, which):
         x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
         return x, PAYLOAD, True
     if which == FRICTION:
-        x[nq], x[modes] = (0.0 if x[modes] != 0.0 else x[nq]), 0.0
-        x[modes] = freed(p.trolley, tau, 0, solved(p, t, x, tau).pull)
+        failed = x[modes]
+        x[nq], x[modes] = (0.0 if failed != 0.0 else x[nq]), 0.0
+        x[modes] = freed(p.trolley, failed, tau, 0, solved(p, t, x, tau).pull)
         return x, friction_event(0, x[modes]), True
     return x, which, False

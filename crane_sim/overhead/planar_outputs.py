@@ -1,4 +1,4 @@
-"""What a planar overhead crane shows: joint coordinates, energies, nodes, guards; and how it switches."""
+"""What a planar overhead crane shows: joint coordinates, energies, tensions, nodes."""
 
 from math import cos, sin
 

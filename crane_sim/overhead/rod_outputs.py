@@ -186,6 +186,6 @@ def switch(p, t, x, tau, which):
         return replaced(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
     if which == FRICTION:
         still = replaced(replaced(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
-        mode = freed(p.trolley, tau, 0, swing_of(p, t, still, tau).pull)
+        mode = freed(p.trolley, x[modes], tau, 0, swing_of(p, t, still, tau).pull)
         return replaced(still, modes, mode), friction_event(0, mode), True
     return x, which, False

@@ -60,13 +60,16 @@ def switch(p, t, x, tau, which):
         return x, PAYLOAD, True
     if which < LIMIT:
         axis = which - FRICTION
-        x[nq + axis], x[modes + axis] = (0.0 if x[modes + axis] != 0.0 else x[nq + axis]), 0.0
-        x[modes + axis] = way(p, tau, axis, solved(p, t, x, tau).pull[axis])
+        failed = x[modes + axis]
+        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
+        x[modes + axis] = way(p, failed, tau, axis, solved(p, t, x, tau).pull[axis])
         return x, friction_event(axis, x[modes + axis]), True
     return x, which, False
 
 
 @kernel
-def way(p, tau, axis, pull):
+def way(p, failed, tau, axis, pull):
     """Return the mode of an axis at rest that the cable pulls, as `freed` does."""
-    return freed(p.trolley, tau, 0, pull) if axis == 0 else freed(p.bridge, tau, demands(p.trolley), pull)
+    return (
+        freed(p.trolley, failed, tau, 0, pull) if axis == 0 else freed(p.bridge, failed, tau, demands(p.trolley), pull)
+    )

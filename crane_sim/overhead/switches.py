@@ -72,7 +72,7 @@ def _(switches, x, last, mass):
 
 @generic
 def changes_before(switches, t):
-    """Return how many changes of the payload have passed by time t."""
+    """Return how many changes of the payload have passed before time t."""
     return 0.0
 
 
@@ -80,7 +80,7 @@ def changes_before(switches, t):
 def _(switches, t):
     passed = 0.0
     for time in switches.times:
-        if time <= t:
+        if time < t:
             passed += 1.0
     return passed
 

@@ -20,7 +20,6 @@ RELATIVE, DRIFT = 1e-12, 1e-9
 BOUNDS = {
     "overhead_heavy": (1e-8, "fast waves of light links, 30 000 rad of them"),
     "overhead_heavy_straight": (1e-8, "payload only: the rod leaves the links' own waves out"),
-    "overhead_toss_chain": (1e-8, "until the first link is taut again, after which it is chaotic"),
 }
 """Bounds other than the rule's [m], and why."""
 PAYLOAD_ONLY = {"overhead_heavy_straight"}
@@ -64,25 +63,17 @@ def measured(scene: str, reference: dict[str, Any]) -> Case:
 
 
 def apart(run: Rollout, reference: dict[str, Any], scene: str) -> float:
-    """Return the largest distance [m] of a run's nodes from the reference's, up to a first re-tensioning."""
+    """Return the largest distance [m] of a run's nodes from the reference's."""
     nodes = np.array(reference["nodes"])
     last = 1 if scene in PAYLOAD_ONLY else nodes.shape[1]
-    valid = run.t <= again_taut(run) if scene == "overhead_toss_chain" else np.full(len(run.t), True)
-    return float(np.max(np.abs(run.nodes[valid, -last:] - nodes[valid, -last:])))
-
-
-def again_taut(run: Rollout) -> float:
-    """Return when a slack link was taut again for the first time [s]; the end of the run if none was."""
-    return next((t for t, what in run.events if "taut" in what), np.inf)
+    return float(np.max(np.abs(run.nodes[:, -last:] - nodes[:, -last:])))
 
 
 def lateness(run: Rollout, reference: dict[str, Any]) -> float | None:
-    """Return the largest error [s] of the event times, up to a first re-tensioning; None without events."""
+    """Return the largest error [s] of the event times; None without events."""
     if "events" not in reference:
         return None
-    expected = np.array(reference["events"])
-    expected = expected[expected <= again_taut(run) + LEAST]
-    found = np.array([t for t, _ in run.events if t > LEAST])[: len(expected)]
+    expected, found = np.array(reference["events"]), np.array([t for t, _ in run.events if t > LEAST])
     return float(np.max(np.abs(found - expected))) if len(found) == len(expected) else np.inf
 
 

@@ -9,9 +9,9 @@ from crane_sim.reproduce.table import Tables, shown
 LEGENDS = {
     "overhead": "Differences are relative; an erratum is a printed form that differs from first principles where the "
     "corrected one agrees.",
-    "hardcases": "Error: the largest distance of any node from its reference at any instant, in metres, unless the measure "
-    "says otherwise. Events: the largest error of event times, in seconds. Time: wall time of the run in seconds, "
-    "without compilation.",
+    "hardcases": "Error: the largest distance of any node from its reference at any instant, in metres, unless the "
+    "measure says otherwise. Events: the largest error of event times, in seconds. Time: wall time of the run in "
+    "seconds, without compilation.",
 }
 TITLES = {
     "overhead": "The overhead-crane paper: properties, numbers and misprints",
