@@ -114,8 +114,8 @@ def actuated(p, x):
 
 @generic
 def limited(p, u):
-    """Return the efforts (nu,) that the actuators can apply when u is demanded."""
-    raise NotImplementedError
+    """Return the efforts (nu,) that the actuators can apply when u is demanded: u, unless the model limits it."""
+    return u
 
 
 @generic
@@ -156,8 +156,8 @@ def point_count(p):
 
 @generic
 def tip_index(p):
-    """Return which point of the polyline is the tip, where the cable begins."""
-    raise NotImplementedError
+    """Return which point of the polyline is the tip, where the cable begins: the first, unless a boom leads there."""
+    return 0
 
 
 @generic

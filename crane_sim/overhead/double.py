@@ -86,11 +86,6 @@ def _(p, row):
     return efforts(p.trolley, None, row)
 
 
-@system.limited.register(DoubleCrane)
-def _(p, u):
-    return u
-
-
 @system.acceleration.register(DoubleCrane)
 def _(p, t, x, u):
     return solved(p, t, x, system.effort(u, p, t, x))[0]
@@ -134,11 +129,6 @@ def _(p, x):
 @system.point_count.register(DoubleCrane)
 def _(p):
     return 3
-
-
-@system.tip_index.register(DoubleCrane)
-def _(p):
-    return 0
 
 
 @system.points.register(DoubleCrane)

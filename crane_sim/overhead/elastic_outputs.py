@@ -66,11 +66,6 @@ def _(p, row):
     return efforts_both(p.trolley, p.bridge, p.hoist, row)
 
 
-@system.limited.register(ElasticCrane)
-def _(p, u):
-    return u
-
-
 @system.acceleration.register(ElasticCrane)
 def _(p, t, x, u):
     nq, _, _, _ = layout(p)
@@ -134,11 +129,6 @@ def _(p, x):
 @system.point_count.register(ElasticCrane)
 def _(p):
     return 1 + len(p.cable.masses)
-
-
-@system.tip_index.register(ElasticCrane)
-def _(p):
-    return 0
 
 
 @system.points.register(ElasticCrane)

@@ -38,18 +38,6 @@ def _(hoist):
 
 
 @generic
-def winches(hoist):
-    """Return how many efforts the hoist takes, the last of all joints."""
-    return 1
-
-
-@winches.register(type(None))
-@winches.register(PrescribedHoist)
-def _(hoist):
-    return 0
-
-
-@generic
 def drum(hoist, t, tau):
     """Return (compliance [1/kg], free acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
     return 0.0, 0.0

@@ -42,11 +42,6 @@ def _(p, row):
     return efforts(p.trolley, p.hoist, row)
 
 
-@system.limited.register(PlanarCrane)
-def _(p, u):
-    return u
-
-
 @system.acceleration.register(PlanarCrane)
 def _(p, t, x, u):
     nq, _, _ = layout(p)
@@ -103,11 +98,6 @@ def _(p, x):
 @system.point_count.register(PlanarCrane)
 def _(p):
     return 1 + len(p.cable.masses)
-
-
-@system.tip_index.register(PlanarCrane)
-def _(p):
-    return 0
 
 
 @system.points.register(PlanarCrane)

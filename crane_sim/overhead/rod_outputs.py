@@ -71,11 +71,6 @@ def _(p, row):
     return efforts(p.trolley, p.hoist, row)
 
 
-@system.limited.register(RodCrane)
-def _(p, u):
-    return u
-
-
 @system.acceleration.register(RodCrane)
 def _(p, t, x, u):
     nq, _ = layout(p)
@@ -130,11 +125,6 @@ def _(p, x):
 @system.point_count.register(RodCrane)
 def _(p):
     return 1 + len(p.cable.distances)
-
-
-@system.tip_index.register(RodCrane)
-def _(p):
-    return 0
 
 
 @system.points.register(RodCrane)

@@ -39,11 +39,6 @@ def _(p, row):
     return efforts_both(p.trolley, p.bridge, p.hoist, row)
 
 
-@system.limited.register(SpatialCrane)
-def _(p, u):
-    return u
-
-
 @system.acceleration.register(SpatialCrane)
 def _(p, t, x, u):
     nq, _, _ = layout(p)
@@ -96,11 +91,6 @@ def _(p, x):
 @system.point_count.register(SpatialCrane)
 def _(p):
     return 1 + len(p.cable.masses)
-
-
-@system.tip_index.register(SpatialCrane)
-def _(p):
-    return 0
 
 
 @system.points.register(SpatialCrane)
