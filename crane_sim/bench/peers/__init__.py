@@ -1,0 +1,1 @@
+"""Other engines, one file each, behind the interface of `engine`."""
