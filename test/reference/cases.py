@@ -10,7 +10,7 @@ from rigid import Rigid
 from solution import LOOSE, TIGHT, Case
 from starts import aim, drive, hang, instants, sine, smooth
 
-DEGREES_30 = float(np.deg2rad(30.0))
+DEGREES_30, DEGREES_60 = float(np.deg2rad(30.0)), float(np.deg2rad(60.0))
 # velocities of light nodes carry the rounding of stiff forces; their positions are better by their frequency
 STIFF = Setting(9, 1e-13), Setting(7, 2e-12)
 
@@ -31,9 +31,20 @@ def straight(n: int, node: float, payload: float, link: float, trolley: float, a
     return {"trolley_mass": trolley, "m_i": masses, "l_i": [link] * n, "alpha0": [angle] * n, "note": note}
 
 
+def swing() -> Case:
+    """One link let go at 60 degrees."""
+    spec = straight(1, 0.0, 10.0, 2.0, 5.0, DEGREES_60, "scene S1 of the benchmark")
+    return plane(spec, instants(10.0))
+
+
 def heavy() -> Case:
     """Ten links, payload 1000 times a node."""
     return plane(straight(10, 0.1, 100.0, 0.2, 5.0, DEGREES_30, "scene S3a of the benchmark"), instants(5.0))
+
+
+def fifty() -> Case:
+    """Fifty links, payload 1000 times a node, on a rope of ten metres."""
+    return plane(straight(50, 0.1, 100.0, 0.2, 5.0, DEGREES_30, "scene S3b of the benchmark"), instants(5.0))
 
 
 def heavier() -> Case:
@@ -138,6 +149,7 @@ def rubbing(masses: list[float], links: list[float]) -> Case:
 
 
 CASES: dict[str, Callable[[], Case]] = {
+    "20_N1_S1": swing,
     "03_N10_S3a": heavy,
     "05_N10_ratio_1e6_S4": heavier,
     "07b_fast_hoist_N4": fast_hoist,
@@ -152,6 +164,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "17_joint_stiffness_N3": bending,
     "18_rod_inertia_N3": rods,
     "19b_stick_slip_N3": lambda: rubbing([0.5, 0.5, 4.0], [0.7, 0.7, 0.6]),
+    "21_N50_S3b": fifty,
     "06a_N50_horizontal": horizontal,
     "06b_N200": long_chain,
 }

@@ -1,4 +1,4 @@
-"""The hard cases of the elastic cable: tosses that go slack and taut, and a cable as stiff as steel."""
+"""The hard cases of the elastic cable: tosses that go slack and taut, a cable as stiff as steel, a fast axial mode."""
 
 from collections.abc import Callable
 from typing import Any
@@ -51,10 +51,19 @@ def steel() -> Case:
     return elastic(spec, nodes, 0 * nodes, instants(1.0), STEEL)
 
 
+def spring() -> Case:
+    """One link of 1e6 N/m let go unstretched at 60 degrees: its axial vibration turns some 5500 rad."""
+    spec = {"trolley_mass": 5.0, "m_i": [10.0], "l0": [2.0], "k": 1e6, "c": 0.0, "tension_only": False}
+    spec["note"] = "scene S5 of the benchmark"
+    nodes = stretched(spec, float(np.deg2rad(60.0)), [0.0])
+    return elastic(spec, nodes, 0 * nodes, instants(10.0), (TIGHT, LOOSE))
+
+
 ELASTIC: dict[str, Callable[[], Case]] = {
     "15_toss_N1_bilateral": lambda: toss([10.0], [2.0], 1e4, 20.0, False),
     "15_toss_N1_tension_only": lambda: toss([10.0], [2.0], 1e4, 20.0, True),
     "15_toss_N3_bilateral": lambda: toss([1.0, 1.0, 10.0], [0.7, 0.7, 0.6], 1e5, 50.0, False),
     "15_toss_N3_tension_only": lambda: toss([1.0, 1.0, 10.0], [0.7, 0.7, 0.6], 1e5, 50.0, True),
     "16_elastic_k1e9": steel,
+    "22_elastic_k1e6_S5": spring,
 }

@@ -3,11 +3,14 @@
 Writes test/data/overhead.json; each case is stored as soon as it is solved. Nothing here is shared with the simulator:
 the chain is in Cartesian coordinates, the integrator extrapolates, the arithmetic is extended. What is stored of each:
 
-- spec; t; positions and velocities of nodes 1..N (K, N, 3), world frame with z up; trolley x, xdot (y, ydot); tension;
+- spec; t; positions and velocities of nodes 1..N (K, N, 3), world frame with z up; trolley x, xdot (y, ydot); tension
+  [N] (K, N);
 - event_times and modes_after_event (friction: +1, -1 slip, 0 stick; cable: +k link k taut, -k slack);
 - agreement_m: largest distance between the tight solution, which is stored, and one of lower order and wider tolerance;
 - trusted_abs_error_m: that, and no less than the rounding of what is stored;
 - agreement_second_m: distance from a second derivation in angles and double precision (--second): an error of its own.
+
+The knuckle crane has a solver of its own, `knuckle.py`.
 """
 
 import argparse
@@ -19,24 +22,16 @@ import lagrange
 import numpy as np
 from cases import CASES
 from elastic_cases import ELASTIC
-from solution import Case, record
+from solution import Case, record, store
 
 TARGET = Path(__file__).parents[1] / "data" / "overhead.json"
-
-
-def store(name: str, found: dict[str, object]) -> None:
-    """Put one case into the file, one line each."""
-    known = json.loads(TARGET.read_text()) if TARGET.exists() else {}
-    known[name] = found
-    lines = [f"{json.dumps(key)}: {json.dumps(known[key], separators=(',', ':'))}" for key in sorted(known)]
-    TARGET.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def compare(name: str, case: Case) -> float:
     """Store and return the distance [m] of a stored case from its second derivation."""
     found = json.loads(TARGET.read_text())[name]
     apart = np.abs(lagrange.course(case)[:, 1:] - np.array(found["node_positions_xyz"]))
-    store(name, found | {"agreement_second_m": float(np.max(apart))})
+    store(TARGET, name, found | {"agreement_second_m": float(np.max(apart))})
     return float(np.max(apart))
 
 
@@ -53,7 +48,7 @@ def main() -> None:
         begin, case, words = time.perf_counter(), known[name](), []
         if not chosen.second:
             found = record(case)
-            store(name, found)
+            store(TARGET, name, found)
             words.append(f"{found['agreement_m']:.1e} m between two settings")
         if lagrange.covers(case):
             words.append(f"{compare(name, case):.1e} m from the second derivation")

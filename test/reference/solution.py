@@ -1,7 +1,9 @@
 """A case, its solution with two settings, and the record of both."""
 
 import copy
+import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -77,7 +79,6 @@ def record(case: Case) -> dict[str, Any]:
     """Return what is stored of a case: the tight solution and its distance from the loose one."""
     tight, loose = (solve_case(case, setting) for setting in case.settings)
     (nodes, rates, winch), (others, *_) = views(case, tight), views(case, loose)
-    apart = np.max(np.abs(nodes - others), axis=(1, 2)).astype(float)
     found: dict[str, Any] = {"spec": case.spec, "t": case.times, "node_positions_xyz": listed(nodes[:, 1:])}
     found |= {"node_velocities_xyz": listed(rates[:, 1:]), "x": listed(nodes[:, 0, 0]), "xdot": listed(rates[:, 0, 0])}
     if case.nodes.shape[1] == 3:
@@ -88,7 +89,20 @@ def record(case: Case) -> dict[str, Any]:
     if tight.events:
         found |= {"event_times": [t for t, _ in tight.events], "modes_after_event": [m[0] for _, m in tight.events]}
         found["agreement_events_s"] = max(abs(a - b) for (a, _), (b, _) in zip(tight.events, loose.events, strict=True))
-    found["agreement_each_m"], found["agreement_m"] = listed(apart), float(np.max(apart))
+    return found | agreement(nodes, others)
+
+
+def agreement(nodes: Vector, others: Vector) -> dict[str, Any]:
+    """Return how far two solutions (K, ..., 3) [m] are apart, and how far the stored one is to be trusted."""
+    apart = np.max(np.abs(nodes - others), axis=(1, 2)).astype(float)
+    found = {"agreement_each_m": listed(apart), "agreement_m": float(np.max(apart))}
     # a stored double is rounded to 1.1e-16 of its value, and the initial data of any other program are doubles too
-    found["trusted_abs_error_m"] = max(float(np.max(apart)), 1e-15)
-    return found
+    return found | {"trusted_abs_error_m": max(float(np.max(apart)), 1e-15)}
+
+
+def store(target: Path, name: str, found: dict[str, Any]) -> None:
+    """Put one case into a file, one line each."""
+    known = json.loads(target.read_text()) if target.exists() else {}
+    known[name] = found
+    lines = [f"{json.dumps(key)}: {json.dumps(known[key], separators=(',', ':'))}" for key in sorted(known)]
+    target.write_text("{\n" + ",\n".join(lines) + "\n}\n")
