@@ -1,60 +1,40 @@
-"""Sines and cosines of many angles at once: straight-line arithmetic that the compiler turns into vector instructions.
+"""Sine and cosine of an angle: straight-line arithmetic, which compilers turn into vector instructions.
 
-Reduction by π/2 in two parts and the polynomials of fdlibm (Sun Microsystems, 1993; k_sin.c, k_cos.c, e_rem_pio2.c).
+Reduction by π/2 in two parts and the polynomials of fdlibm (Sun Microsystems, 1993; k_sin.c, k_cos.c, e_rem_pio2.c),
+summed in pairs, so that fewer operations wait for each other. Library functions would be calls, which end
+vectorisation.
 """
 
-from math import cos, sin
-
-from crane_sim.jit import kernel, routine
+from crane_sim.jit import kernel
 
 _TWO_OVER_PI = 0.6366197723675814
 _HALF_PI, _HALF_PI_REST = 1.57079632673412561417, 6.07710050650619224932e-11  # the first has 33 bits
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and taking it away rounds to an integer
-MOST = 1e5  # rad, up to which the reduction keeps its accuracy
 
 
 @kernel
-def one_angle(angle):
-    """Return (sine, cosine) of an angle [rad] of at most MOST, within 1.2e-16."""
+def sincos(angle):
+    """Return (sine, cosine) of an angle [rad], within 1.2e-16 up to 1e5 rad and within an angle's own last digit above.
+
+    Beyond 1e15 rad, where neighbouring doubles are a radian apart, what is returned means nothing.
+    """
     k = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
     first = angle - k * _HALF_PI
     rest = k * _HALF_PI_REST
     x = first - rest
     y = (first - x) - rest
     z = x * x
-    r = 8.33333333332248946124e-03 + z * (
-        -1.98412698298579493134e-04
-        + z * (2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))
-    )
-    s = x - ((z * (0.5 * y - z * x * r) - y) + z * x * 1.66666666666666324348e-01)
-    r = 4.16666666666666019037e-02 + z * (
-        -1.38888888888741095749e-03
-        + z
-        * (
-            2.48015872894767294178e-05
-            + z * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-        )
-    )
+    z2, v = z * z, z * x
+    low = 8.33333333332248946124e-03 + z * -1.98412698298579493134e-04
+    r = low + z2 * ((2.75573137070700676789e-06 + z * -2.50507602534068634195e-08) + z2 * 1.58969099521155010221e-10)
+    s = x - (((z * (0.5 * y) - y) + v * 1.66666666666666324348e-01) - (z * v) * r)
+    low = 4.16666666666666019037e-02 + z * -1.38888888888741095749e-03
+    middle = 2.48015872894767294178e-05 + z * -2.75573143513906633035e-07
+    r = low + z2 * (middle + z2 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
     w = 1.0 - 0.5 * z
-    c = w + (((1.0 - w) - 0.5 * z) + (z * z * r - x * y))
-    half = 0.5 * k
-    odd = half - ((half + _ROUND) - _ROUND) != 0.0
-    quarter = 0.25 * k - ((0.25 * k + _ROUND) - _ROUND)  # 0, ±1/4, ±1/2
-    s, c = (c, s) if odd else (s, c)
-    s = -s if quarter < -0.2 or quarter > 0.4 else s
-    c = -c if quarter > 0.2 or quarter < -0.4 else c
+    c = w + ((((1.0 - w) - 0.5 * z) - x * y) + z2 * r)
+    quarter = int(k)  # of a turn, with its sign
+    s, c = (c, s) if quarter & 1 else (s, c)
+    s = -s if quarter & 2 else s
+    c = -c if (quarter + 1) & 2 else c
     return s, c
-
-
-@routine
-def fill_angles(angles, sines, cosines):
-    """Write the sines and cosines of the angles [rad]."""
-    n, largest = len(angles), 0.0
-    for k in range(n):
-        largest = max(largest, abs(angles[k]))
-    if largest < MOST:
-        for k in range(n):
-            sines[k], cosines[k] = one_angle(angles[k])
-    else:
-        for k in range(n):
-            sines[k], cosines[k] = sin(angles[k]), cos(angles[k])

@@ -1,9 +1,12 @@
-"""Arithmetic on states that are arrays: what `state_algebra` compiles for them."""
+"""Arithmetic on states that are arrays, which `state_algebra` compiles for them, and rows of results."""
+
+from typing import Any
 
 import numpy as np
 from numba.core import types
+from numba.extending import overload
 
-from crane_sim.jit import intrinsic, routine
+from crane_sim.jit import OPTIONS, intrinsic, routine
 
 
 @routine
@@ -42,6 +45,20 @@ def combine_rows(h, weights, ks):
     return out
 
 
+@routine
+def move_rows(x, h, weights, ks):
+    """Return x plus the sum of h weights[j] ks[j]."""
+    out = np.zeros(len(x))
+    for j in range(len(weights)):
+        weight = h * weights[j]
+        if weight != 0.0:
+            for i in range(len(out)):
+                out[i] += weight * ks[j, i]
+    for i in range(len(out)):
+        out[i] += x[i]
+    return out
+
+
 @intrinsic
 def dense(typing_context, row):
     """Return the row with 0 in place of None, as a tuple of one type."""
@@ -54,3 +71,17 @@ def dense(typing_context, row):
         return context.make_tuple(builder, kind, entries)
 
     return kind(row), generate
+
+
+def store(rows: Any, i: int, first: int, values: tuple[float, ...]) -> None:
+    """Write the values into row i from column `first` on; there may be none."""
+    rows[i, first : first + len(values)] = values
+
+
+@overload(store, jit_options=OPTIONS)
+def _store(rows, i, first, values):
+    def each(rows, i, first, values):
+        for j in range(len(values)):
+            rows[i, first + j] = values[j]
+
+    return each if len(values) else lambda rows, i, first, values: None

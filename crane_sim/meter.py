@@ -2,14 +2,14 @@
 
 from typing import NamedTuple
 
-from crane_sim.jit import generic
+from crane_sim.jit import lean_generic
 
 
 class Meter(NamedTuple):
     """The presence of a meter."""
 
 
-@generic
+@lean_generic
 def meter_size(meter):
     """Return how many floats the meter adds to the state."""
     return 1

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from crane_sim import system
-from crane_sim.jit import generic
+from crane_sim.jit import generic, lean_generic
 from crane_sim.quantities import Angle, Real
 
 
@@ -57,7 +57,7 @@ class NoInputs(NamedTuple):
     """The input of a crane without actuated joints."""
 
 
-@generic
+@lean_generic
 def value_at(channel, t):
     """Return the input's value at time t [s]."""
     raise NotImplementedError

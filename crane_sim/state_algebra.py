@@ -13,7 +13,7 @@ from numba.core import types
 from numba.cpython.unsafe.tuple import tuple_setitem as _tuple_setitem
 from numba.extending import overload
 
-from crane_sim.array_algebra import add_arrays, add_scaled_arrays, combine_rows, dense, scale_array
+from crane_sim.array_algebra import add_arrays, add_scaled_arrays, combine_rows, dense, move_rows, scale_array
 from crane_sim.jit import OPTIONS, intrinsic
 
 tuple_setitem: Any = _tuple_setitem
@@ -45,6 +45,11 @@ def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> S
     return total
 
 
+def moved(x: State, h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
+    """Return x + the sum of `combine`."""
+    return add(x, combine(h, row, ks))
+
+
 def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> float:
     """Return the sum of squares of e / (atol + rtol max(|x|, |y|)), component by component."""
     total = 0.0
@@ -59,20 +64,6 @@ def leaves(x: State) -> tuple[float, ...]:
     if isinstance(x, np.ndarray):
         return tuple(x.tolist())
     return tuple(leaf for part in x for leaf in leaves(part)) if isinstance(x, tuple) else (x,)
-
-
-def store(rows: Any, i: int, first: int, values: tuple[float, ...]) -> None:
-    """Write the values into row i from column `first` on; there may be none."""
-    rows[i, first : first + len(values)] = values
-
-
-@overload(store, jit_options=OPTIONS)
-def _store(rows, i, first, values):
-    def each(rows, i, first, values):
-        for j in range(len(values)):
-            rows[i, first + j] = values[j]
-
-    return each if len(values) else lambda rows, i, first, values: None
 
 
 def replaced(x: tuple[float, ...], i: int, value: float) -> tuple[float, ...]:
@@ -186,6 +177,13 @@ def _compiled_combine(h, row, ks):
     if isinstance(ks, types.Array):
         return lambda h, row, ks: combine_rows(h, dense(row), ks)
     return lambda h, row, ks: _combine(h, row, ks)
+
+
+@overload(moved, jit_options=OPTIONS)
+def _compiled_moved(x, h, row, ks):
+    if isinstance(x, types.Array):
+        return lambda x, h, row, ks: move_rows(x, h, dense(row), ks)
+    return lambda x, h, row, ks: _add(x, _combine(h, row, ks))
 
 
 @overload(weighted_square, jit_options=OPTIONS)

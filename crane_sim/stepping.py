@@ -8,9 +8,9 @@ follow the solution alone and rows are read off between them.
 from typing import Any, NamedTuple
 
 from crane_sim import system
+from crane_sim.array_algebra import store
 from crane_sim.integrators import OK, horizon, reach, record, settled, start, state_at
 from crane_sim.jit import entry, routine
-from crane_sim.state_algebra import store
 
 
 class Replay(NamedTuple):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import generic
+from crane_sim.jit import generic, lean_generic
 from crane_sim.linear_systems import factor_dense, solve_dense
 
 _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
@@ -26,13 +26,19 @@ class Switching(NamedTuple):
 def rhs(p, t, x, u):
     """Return the time derivative of the state, like x. A model whose state is an array answers `fill` instead."""
     out = np.empty_like(x)
-    fill(p, t, x, u, out)
+    fill(p, t, x, u, out, workspace(p))
     return out
 
 
 @generic
-def fill(p, t, x, u, out):
-    """Write the time derivative of the state, an array, into `out`."""
+def workspace(p):
+    """Return what `fill` keeps its intermediate results in, made once for many evaluations: nothing, by default."""
+    return None
+
+
+@lean_generic
+def fill(p, t, x, u, out, work):
+    """Write the time derivative of the state, an array, into `out`; `work` is a `workspace` of the model."""
     raise NotImplementedError
 
 
@@ -43,12 +49,13 @@ def linearised(p, t, x, u):
     By default the matrix (n, n) by central differences, of a model whose state is an array.
     """
     out, y, ahead, behind = np.empty((len(x), len(x))), x.copy(), np.empty_like(x), np.empty_like(x)
+    work = workspace(p)
     for j in range(len(x)):
         size = _STEP * max(1.0, abs(x[j]))  # a mode is moved too: its column is nonsense, and meets zeros only
         y[j] = x[j] + size
-        fill(p, t, y, u, ahead)
+        fill(p, t, y, u, ahead, work)
         y[j] = x[j] - size
-        fill(p, t, y, u, behind)
+        fill(p, t, y, u, behind, work)
         y[j] = x[j]
         for i in range(len(x)):
             out[i, j] = (ahead[i] - behind[i]) / (2.0 * size)

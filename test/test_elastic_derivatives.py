@@ -51,7 +51,7 @@ def state_of(p, q, v):
 def derivative(p, x, u):
     """Return (dx/dt, power, kinetic + potential energy) at t = 0.37 s."""
     out = np.empty_like(x)
-    system.fill(p, 0.37, x, u, out)
+    system.fill(p, 0.37, x, u, out, system.workspace(p))
     return out, system.power(p, 0.37, x, u), system.kinetic(p, x) + system.potential(p, x)
 
 

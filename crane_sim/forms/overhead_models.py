@@ -15,11 +15,12 @@ from crane_sim.overhead import rod_outputs as _rod  # noqa: F401
 from crane_sim.overhead import rods as _rods  # noqa: F401
 from crane_sim.overhead import spatial_modes as _spatial  # noqa: F401
 from crane_sim.overhead.axes import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
-from crane_sim.overhead.chain import Chain, Joints, Rods
+from crane_sim.overhead.chain import Chain, Rods
 from crane_sim.overhead.double import DoubleCrane, Pair
 from crane_sim.overhead.elastic import ElasticCrane
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
+from crane_sim.overhead.joints import Joints
 from crane_sim.overhead.motions import Shape
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import Line, RodCrane

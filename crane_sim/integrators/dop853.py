@@ -10,10 +10,10 @@ import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
 from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import dense, fill_stages, moved, opening, slope
+from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
 from crane_sim.jit import generic, kernel
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import combine, dimension, weighted_square
+from crane_sim.state_algebra import combine, dimension, moved, weighted_square
 
 # fmt: off
 A = (
@@ -90,9 +90,9 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
 
 
-@slopes.register(np.ndarray)
+@slopes.register(Stages)
 def _(ks, p, t, x, u, h):
-    return fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
 
 
 @kernel

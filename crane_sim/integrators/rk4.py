@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.flow import stages, step
-from crane_sim.integrators.runge_kutta import dense, fill_stages, moved, opening, slope
+from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
 from crane_sim.jit import generic
 from crane_sim.quantities import Positive
+from crane_sim.state_algebra import moved
 
 A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
 C = (1 / 2, 1 / 2, 1.0)
@@ -34,9 +35,9 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
 
 
-@slopes.register(np.ndarray)
+@slopes.register(Stages)
 def _(ks, p, t, x, u, h):
-    return fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
 
 
 @step.register(RK4)

@@ -14,11 +14,11 @@ import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
 from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import dense
+from crane_sim.integrators.runge_kutta import dense, first
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import weighted_square
-from crane_sim.system import factored, fill, linearised, solve_shifted
+from crane_sim.system import factored, fill, linearised, rhs, solve_shifted, workspace
 
 # fmt: off
 GAMMA = 0.21193756319429014
@@ -64,8 +64,9 @@ class Rodas(NamedTuple):
 def drift(p, t, x, u, h, now):
     """Return the partial derivative in time of the state's derivative, `now` at (t, x), from t on: an array like x."""
     soon, later, ahead = np.empty_like(x), np.empty_like(x), (t + AHEAD * h) - t
-    fill(p, t + ahead, x, u, soon)
-    fill(p, t + 2.0 * ahead, x, u, later)
+    work = workspace(p)
+    fill(p, t + ahead, x, u, soon, work)
+    fill(p, t + 2.0 * ahead, x, u, later, work)
     for i in range(len(x)):
         soon[i] = (4.0 * (soon[i] - now[i]) - (later[i] - now[i])) / (2.0 * ahead)
     return soon
@@ -75,14 +76,14 @@ def drift(p, t, x, u, h, now):
 def increments(p, t, x, u, h, now):
     """Return (the state one step of size h after (t, x), the last increment), `now` the derivative there."""
     factors, change = factored(p, linearised(p, t, x, u), 1.0 / (GAMMA * h)), drift(p, t, x, u, h, now)
-    ks, y = np.empty((STAGES, len(x))), x.copy()
+    ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
     for s in range(STAGES):
         if s == 0:
             for i in range(len(x)):
                 ks[0, i] = now[i]
         else:
             reach_stage(s, x, ks, y)
-            fill(p, t + _NODES[s] * h, y, u, ks[s])
+            fill(p, t + _NODES[s] * h, y, u, ks[s], work)
         for j in range(s):
             weight = _DENSE_C[s, j] / h
             for i in range(len(x)):
@@ -109,7 +110,7 @@ def reach_stage(s, x, ks, y):
 
 @attempt.register(Rodas)
 def _(method, k1, p, t, x, u, h):
-    y, error = increments(p, t, x, u, h, k1[0])
+    y, error = increments(p, t, x, u, h, first(k1))
     return y, sqrt(weighted_square(error, x, y, method.rtol, method.atol) / len(x))
 
 
@@ -130,9 +131,7 @@ def _(method, end):
 
 @step.register(Rodas)
 def _(method, p, t, x, u, h):
-    now = np.empty_like(x)
-    fill(p, t, x, u, now)
-    return increments(p, t, x, u, h, now)[0]
+    return increments(p, t, x, u, h, rhs(p, t, x, u))[0]
 
 
 @stages.register(Rodas)

@@ -5,11 +5,20 @@ The stages of tuple states are written out, one call each, so that they stay in 
 the rows of one array, filled in a loop.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from crane_sim.jit import generic, kernel, routine
+from crane_sim.jit import generic, kernel, lean_routine
 from crane_sim.state_algebra import add, combine
-from crane_sim.system import fill, rhs
+from crane_sim.system import fill, rhs, workspace
+
+
+class Stages(NamedTuple):
+    """The stages of a step of an array state."""
+
+    rows: Any  # (stages + 1, n): their derivatives, and last the state at a stage
+    work: Any  # the model's workspace
 
 
 def dense(rows):
@@ -28,8 +37,8 @@ def opening(x, p, t, u, count):
 
 @opening.register(np.ndarray)
 def _(x, p, t, u, count):
-    ks = np.empty((count, len(x)))
-    fill(p, t, x, u, ks[0])
+    ks = Stages(np.empty((count + 1, len(x))), workspace(p))
+    fill(p, t, x, u, ks.rows[0], ks.work)
     return ks
 
 
@@ -39,9 +48,9 @@ def first(k1):
     return k1
 
 
-@first.register(np.ndarray)
+@first.register(Stages)
 def _(ks):
-    return ks[0]
+    return ks.rows[0]
 
 
 @kernel
@@ -50,24 +59,26 @@ def slope(p, t, x, u, h, row, node, ks):
     return rhs(p, t + node * h, add(x, combine(h, row, ks)), u)
 
 
-@routine
+@kernel
+def filled(ks, p, t, x, u, h, a, c):
+    """Return the derivatives at all stages of a dense tableau a, c, given what `opening` returned."""
+    fill_stages(ks, p, t, x, u, h, a, c)
+    return ks.rows[: len(a)]
+
+
+@lean_routine
 def fill_stages(ks, p, t, x, u, h, a, c):
-    """Fill the rows of ks after the first one with the derivatives at the stages of a dense tableau a, c; return ks."""
-    y = np.empty_like(x)
-    for s in range(1, len(ks)):
-        y[:] = 0.0
+    """Fill the stages after the first one."""
+    rows, count = ks.rows, len(a)
+    y = rows[count]
+    for s in range(1, count):
+        for i in range(len(x)):
+            y[i] = 0.0
         for j in range(s):
             weight = h * a[s, j]
             if weight != 0.0:
-                for i in range(len(y)):
-                    y[i] += weight * ks[j, i]
-        for i in range(len(y)):
+                for i in range(len(x)):
+                    rows[count, i] += weight * rows[j, i]
+        for i in range(len(x)):
             y[i] += x[i]
-        fill(p, t + c[s] * h, y, u, ks[s])
-    return ks
-
-
-@kernel
-def moved(x, h, b, ks):
-    """Return the state x moved by the weighted stage derivatives."""
-    return add(x, combine(h, b, ks))
+        fill(p, t + c[s] * h, y, u, rows[s], ks.work)

@@ -6,7 +6,7 @@ for a unit force; 0 when its motion is imposed or friction holds it) and its acc
 
 from typing import NamedTuple
 
-from crane_sim.jit import generic
+from crane_sim.jit import lean_generic
 from crane_sim.overhead.motions import Motion, moved_at
 from crane_sim.quantities import NonNegative, Positive
 
@@ -39,7 +39,7 @@ class FixedAxis(NamedTuple):
 Axis = ForceAxis | PrescribedAxis | FixedAxis
 
 
-@generic
+@lean_generic
 def demands(axis):
     """Return how many efforts the axis takes."""
     return 0
@@ -50,7 +50,7 @@ def _(axis):
     return 1
 
 
-@generic
+@lean_generic
 def rail(axis, t, tau, i, v, mode):
     """Return (compliance [1/kg], free acceleration [m/s²]) of an axis.
 
@@ -74,7 +74,7 @@ def _(axis, t, tau, i, v, mode):
     return 0.0, moved_at(axis.motion, t)[2]
 
 
-@generic
+@lean_generic
 def rubbed(friction, mass, force, v, mode):
     """Return (compliance, free acceleration) of a mass on its rail under a force."""
     return 1.0 / mass, force / mass
@@ -87,7 +87,7 @@ def _(friction, mass, force, v, mode):
     return 1.0 / mass, (force - mode * friction.coulomb - friction.viscous * v) / mass
 
 
-@generic
+@lean_generic
 def axis_mass(axis):
     """Return the mass [kg] that moves with the axis and is modelled: none when its motion is imposed."""
     return 0.0
@@ -98,7 +98,7 @@ def _(axis):
     return axis.mass
 
 
-@generic
+@lean_generic
 def axis_power(axis, tau, i, v, pull):
     """Return the power [W] that drive and friction supply at velocity v when the cable pulls with `pull` [N]."""
     return -pull * v
@@ -109,7 +109,7 @@ def _(axis, tau, i, v, pull):
     return (tau[i] - lost(axis.friction, v)) * v
 
 
-@generic
+@lean_generic
 def lost(friction, v):
     """Return the friction force [N] against a velocity v other than 0."""
     return 0.0
@@ -121,7 +121,7 @@ def _(friction, v):
     return direction * friction.coulomb + friction.viscous * v
 
 
-@generic
+@lean_generic
 def axis_guard(axis, v, mode, tau, i, pull):
     """Return the guard of the axis' friction: negative when slipping has ended or sticking cannot hold."""
     return 1.0
@@ -132,7 +132,7 @@ def _(axis, v, mode, tau, i, pull):
     return friction_guard(axis.friction, v, mode, tau[i] + pull)
 
 
-@generic
+@lean_generic
 def friction_guard(friction, v, mode, force):
     """Return the guard of `axis_guard` when `force` [N] would accelerate the axis."""
     return 1.0
@@ -143,7 +143,7 @@ def _(friction, v, mode, force):
     return friction.static - abs(force) if mode == 0.0 else mode * v
 
 
-@generic
+@lean_generic
 def freed(axis, mode, tau, i, pull):
     """Return the mode of an axis at rest after its guard has failed in `mode`: 0 when friction holds it, else the way.
 
@@ -157,7 +157,7 @@ def _(axis, mode, tau, i, pull):
     return broken_loose(axis.friction, mode, tau[i] + pull)
 
 
-@generic
+@lean_generic
 def broken_loose(friction, mode, force):
     """Return the mode of `freed`."""
     return 0.0

@@ -7,8 +7,6 @@ with scalar products of neighbouring unit vectors in place of cosines, and the t
 from math import sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from crane_sim.jit import kernel
 
 
@@ -69,16 +67,16 @@ def demanded(links, acc, k):
 
 
 @kernel
-def solve_tensions(links, top, acc, tension):
+def solve_tensions(links, top, acc, tension, ratio):
     """Fill the tensions (N,) [N]: eliminate downwards, substitute upwards.
 
     Args:
         links: what the links' states give.
         top: of the first link.
         acc: accelerations of nodes 0 to N without tensions (N + 1, 3) [m/s²], world frame.
-        tension: to fill.
+        tension, ratio: to fill; the second one is of the elimination.
     """
-    n, below, ratio = len(tension), links.below, np.empty(len(tension))
+    n, below = len(tension), links.below
     inverse = 1.0 / (ease(links, top) + top.pay)
     upper = -dot(links.units, 0, 1) * below[0] if n > 1 else 0.0
     tension[0], ratio[0] = (demanded(links, acc, 0) - top.run) * inverse, upper * inverse

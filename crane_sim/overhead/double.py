@@ -8,6 +8,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 from crane_sim import system
+from crane_sim.angles import sincos
 from crane_sim.jit import kernel
 from crane_sim.meter import Meter
 from crane_sim.overhead.audit import metered
@@ -42,7 +43,7 @@ class DoubleCrane(NamedTuple):
 @kernel
 def solved(p, t, x, tau):
     """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
-    s1, c1, s2, c2 = sin(x[1]), cos(x[1]), sin(x[2]), cos(x[2])
+    (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])
     cable, g = p.cable, p.gravity
     give, push = rail(p.trolley, t, tau, 0, x[3], 0.0)
     i1, i2 = 1.0 / cable.mass1, 1.0 / cable.mass2

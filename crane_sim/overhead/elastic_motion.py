@@ -26,7 +26,7 @@ def _(forces, p, t, x, out):
 
 
 @system.fill.register(ElasticCrane)
-def _(p, t, x, u, out):
+def _(p, t, x, u, out, work):
     move(p, t, x, system.effort(u, p, t, x), out)
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from crane_sim.jit import generic
+from crane_sim.jit import lean_generic
 from crane_sim.overhead.motions import Motion, moved_at
 from crane_sim.quantities import Positive
 
@@ -26,7 +26,7 @@ class MasslessHoist(NamedTuple):
 Hoist = PrescribedHoist | ForceHoist | MasslessHoist
 
 
-@generic
+@lean_generic
 def hoisted(hoist):
     """Return how many coordinates the hoist has."""
     return 1
@@ -37,7 +37,7 @@ def _(hoist):
     return 0
 
 
-@generic
+@lean_generic
 def drum(hoist, t, tau):
     """Return (compliance [1/kg], free acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
     return 0.0, 0.0
@@ -58,7 +58,7 @@ def _(hoist, t, tau):
     return -1.0, -tau[len(tau) - 1]
 
 
-@generic
+@lean_generic
 def drum_inertia(hoist):
     """Return the modelled inertia [kg] of the winch."""
     return 0.0
@@ -69,7 +69,7 @@ def _(hoist):
     return hoist.inertia
 
 
-@generic
+@lean_generic
 def drum_power(hoist, tau, rate, tension):
     """Return the power [W] that the winch supplies at this rate of length and tension."""
     return -tension * rate

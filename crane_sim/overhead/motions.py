@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_sim.jit import kernel, routine
+from crane_sim.jit import lean_kernel, lean_routine
 from crane_sim.quantities import Angle, Positive, Real
 
 BRIEFEST = 1e-6  # s, between two values of a motion: powers of it stay numbers of the machine
@@ -94,7 +94,7 @@ class Knots(NamedTuple):
 Shape = Smooth | Wave | Series | Knots
 
 
-@kernel
+@lean_kernel
 def piece_at(motion, t):
     """Return the index of the piece that time t [s] is in."""
     low, high = 0, len(motion.starts)
@@ -107,7 +107,7 @@ def piece_at(motion, t):
     return low
 
 
-@routine
+@lean_routine
 def moved_at(motion, t):
     """Return (position, velocity, acceleration) at time t [s]."""
     piece = piece_at(motion, t)

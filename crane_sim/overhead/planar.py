@@ -3,40 +3,38 @@
 State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from crane_sim import system
-from crane_sim.jit import generic, kernel, routine
+from crane_sim.angles import sincos
+from crane_sim.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.meter import Meter, meter_size
-from crane_sim.overhead.angles import fill_angles
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, rail
 from crane_sim.overhead.chain import (
-    ACC,
-    AX,
-    AZ,
     BELOW,
     COS,
     LENGTH,
     RATE,
-    ROWS,
     SIN,
     TENSION,
     TURNING,
     Chain,
-    Joints,
     Rods,
-    add_joints,
-    joint_power,
+    hang,
+    nudge,
     rod_pull,
     slid,
     solve_links,
+    work_array,
 )
-from crane_sim.overhead.forces import NodeForces, add_forces, force_power
+from crane_sim.overhead.forces import NodeForces, force_power
 from crane_sim.overhead.hoists import Hoist, drum, drum_power, hoisted
+from crane_sim.overhead.joints import Joints, add_joints, joint_power
 from crane_sim.overhead.switches import Switches, mode_of, payload_mass, story
+from crane_sim.sources import value_at
 
 
 class PlanarCrane(NamedTuple):
@@ -62,15 +60,14 @@ class PlanarCrane(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What state and efforts fix at one instant."""
+    """What state and efforts fix at one instant, beside what is in the work array."""
 
-    work: Any  # (ROWS, N + 1) what `chain` names the rows of
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
     pull: float  # N, of the cable on the trolley along x
 
 
-@kernel
+@lean_kernel
 def layout(p):
     """Return (number of coordinates, index of the first angle, index of the first mode)."""
     first = 1 + hoisted(p.hoist)
@@ -78,7 +75,7 @@ def layout(p):
     return nq, first, 2 * nq + meter_size(p.meter)
 
 
-@generic
+@lean_generic
 def first_link(hoist, chain, x, nq):
     """Return (length, rate) of the first link."""
     return x[1], x[nq + 1]
@@ -89,84 +86,87 @@ def _(hoist, chain, x, nq):
     return chain.lengths[0], 0.0
 
 
-@routine
-def links_of(p, x):
-    """Return a work array with what the state tells of the links, no forces on the nodes but gravity."""
+@system.workspace.register(PlanarCrane)
+def _(p):
+    return work_array(p.cable.masses, p.cable.lengths)
+
+
+@lean_kernel
+def links_of(p, x, w):
+    """Fill the work array with what the state tells of the links."""
     nq, first, _ = layout(p)
     n = len(p.cable.masses)
-    w = np.empty((ROWS, n + 1))
-    fill_angles(x[first:nq], w[SIN], w[COS])
     for k in range(n):
-        w[RATE, k], w[LENGTH, k] = x[nq + first + k], p.cable.lengths[k]
-        w[BELOW, k] = 1.0 / p.cable.masses[k]
-    for k in range(n + 1):
-        w[AX, k], w[AZ, k] = 0.0, -p.gravity
-    w[AZ, 0] = 0.0
+        w[SIN, k], w[COS, k] = sincos(x[first + k])
+    for k in range(n):
+        w[RATE, k] = x[nq + first + k]
     w[LENGTH, 0] = first_link(p.hoist, p.cable, x, nq)[0]
     w[BELOW, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
-    return w
 
 
-@generic
+@lean_generic
 def push_nodes(forces, t, w):
-    """Add the forces on nodes to the accelerations in the work array."""
-    add_forces(forces, t, w[BELOW], w[ACC:].T)
+    """Add what forces on nodes ask of the links."""
 
 
-@push_nodes.register(type(None))
+@push_nodes.register(NodeForces)
 def _(forces, t, w):
-    pass
+    push = value_at(forces.channel, t) * w[BELOW, forces.node - 1]
+    nudge(w, forces.node, push if forces.axis == 0 else 0.0, push if forces.axis == 2 else 0.0)
+    push_nodes(forces.rest, t, w)
 
 
-@routine
-def solved(p, t, x, tau):
-    """Return what state x at time t and joint efforts tau fix."""
+@lean_routine
+def solved(p, t, x, tau, w):
+    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
     nq, first, modes = layout(p)
-    w = links_of(p, x)
-    add_joints(p.joints, w, x[first:nq])
-    push_nodes(p.forces, t, w)
+    links_of(p, x, w)
     give, push = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     pay, run = drum(p.hoist, t, tau)
-    moment_pull, rate = w[AX, 0], first_link(p.hoist, p.cable, x, nq)[1]
-    w[AX, 0], w[AZ, 0] = push + give * moment_pull, 0.0
-    solve_links(p.rods, w, (give, pay, run, rate))
-    pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + moment_pull
-    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give)
-    return Solved(w, push + give * pull, paid, pull)
+    hang(w, push, p.gravity)
+    twist = add_joints(p.joints, w, x, first)
+    w[TENSION, 0] -= w[SIN, 0] * give * twist
+    w[TURNING, 0] -= w[COS, 0] * give * twist
+    push_nodes(p.forces, t, w)
+    free = w[TENSION, 0]
+    solve_links(p.rods, w, (give, pay, run, first_link(p.hoist, p.cable, x, nq)[1]))
+    pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
+    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give, free)
+    return Solved(push + give * pull, paid, pull)
 
 
 @system.fill.register(PlanarCrane)
-def _(p, t, x, u, out):
-    derive(p, t, x, u, out)
+def _(p, t, x, u, out, work):
+    derive(p, t, x, u, out, work)
 
 
-@routine
-def derive(p, t, x, u, out):
+@lean_routine
+def derive(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout(p)
     tau = system.effort(u, p, t, x)
-    now = solved(p, t, x, tau)
+    now = solved(p, t, x, tau, work)
     for i in range(nq):
         out[i] = x[nq + i]
     out[nq] = now.trolley
     if first == 2:
         out[nq + 1] = now.paid
     for k in range(nq - first):
-        out[nq + first + k] = now.work[TURNING, k]
+        out[nq + first + k] = work[TURNING, k]
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supply(p, t, x, tau, now)
+        out[2 * nq] = supply(p, t, x, tau, now, work)
 
 
-@kernel
-def supply(p, t, x, tau, now):
+@lean_kernel
+def supply(p, t, x, tau, now, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, first, _ = layout(p)
     rate = first_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.work[TENSION, 0])
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, w[TENSION, 0])
     power += joint_power(p.joints, x[nq + first : 2 * nq])
-    return power + forces_supply(p.forces, p, t, x, now.work, rate)
+    return power + forces_supply(p.forces, p, t, x, w, rate)
 
 
 @generic

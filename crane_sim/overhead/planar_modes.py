@@ -32,12 +32,13 @@ def _(p, t, x, u):
 def least_guard(p, t, x, tau):
     """Return (the smallest guard, its number)."""
     nq, _, modes = layout(p)
-    now = solved(p, t, x, tau)
+    w = system.workspace(p)
+    now = solved(p, t, x, tau, w)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, now.pull), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    return slack_guard(p.switches, best, now.work[TENSION], len(p.cable.masses))
+    return slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
 
 
 @system.switched.register(PlanarCrane)
@@ -58,6 +59,6 @@ def switch(p, t, x, tau, which):
     if which == FRICTION:
         failed = x[modes]
         x[nq], x[modes] = (0.0 if failed != 0.0 else x[nq]), 0.0
-        x[modes] = freed(p.trolley, failed, tau, 0, solved(p, t, x, tau).pull)
+        x[modes] = freed(p.trolley, failed, tau, 0, solved(p, t, x, tau, system.workspace(p)).pull)
         return x, friction_event(0, x[modes]), True
     return x, which, False

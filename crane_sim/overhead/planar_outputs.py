@@ -7,10 +7,12 @@ import numpy as np
 from crane_sim import system
 from crane_sim.jit import routine
 from crane_sim.overhead.axes import axis_mass
-from crane_sim.overhead.chain import BELOW, COS, LENGTH, TENSION, joint_energy, rod_energy
+from crane_sim.overhead.chain import BELOW, COS, LENGTH, TENSION
 from crane_sim.overhead.efforts import driven, efforts
 from crane_sim.overhead.hoists import drum_inertia
+from crane_sim.overhead.joints import joint_energy
 from crane_sim.overhead.planar import PlanarCrane, first_link, layout, links_of, node_velocities, solved, supply
+from crane_sim.overhead.rods import rod_energy
 from crane_sim.overhead.switches import changes_before, mode_count
 
 
@@ -52,7 +54,8 @@ def _(p, t, x, u):
 def energies(p, x):
     """Return (kinetic, potential) energy."""
     nq, first, _ = layout(p)
-    n, w, rate = len(p.cable.masses), links_of(p, x), first_link(p.hoist, p.cable, x, nq)[1]
+    n, w, rate = len(p.cable.masses), system.workspace(p), first_link(p.hoist, p.cable, x, nq)[1]
+    links_of(p, x, w)
     v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * drum_inertia(p.hoist) * rate * rate
     kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
@@ -76,7 +79,8 @@ def _(p, x):
 
 @system.tension.register(PlanarCrane)
 def _(p, t, x, u):
-    w = solved(p, t, x, system.effort(u, p, t, x)).work
+    w = system.workspace(p)
+    solved(p, t, x, system.effort(u, p, t, x), w)
     least = w[TENSION, 0]
     for k in range(1, w.shape[1] - 1):
         least = min(least, w[TENSION, k])
@@ -85,8 +89,8 @@ def _(p, t, x, u):
 
 @system.power.register(PlanarCrane)
 def _(p, t, x, u):
-    tau = system.effort(u, p, t, x)
-    return supply(p, t, x, tau, solved(p, t, x, tau))
+    tau, w = system.effort(u, p, t, x), system.workspace(p)
+    return supply(p, t, x, tau, solved(p, t, x, tau, w), w)
 
 
 @system.supplied.register(PlanarCrane)

@@ -11,10 +11,10 @@ where T pulls the trolley along the line and V across it. State: a flat tuple of
 (x, (l1), α, x', (l1'), α', (energy supplied), (modes)).
 """
 
-from math import cos, sin
 from typing import Any, NamedTuple
 
 from crane_sim import system
+from crane_sim.angles import sincos
 from crane_sim.jit import generic, kernel
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
@@ -129,7 +129,7 @@ def _(hoist, total, rest, push, give, s, c, side, known):
 def swing_of(p, t, x, tau):
     """Return what state x at time t and joint efforts tau fix."""
     nq, modes = layout(p)
-    s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
+    (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, gram = moments(p, x, length)
     give, push = rail(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from crane_sim.jit import kernel, routine
+from crane_sim.jit import lean_generic, lean_kernel, routine
 from crane_sim.overhead.chain import (
     ACROSS,
     ALONG,
-    AX,
-    AZ,
     BELOW,
     COS,
     LENGTH,
@@ -17,10 +15,23 @@ from crane_sim.overhead.chain import (
     TURNING,
     Rods,
     bends,
-    demanded,
     rod_pull,
     solve_links,
 )
+
+
+@lean_generic
+def rod_energy(rods, rates):
+    """Return the kinetic energy [J] of turning links."""
+    return 0.0
+
+
+@rod_energy.register(Rods)
+def _(rods, rates):
+    energy = 0.0
+    for k in range(len(rates)):
+        energy += 0.5 * rods.inertia[k] * rates[k] ** 2
+    return energy
 
 
 @rod_pull.register(Rods)
@@ -33,7 +44,7 @@ def _(rods, w, top):
     solve_pairs(rods.inertia, w, top)
 
 
-@kernel
+@lean_kernel
 def coupling(w, inertia, k, j):
     """Return the 2 x 2 block, by rows, by which (tension, turning) of link j act on link k across the node between."""
     node = min(k, j)
@@ -42,7 +53,7 @@ def coupling(w, inertia, k, j):
     return -along, across * arm, -across, -along * arm
 
 
-@kernel
+@lean_kernel
 def own(w, inertia, top, k):
     """Return the 2 x 2 block, by rows, of link k's own (tension, turning)."""
     arm, length = inertia[k] / w[LENGTH, k], w[LENGTH, k]
@@ -54,11 +65,10 @@ def own(w, inertia, top, k):
     return ease + s * s * give + pay, s * c * give * arm, s * c * give, (ease + c * c * give) * arm + length
 
 
-@kernel
+@lean_kernel
 def sought(w, top, k):
     """Return the right-hand sides of link k: along it and across it."""
-    along = demanded(w, k)
-    across = w[COS, k] * (w[AX, k + 1] - w[AX, k]) + w[SIN, k] * (w[AZ, k + 1] - w[AZ, k])
+    along, across = w[TENSION, k], w[TURNING, k]
     if k > 0:
         return along, across
     _, _, run, rate = top

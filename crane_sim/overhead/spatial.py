@@ -4,7 +4,7 @@ State: one array [x, y, (l1), n_1 .. n_N, x', y', (l1'), u_1 .. u_N, (energy sup
 down the links and their rates u_k. Equations see the state put back on |n_k| = 1, n_k u_k = 0, and so does each step.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,13 +41,22 @@ class SpatialCrane(NamedTuple):
         return story(which)
 
 
+class Work(NamedTuple):
+    """Where one evaluation keeps what it computes."""
+
+    links: Directions
+    free: Any  # (N + 1, 3) m/s², accelerations of the nodes without tensions
+    tension: Any  # (N,) N
+    ratio: Any  # (N,) of the elimination
+
+
 class Solved(NamedTuple):
     """What state and efforts fix at one instant."""
 
     links: Directions
     top: Top
-    free: np.ndarray  # (N + 1, 3) m/s², accelerations of the nodes without tensions
-    tension: np.ndarray  # (N,) N
+    free: Any
+    tension: Any
     pull: tuple[float, float]  # N, of the cable on trolley and bridge
 
 
@@ -85,52 +94,61 @@ def straightened(p, x):
     return y
 
 
-@kernel
-def links_of(p, x):
-    """Return the links of state x, put back on what they hold."""
-    nq, first, _ = layout(p)
-    n = len(p.cable.masses)
-    table, rest = np.empty((2, n, 3)), np.empty((3, n))
-    units, rates = table[0], table[1]
-    for k in range(n):
-        unit, rate = aligned(x, first + 3 * k, nq + first + 3 * k)
-        units[k, 0], units[k, 1], units[k, 2] = unit
-        rates[k, 0], rates[k, 1], rates[k, 2] = rate
-        rest[0, k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
-        rest[1, k], rest[2, k] = p.cable.lengths[k], 1.0 / p.cable.masses[k]
-    rest[1, 0] = first_link(p.hoist, p.cable, x, nq)[0]
-    rest[2, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
-    return Directions(units, rates, rest[0], rest[1], rest[2])
+@system.workspace.register(SpatialCrane)
+def _(p):
+    return work_arrays(p.cable.masses, p.cable.lengths)
 
 
 @routine
-def solved(p, t, x, tau):
-    """Return what state x at time t and joint efforts tau fix."""
+def work_arrays(masses, lengths):
+    """Return work arrays with what does not change."""
+    n, free = len(masses), np.zeros((len(masses) + 1, 3))
+    links = Directions(np.empty((n, 3)), np.empty((n, 3)), np.empty(n), lengths.copy(), 1.0 / masses)
+    return Work(links, free, np.empty(n), np.empty(n))
+
+
+@kernel
+def links_of(p, x, links):
+    """Fill the links with those of state x, put back on what they hold."""
+    nq, first, _ = layout(p)
+    n = len(p.cable.masses)
+    for k in range(n):
+        unit, rate = aligned(x, first + 3 * k, nq + first + 3 * k)
+        links.units[k, 0], links.units[k, 1], links.units[k, 2] = unit
+        links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
+        links.speeds[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
+    links.lengths[0] = first_link(p.hoist, p.cable, x, nq)[0]
+    links.below[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+
+
+@routine
+def solved(p, t, x, tau, work):
+    """Return what state x at time t and joint efforts tau fix; `work` is a workspace."""
     nq, _, modes = layout(p)
-    n, links = len(p.cable.masses), links_of(p, x)
-    acc, tension = np.zeros((n + 1, 3)), np.empty(n)
-    for k in range(1, n + 1):
-        acc[k, 2] = -p.gravity
+    links, acc, tension, ratio = work
+    links_of(p, x, links)
+    for k in range(1, len(acc)):
+        acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
     add_forces(p.forces, t, links.below, acc)
     give_x, acc[0, 0] = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     give_y, acc[0, 1] = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
     pay, run = drum(p.hoist, t, tau)
     top = Top((give_x, give_y), pay, run, first_link(p.hoist, p.cable, x, nq)[1])
-    solve_tensions(links, top, acc, tension)
+    solve_tensions(links, top, acc, tension, ratio)
     return Solved(links, top, acc, tension, (tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]))
 
 
 @system.fill.register(SpatialCrane)
-def _(p, t, x, u, out):
-    derive(p, t, x, u, out)
+def _(p, t, x, u, out, work):
+    derive(p, t, x, u, out, work)
 
 
 @routine
-def derive(p, t, x, u, out):
+def derive(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout(p)
     tau = system.effort(u, p, t, x)
-    now = solved(p, t, x, tau)
+    now = solved(p, t, x, tau, work)
     for axis in range(2):
         out[axis], out[nq + axis] = x[nq + axis], now.free[0, axis] + now.top.give[axis] * now.pull[axis]
     if first == 3:

@@ -33,7 +33,7 @@ def _(p, t, x, u):
 def least_guard(p, t, x, tau):
     """Return (the smallest guard, its number)."""
     nq, _, modes = layout(p)
-    now = solved(p, t, x, tau)
+    now = solved(p, t, x, tau, system.workspace(p))
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, now.pull[0]), FRICTION)
     bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), now.pull[1])
     best = limits_guard(p.switches, lesser(best, bridge, FRICTION + 1), 0, x[0])
@@ -62,7 +62,7 @@ def switch(p, t, x, tau, which):
         axis = which - FRICTION
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        x[modes + axis] = way(p, failed, tau, axis, solved(p, t, x, tau).pull[axis])
+        x[modes + axis] = way(p, failed, tau, axis, solved(p, t, x, tau, system.workspace(p)).pull[axis])
         return x, friction_event(axis, x[modes + axis]), True
     return x, which, False
 

@@ -49,7 +49,8 @@ def _(p, t, x, u):
 def energies(p, x):
     """Return (kinetic, potential) energy."""
     nq, _, _ = layout(p)
-    links, rate = links_of(p, x), first_link(p.hoist, p.cable, x, nq)[1]
+    links, rate = system.workspace(p).links, first_link(p.hoist, p.cable, x, nq)[1]
+    links_of(p, x, links)
     v, z, potential = node_velocities(p, x, links, rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     kinetic += 0.5 * drum_inertia(p.hoist) * rate * rate
@@ -73,13 +74,13 @@ def _(p, x):
 
 @system.tension.register(SpatialCrane)
 def _(p, t, x, u):
-    return solved(p, t, x, system.effort(u, p, t, x)).tension.min()
+    return solved(p, t, x, system.effort(u, p, t, x), system.workspace(p)).tension.min()
 
 
 @system.power.register(SpatialCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return supply(p, t, x, tau, solved(p, t, x, tau))
+    return supply(p, t, x, tau, solved(p, t, x, tau, system.workspace(p)))
 
 
 @system.supplied.register(SpatialCrane)
@@ -101,7 +102,8 @@ def _(p, x, out):
 @routine
 def place(p, x, out):
     """Write the nodes (N + 1, 3) into `out`."""
-    links = links_of(p, x)
+    links = system.workspace(p).links
+    links_of(p, x, links)
     out[0, 0], out[0, 1], out[0, 2] = x[0], x[1], 0.0
     for k in range(len(links.speeds)):
         for c in range(3):

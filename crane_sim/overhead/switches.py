@@ -6,7 +6,7 @@ how many changes of the payload have passed. Guards have numbers by which a run'
 
 from typing import Any, NamedTuple
 
-from crane_sim.jit import generic, kernel
+from crane_sim.jit import generic, lean_generic, lean_kernel
 from crane_sim.system import Switching
 
 FRICTION, LIMIT, HOIST, PAYLOAD, LINK = 0, 10, 20, 30, 1000
@@ -37,7 +37,7 @@ def _(switches):
     return Switching(1000)
 
 
-@generic
+@lean_generic
 def mode_of(switches, x, first, i):
     """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without."""
     return 0.0
@@ -48,7 +48,7 @@ def _(switches, x, first, i):
     return x[first + i]
 
 
-@generic
+@lean_generic
 def mode_count(switches, axes):
     """Return how many floats the modes of a crane with so many axes take."""
     return 0
@@ -59,7 +59,7 @@ def _(switches, axes):
     return axes + 1
 
 
-@generic
+@lean_generic
 def payload_mass(switches, x, last, mass):
     """Return the payload's mass [kg], `mass` where it never changes; `last` is the index of the state's last float."""
     return mass
@@ -70,7 +70,7 @@ def _(switches, x, last, mass):
     return switches.masses[int(x[last])]
 
 
-@generic
+@lean_generic
 def changes_before(switches, t):
     """Return how many changes of the payload have passed before time t."""
     return 0.0
@@ -85,31 +85,31 @@ def _(switches, t):
     return passed
 
 
-@kernel
+@lean_kernel
 def friction_event(axis, mode):
     """Return the number of the event that an axis' friction has come to a mode."""
     return FRICTION + axis + (_FORWARDS if mode > 0.0 else _BACKWARDS if mode < 0.0 else 0)
 
 
-@kernel
+@lean_kernel
 def lesser(best, value, which):
     """Return the smaller one of two (guard, number)."""
     return (value, which) if value < best[0] else best
 
 
-@kernel
+@lean_kernel
 def limits_guard(switches, best, axis, q):
     """Return the smallest guard, the travel limits of an axis at q counted in."""
     return lesser(best, min(q - switches.lower[axis], switches.upper[axis] - q), LIMIT + axis)
 
 
-@kernel
+@lean_kernel
 def hoist_guard(switches, best, length):
     """Return the smallest guard, the limits of the first link's length counted in."""
     return lesser(lesser(best, length - switches.shortest, HOIST), switches.longest - length, HOIST + 1)
 
 
-@kernel
+@lean_kernel
 def payload_guard(switches, best, t, passed):
     """Return the smallest guard, the next change of the payload counted in."""
     if passed < len(switches.times):
@@ -117,7 +117,7 @@ def payload_guard(switches, best, t, passed):
     return best
 
 
-@kernel
+@lean_kernel
 def slack_guard(switches, best, tensions, n):
     """Return the smallest guard, the first n tensions, of rigid links, counted in where a slack one ends the run."""
     if switches.taut > 0.0:

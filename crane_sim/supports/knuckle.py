@@ -9,6 +9,7 @@ the elevations of boom and jib, both from the horizontal.
 from math import cos, sin
 from typing import NamedTuple
 
+from crane_sim.angles import sincos
 from crane_sim.effects import (
     BoomSpring,
     JibSpring,
@@ -95,7 +96,7 @@ def _(axial, inertia, c, s):
 def _(support, xs):
     _, beta, gamma, yaw_rate, vb, vg = xs
     boom, jib = support.boom, support.jib
-    cb, sb, cg, sg = cos(beta), sin(beta), cos(gamma), sin(gamma)
+    (sb, cb), (sg, cg) = sincos(beta), sincos(gamma)
     k1 = boom.length * boom.length * (0.25 * boom.mass + jib.mass)
     k2 = 0.25 * jib.length * jib.length * jib.mass
     k3 = 0.5 * boom.length * jib.length * jib.mass
