@@ -52,10 +52,10 @@ class Crane(NamedTuple):
     drag: PayloadDrag | None = None
     meter: Meter | None = None
 
-    def metered(self, sampled: bool) -> "Crane":
+    def metered(self, held: bool) -> "Crane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         lossy = self.swing_friction is not None or self.drag is not None or isinstance(self.cable, RateRope)
-        return self._replace(meter=Meter()) if lossy or not sampled else self
+        return self._replace(meter=Meter()) if lossy or not held else self
 
 
 class Motion(NamedTuple):

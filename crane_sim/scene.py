@@ -101,8 +101,9 @@ def _build(document: dict[str, Any]) -> Scene:
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
+    source = law if continuous else None if control is not None else file.open_loop()
     method, why = chosen(file.integrator, file.demands(sampled))
-    model = crane.metered(sampled)
+    model = crane.metered(held=sampled or type(source) is tuple)
     check_fit(method, model, continuous)
     same = {name: getattr(file, name) for name in SAME}
     return Scene(
@@ -114,7 +115,7 @@ def _build(document: dict[str, Any]) -> Scene:
         law=law,
         law_name=control.law if control is not None else None,
         sampled=sampled,
-        source=law if continuous else None if control is not None else file.open_loop(),
+        source=source,
         reference=file.target,
         notes=file.notes | ({"method": why} if why else {}),
         document=document,

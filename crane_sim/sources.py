@@ -53,10 +53,6 @@ class Inputs(NamedTuple):
     rest: "Inputs | None" = None
 
 
-class NoInputs(NamedTuple):
-    """The input of a crane without actuated joints."""
-
-
 @lean_generic
 def value_at(channel, t):
     """Return the input's value at time t [s]."""
@@ -108,11 +104,6 @@ def values_at(inputs, t):
 @values_at.register(Inputs)
 def _(inputs, t):
     return (value_at(inputs.first, t), *values_at(inputs.rest, t))
-
-
-@system.effort.register(NoInputs)
-def _(u, p, t, x):
-    return ()
 
 
 @system.effort.register(Inputs)

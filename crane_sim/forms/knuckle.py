@@ -133,8 +133,10 @@ class KnuckleFile(Group):
             return LockedRope(self.initial.q[3])
         return RateRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)
 
-    def open_loop(self) -> Inputs:
-        """Return the open-loop inputs, zero where the file is silent."""
-        given = self.inputs or InputGroup()
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
+        given = self.inputs
+        if given is None:
+            return (0.0,) * len(self.actuated)
         winch = None if self.rope.drive == "locked" else Inputs(given.rope)
         return Inputs(given.slew, Inputs(given.boom, Inputs(given.jib, winch)))

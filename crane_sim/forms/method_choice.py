@@ -59,6 +59,11 @@ def chosen(method: Any, demands: Demands) -> tuple[Any, str | None]:
     return method, None
 
 
+def implicit(method: Any, demands: Demands) -> bool:
+    """Return whether a scene runs with the method that solves linear systems, for which a state is an array."""
+    return isinstance(_choice(demands)[0] if isinstance(method, Auto) else method, Rodas)
+
+
 def check_fit(method: Any, model: Any, continuous: bool) -> None:
     """Raise SceneError when a method with linear systems meets a model or a source that it cannot differentiate."""
     if not isinstance(method, Rodas):

@@ -28,7 +28,6 @@ from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_mo
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.quantities import Positive
 from crane_sim.sources import Inputs as Channels
-from crane_sim.sources import NoInputs
 
 
 class OverheadFile(Group):
@@ -155,10 +154,12 @@ class OverheadFile(Group):
         check_start(self)
         return crane_of(self)
 
-    def open_loop(self) -> Channels | NoInputs:
-        """Return the open-loop inputs, zero where the file is silent."""
-        given = self.inputs or Inputs()
+    def open_loop(self) -> Channels | tuple[float, ...]:
+        """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
+        if self.inputs is None or not self.actuated:
+            return (0.0,) * len(self.actuated)
         channels = None
         for name in reversed(self.actuated):
-            channels = Channels(getattr(given, name), channels)
-        return channels or NoInputs()
+            channels = Channels(getattr(self.inputs, name), channels)
+        assert channels is not None
+        return channels

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.explain import SceneError
+from crane_sim.forms.method_choice import implicit
 from crane_sim.forms.overhead_elastic import refuse_springs, springs_of
 from crane_sim.forms.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.forms.overhead_start import SHORTEST, filled
@@ -25,6 +26,7 @@ from crane_sim.overhead.motions import Shape
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import Line, RodCrane
 from crane_sim.overhead.spatial import SpatialCrane
+from crane_sim.overhead.spring import Spring, SpringCrane
 from crane_sim.overhead.switches import Switches
 
 if TYPE_CHECKING:
@@ -100,12 +102,16 @@ def _spatial_crane(file: "OverheadFile") -> SpatialCrane:
     return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
 
 
-def _elastic_crane(file: "OverheadFile") -> ElasticCrane:
+def _elastic_crane(file: "OverheadFile") -> ElasticCrane | SpringCrane:
     hoist, rubs, bridge = hoist_of(file), file.friction or FrictionGroup(), None
     trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
     if file.dimensions == 3:
         bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, rubs.bridge)
     springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
+    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
+    if alone and not implicit(file.integrator, file.demands(sampled=False)):
+        cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
+        return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
 
 

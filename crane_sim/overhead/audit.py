@@ -7,10 +7,10 @@ from crane_sim.overhead.axes import ForceAxis, PrescribedAxis
 from crane_sim.overhead.hoists import PrescribedHoist
 
 
-def metered(p: Any, sampled: bool) -> Any:
+def metered(p: Any, held: bool) -> Any:
     """Return the model with a meter where held efforts do not tell all the energy supplied."""
     parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
     others = any(getattr(p, name, None) is not None for name in ("joints", "forces", "switches"))
-    return p._replace(meter=Meter()) if imposed or rubs or others or not sampled else p
+    return p._replace(meter=Meter()) if imposed or rubs or others or not held else p

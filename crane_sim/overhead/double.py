@@ -35,9 +35,9 @@ class DoubleCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     meter: Meter | None = None
 
-    def metered(self, sampled: bool) -> "DoubleCrane":
+    def metered(self, held: bool) -> "DoubleCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return metered(self, sampled)
+        return metered(self, held)
 
 
 @kernel

@@ -45,9 +45,9 @@ class ElasticCrane(NamedTuple):
     switches: Switches | None = None
     meter: Meter | None = None
 
-    def metered(self, sampled: bool) -> "ElasticCrane":
+    def metered(self, held: bool) -> "ElasticCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return self._replace(meter=Meter()) if np.any(self.cable.damping) else metered(self, sampled)
+        return self._replace(meter=Meter()) if np.any(self.cable.damping) else metered(self, held)
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what event number `which` tells, what a user can change) in words."""

@@ -50,9 +50,9 @@ class PlanarCrane(NamedTuple):
     switches: Switches | None = None
     meter: Meter | None = None
 
-    def metered(self, sampled: bool) -> "PlanarCrane":
+    def metered(self, held: bool) -> "PlanarCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return metered(self, sampled)
+        return metered(self, held)
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
