@@ -2,12 +2,12 @@
 
 import argparse
 import json
-import statistics
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from crane_sim import load_scene
+from crane_sim.bench.measured import machine, ratio, spread
 from crane_sim.children import Crew, environment, reserved_domain
 from crane_sim.orchestrate import run
 
@@ -54,29 +54,56 @@ def _hear(crew: Crew) -> None:
         raise RuntimeError(f"the echo failed: nothing heard for {_LIMIT:g} s")
 
 
-def lockstep(scene: "Scene", record: Path | None = None) -> float:
-    """Return the steps per second of a lockstep run of `scene`.
+def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = None) -> float:
+    """Return the steps per second of a lockstep run of `scene`, recorded where a file is named.
 
     Raises:
         RuntimeError: the run failed; one line.
     """
-    summary = run(scene, record=record)
+    summary = run(scene, record=record, mcap=mcap)
     if "error" in summary:
         raise RuntimeError(summary["error"])
     return summary["steps_per_second"]
 
 
-def measure(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
+def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
     """Return steps per second by kind, one number per round; the kinds take turns, so that drift hits all."""
-    speeds: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
+    found: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         for _ in range(rounds):
-            speeds["echo"].append(echo(scene))
-            speeds["packed echo"].append(echo(scene, packed=True))
-            speeds["lockstep"].append(lockstep(scene))
+            found["echo"].append(echo(scene))
+            found["packed echo"].append(echo(scene, packed=True))
+            found["lockstep"].append(lockstep(scene))
             if recorder:
-                speeds["lockstep, recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
-    return speeds
+                found["lockstep, recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
+    return found
+
+
+def measure(
+    name: str = "knuckle_setpoint", duration: float = 100.0, rounds: int = 5, recorder: bool = True
+) -> dict[str, Any]:
+    """Return steps per second of echoes and runs, and their ratios to both echoes, taken round by round.
+
+    Args:
+        name: scene of the catalogue, with a sampled law.
+        duration: simulated seconds per round.
+        rounds: of every kind, interleaved.
+        recorder: measure runs with a recorder, too.
+
+    Raises:
+        RuntimeError: an echo or a run failed; one line.
+    """
+    scene = load_scene(name, {"duration": duration})
+    found = speeds(scene, rounds, recorder)
+    return {
+        "scene": name,
+        "steps_per_round": scene.steps,
+        "rounds": rounds,
+        "steps_per_second": {kind: spread(values) for kind, values in found.items()},
+        "ratio_to_echo": {kind: ratio(values, found["echo"]) for kind, values in found.items()},
+        "ratio_to_packed_echo": {kind: ratio(values, found["packed echo"]) for kind, values in found.items()},
+        "machine": machine(),
+    }
 
 
 def main() -> None:
@@ -86,18 +113,21 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=100.0, help="simulated seconds per round")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--no-recorder", action="store_true")
-    parser.add_argument("--json", action="store_true", help="print every round, as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print everything, as one JSON object")
     options = parser.parse_args()
-    scene = load_scene(options.scene, {"duration": options.duration})
-    speeds = measure(scene, options.rounds, not options.no_recorder)
-    median = {kind: statistics.median(values) for kind, values in speeds.items()}
+    found = measure(options.scene, options.duration, options.rounds, not options.no_recorder)
     if options.json:
-        print(json.dumps({"steps_per_second": speeds, "median": median}, indent=2))
+        print(json.dumps(found, indent=2))
         return
-    print(f"steps per second over Fast DDS, {scene.steps} steps a round, median of {options.rounds} interleaved rounds")
-    for kind, value in median.items():
-        least, most = min(speeds[kind]), max(speeds[kind])
-        print(f"  {kind:<20} {value:6.0f}  ({least:.0f} to {most:.0f})  {value / median['echo']:5.2f} x the echo")
+    steps, rounds = found["steps_per_round"], found["rounds"]
+    print(f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds")
+    for kind, speed in found["steps_per_second"].items():
+        times = found["ratio_to_echo"][kind]["median"]
+        print(
+            f"  {kind:<20} {speed['median']:6.0f}  ({speed['least']:.0f} to {speed['most']:.0f})  {times:5.2f} x",
+            end="",
+        )
+        print(" the echo")
     print("echo: bare publish and answer of the same two messages; packed: coded as plant and controller code them")
 
 

@@ -2,6 +2,7 @@
 
 import time
 from types import SimpleNamespace
+from typing import Any
 
 from sensor_msgs.msg import JointState
 
@@ -61,6 +62,10 @@ class Lockstep:
         """See `Pace`."""
         self._answer = None
         self._sent, self._resends = time.monotonic(), 0
+
+    def figures(self) -> dict[str, Any]:
+        """See `Pace`; nothing is due at any time."""
+        return {}
 
     def _on_command(self, data: bytes) -> None:
         stepper = self._stepper

@@ -1,6 +1,6 @@
 """When the plant takes its steps: what `Lockstep` and `Realtime` have in common, and the pace of an open loop."""
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
@@ -30,6 +30,10 @@ class Pace(Protocol):
 
     def forget(self) -> None:
         """Drop the commands at hand: the run begins anew."""
+        ...
+
+    def figures(self) -> dict[str, Any]:
+        """Return what the pace adds to the run's summary."""
         ...
 
 
@@ -68,3 +72,7 @@ class OpenLoop:
 
     def forget(self) -> None:
         """See `Pace`; there are no commands."""
+
+    def figures(self) -> dict[str, Any]:
+        """See `Pace`; nothing is due at any time."""
+        return {}

@@ -62,7 +62,8 @@ class PlantNode:
             raise Fault(error)
 
     def _report(self, error: str) -> None:
-        summary = self._stepper.summary(self._settings.mode) | ({"error": error} if error else {})
+        summary = self._stepper.summary(self._settings.mode) | self._pace.figures()
+        summary |= {"error": error} if error else {}
         self._host.pipes.report("done", summary=summary)
         if not self._host.pipes.attached:
             self._host.node.get_logger().info(json.dumps(summary))

@@ -2,6 +2,7 @@
 
 import time
 from types import SimpleNamespace
+from typing import Any
 
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
@@ -9,6 +10,7 @@ from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros import messages
 from crane_sim.ros.process import Host
+from crane_sim.ros.punctuality import Punctuality
 from crane_sim.ros.stepper import Stepper
 from crane_sim.ros.wire import JointWire
 
@@ -23,6 +25,7 @@ class Realtime:
         self._host, self._stepper, self._settings = host, stepper, settings
         self._zero = (0.0,) * len(stepper.scene.actuated)
         self._held, self._held_since = self._zero, 0.0
+        self._punctuality = Punctuality()
         self._wire = JointWire(stepper.scene.actuated, effort=True)
         self._commands = self._subscriptions() if stepper.scene.sampled else []
 
@@ -43,7 +46,9 @@ class Realtime:
             if stepper.paused:
                 self._host.spin()
                 due = time.monotonic()
+                self._punctuality.pause()
             else:
+                self._punctuality.note(due, time.monotonic())
                 stepper.step(self._effort())
                 stepper.deadline_misses += time.monotonic() > due + period
             stepper.heartbeat()
@@ -60,6 +65,11 @@ class Realtime:
     def forget(self) -> None:
         """See `Pace`."""
         self._held, self._held_since = self._zero, time.monotonic()
+        self._punctuality = Punctuality()
+
+    def figures(self) -> dict[str, Any]:
+        """See `Pace`; how punctual the steps were."""
+        return self._punctuality.figures()
 
     def _serve_until(self, due: float) -> None:
         self._host.spin(0.0)
