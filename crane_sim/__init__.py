@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from crane_sim.batch import Batch, simulate_batch
     from crane_sim.explain import SceneError
     from crane_sim.functions import acceleration, energy
     from crane_sim.plant import SimulationError
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from crane_sim.scene import Scene, load_scene
 
 _HOMES = {
+    "Batch": "batch",
+    "simulate_batch": "batch",
     "SceneError": "explain",
     "acceleration": "functions",
     "energy": "functions",
@@ -27,7 +30,18 @@ _HOMES = {
     "Rollout": "rollout",
     "simulate": "rollout",
 }
-__all__ = ["Rollout", "Scene", "SceneError", "SimulationError", "acceleration", "energy", "load_scene", "simulate"]
+__all__ = [
+    "Batch",
+    "Rollout",
+    "Scene",
+    "SceneError",
+    "SimulationError",
+    "acceleration",
+    "energy",
+    "load_scene",
+    "simulate",
+    "simulate_batch",
+]
 
 
 def __getattr__(name: str) -> Any:

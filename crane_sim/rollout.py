@@ -89,7 +89,7 @@ def simulate(
         LawError: the law failed, or its answer is not a vector of efforts.
     """
     scene = _with_changes(scene, law if isinstance(law, str) else None, duration)
-    times = _checked_times(sample_times, scene.steps * scene.period)
+    times = checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
     model = scene.model
@@ -123,7 +123,7 @@ def _with_changes(scene: SceneSource, law: str | None, duration: float | None) -
     return load_scene(scene, changes)
 
 
-def _checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
+def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
     beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
     if wanted.ndim != 1 or len(beyond):

@@ -11,8 +11,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(file for package in ("crane_sim", "crane_control") for file in (ROOT / package).rglob("*.py"))
 KERNELS = """supports cables loads overhead integrators frames effects model outputs sources stepping system
-state_algebra array_algebra linear_systems meter jit quantities""".split()
-ABOVE = """scene scene_document forms lagrange reproduce description laws plant rollout functions metrics report cli
+state_algebra array_algebra lane_algebra angles linear_systems meter jit quantities""".split()
+ABOVE = """batch batch_scenes batch_lanes batch_loops scene scene_document forms lagrange reproduce description laws plant rollout functions metrics report cli
 run_options scene_options orchestrate children ros recording bench""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 
@@ -59,8 +59,9 @@ def test_rerun_stays_in_the_recording() -> None:
 
 
 def test_numba_stays_in_its_files() -> None:
-    """Numba appears in the decorators and in the two files of state algebra beside them, and nowhere else."""
-    assert importers("numba") == {"crane_sim.jit", "crane_sim.state_algebra", "crane_sim.array_algebra"}
+    """Numba appears in the decorators and in the three files of algebra beside them, and nowhere else."""
+    algebra = {f"crane_sim.{name}_algebra" for name in ("state", "array", "lane")}
+    assert importers("numba") == {"crane_sim.jit", *algebra}
 
 
 def test_the_simulator_does_not_know_its_laws() -> None:

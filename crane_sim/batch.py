@@ -1,0 +1,161 @@
+"""Thousands of cranes at once: one scene with many values of its parameters, on all cores.
+
+    batch = crane_sim.simulate_batch("overhead_swing", {"payload.mass": numpy.linspace(5.0, 20.0, 1024)})
+    batch.q, batch.v, batch.payload, batch.errors
+
+Every crane moves as `simulate` moves it alone, to the last bit. Methods with a fixed step move as many of them at once
+as a vector register has lanes.
+"""
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
+from crane_sim import system
+from crane_sim.batch_lanes import pass_lanes
+from crane_sim.batch_loops import Clock, Places, pass_cranes
+from crane_sim.batch_scenes import columns, driven, scenes_of
+from crane_sim.integrators import OK, Flow
+from crane_sim.integrators.dop853 import RK8
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.lane_algebra import LANES
+from crane_sim.plant import SimulationError, check_status
+from crane_sim.rollout import SceneSource
+from crane_sim.rollout import checked_times as checked_times
+from crane_sim.scene import Scene
+
+Array = npt.NDArray[np.float64]
+Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last` (not included)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What became of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
+
+    Of a crane that failed, `errors` has one line that tells when and why, q, v and payload are those at the end of the
+    last whole period before that, and later samples are not numbers.
+    """
+
+    joint_names: tuple[str, ...]
+    t: Array  # (n,) s, of q, v and payload: the duration, less for a crane that failed
+    q: Array  # (n, nq)
+    v: Array  # (n, nq)
+    payload: Array  # (n, 3) m
+    errors: tuple[str | None, ...]  # (n,), None where nothing went wrong
+    evaluations: npt.NDArray[np.int64]  # (n,), of the equations
+    steps: npt.NDArray[np.int64]  # (n,)
+    sample_times: Array  # (m,) s
+    sampled_q: Array  # (n, m, nq)
+    sampled_v: Array  # (n, m, nq)
+    sampled_payload: Array  # (n, m, 3) m
+    lanes: int  # cranes that moved in step
+    setup_time: float  # s, to check the scenes and to compile what moves them
+    wall_time: float  # s, to move them
+
+
+def simulate_batch(
+    scene: SceneSource,
+    parameters: Mapping[str, Any],
+    duration: float | None = None,
+    sample_times: Sequence[float] | Array | None = None,
+    threads: int | None = None,
+) -> Batch:
+    """Run a scene for many values of its parameters.
+
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        parameters: by dotted key of the scene, such as "payload.mass", "initial.q" or "control.kp": one value for each
+            crane, an array or a sequence whose first axis is the crane.
+        duration: s, the scene's own when None.
+        sample_times: instants [s], within the run, increasing, at which q, v and payload are wanted besides the end.
+        threads: the processor's cores when None.
+
+    Raises:
+        SceneError: the scene of a crane is not possible, or the cranes are not of one kind: model, method, law, period.
+        ValueError: the instants are not within the run.
+    """
+    began = time.perf_counter()
+    scenes = scenes_of(scene, parameters, duration)
+    times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
+    checked = time.perf_counter() - began
+    batch = moved(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
+    return replace(batch, setup_time=checked + batch.setup_time)
+
+
+def moved(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
+    """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments as of `simulate_batch`."""
+    began, n = time.perf_counter(), len(scenes)
+    clock = Clock(scenes[0].period, scenes[0].steps, times)
+    scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
+    cranes = columns([driven(scene) for scene in scenes])  # first: it refuses scenes that differ
+    places = _places(scenes, len(times))
+    batch = cranes, clock, places
+    alone: Share = partial(pass_cranes, *batch)
+    share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
+    share(0, 0)  # compiles
+    ready = time.perf_counter()
+    with ThreadPoolExecutor(threads) as pool:
+        unit = LANES if wide else 1
+        size = unit * (1 + n // (8 * threads * unit))  # some eight pieces for each thread: they may differ in length
+        list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
+        if wide:  # those that failed once more, to know when and why
+            failed = np.flatnonzero(places.counts[:n, 0] != OK).tolist()
+            list(pool.map(lambda i: alone(i, i + 1), failed))
+    return _batch(scenes[:n], clock, places, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
+
+
+def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
+    """Return whether the cranes take the same steps, without branches, and are enough to fill most lanes."""
+    first = scenes[0]
+    in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
+    smooth = system.switching(first.model) is None and not system.fill.knows(type(first.model))
+    return in_step and smooth and 2 * len(scenes) >= LANES
+
+
+def _places(scenes: Sequence[Scene], samples: int) -> Places:
+    n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
+    q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
+    rows, payload = np.empty((n, samples + 1, 2 * nq + nu + 1)), np.empty((n, samples + 1, 3))
+    return Places(q, v, rows, payload, np.empty(n), np.empty((n, 5), np.int64))
+
+
+def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times: tuple[float, float]) -> Batch:
+    n, nq = len(scenes), len(scenes[0].joint_names)
+    rows, payload, counts = places.rows[:n], places.payload[:n], places.counts[:n]
+    end, before = (rows[:, -1], payload[:, -1]), (rows[:, :-1], payload[:, :-1])
+    return Batch(
+        joint_names=scenes[0].joint_names,
+        t=counts[:, 1] * clock.period,
+        q=end[0][:, :nq],
+        v=end[0][:, nq : 2 * nq],
+        payload=end[1],
+        errors=tuple(_error(scene, clock, *told) for scene, *told in zip(scenes, counts, places.reached, strict=False)),
+        evaluations=counts[:, 2],
+        steps=counts[:, 3],
+        sample_times=clock.times,
+        sampled_q=before[0][..., :nq],
+        sampled_v=before[0][..., nq : 2 * nq],
+        sampled_payload=before[1],
+        lanes=lanes,
+        setup_time=times[0],
+        wall_time=times[1],
+    )
+
+
+def _error(scene: Scene, clock: Clock, counts: npt.NDArray[np.int64], reached: float) -> str | None:
+    """Return why a crane did not reach the end, None if it did."""
+    if counts[1] == clock.steps:
+        return None
+    try:
+        check_status(Flow(0.0, None, float(reached), None, 0.0, status=int(counts[0])), scene.model)
+    except SimulationError as error:
+        return str(error)
+    return None
