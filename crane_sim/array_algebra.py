@@ -6,7 +6,7 @@ import numpy as np
 from numba.core import types
 from numba.extending import overload
 
-from crane_sim.jit import OPTIONS, intrinsic, routine
+from crane_sim.jit import OPTIONS, intrinsic, lean_routine, routine
 
 
 @routine
@@ -33,27 +33,36 @@ def add_scaled_arrays(x, a, y):
     return out
 
 
+@lean_routine
+def weigh(h, weights, count, ks, out):
+    """Write the sum of h weights[j] ks[j] over the first `count` rows, at least one, into `out`.
+
+    Four rows are added at a time, from left to right all the same; in place of those after the last one, that one with
+    a weight of 0.
+    """
+    last = count - 1
+    for i in range(len(out)):
+        out[i] = 0.0
+    for j in range(0, count, 4):
+        a, b, c = min(j + 1, last), min(j + 2, last), min(j + 3, last)
+        u, v = h * weights[j], h * weights[a] if a > j else 0.0
+        w, x = h * weights[b] if b > a else 0.0, h * weights[c] if c > b else 0.0
+        for i in range(len(out)):
+            out[i] = (((out[i] + u * ks[j, i]) + v * ks[a, i]) + w * ks[b, i]) + x * ks[c, i]
+
+
 @routine
 def combine_rows(h, weights, ks):
     """Return the sum of h weights[j] ks[j]."""
-    out = np.zeros(ks.shape[1])
-    for j in range(len(weights)):
-        weight = h * weights[j]
-        if weight != 0.0:
-            for i in range(len(out)):
-                out[i] += weight * ks[j, i]
+    out = np.empty(ks.shape[1])
+    weigh(h, weights, len(weights), ks, out)
     return out
 
 
 @routine
 def move_rows(x, h, weights, ks):
     """Return x plus the sum of h weights[j] ks[j]."""
-    out = np.zeros(len(x))
-    for j in range(len(weights)):
-        weight = h * weights[j]
-        if weight != 0.0:
-            for i in range(len(out)):
-                out[i] += weight * ks[j, i]
+    out = combine_rows(h, weights, ks)
     for i in range(len(out)):
         out[i] += x[i]
     return out

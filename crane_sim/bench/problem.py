@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.overhead.axes import ForceAxis
-from crane_sim.overhead.elastic import ElasticCrane
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import RodCrane
+from crane_sim.overhead.spring import SpringCrane
 from crane_sim.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -83,9 +83,9 @@ def problem_of(scene: Scene, payload: Array) -> Problem | None:
     model = scene.model
     if isinstance(model, PlanarCrane | RodCrane) and _plain(model) and _at_rest(scene):
         return _chain(scene)
-    if isinstance(model, ElasticCrane) and len(model.cable.masses) == 1 and _plain(model) and _at_rest(scene):
+    if isinstance(model, SpringCrane) and _plain(model) and _at_rest(scene) and not model.cable.damping:
         cable = model.cable
-        parts = float(cable.masses[0]), float(cable.lengths[0]), float(cable.stiffness[0])
+        parts = cable.mass, cable.length, cable.stiffness
         return Spring(_mass(model), *parts, payload[[0, 2]], model.gravity, scene.duration)
     if scene.name == "knuckle_springs":
         return _knuckle(scene, payload)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.array_algebra import weigh
 from crane_sim.jit import generic, kernel, lean_routine
 from crane_sim.state_algebra import add, combine
 from crane_sim.system import fill, rhs, workspace
@@ -72,13 +73,7 @@ def fill_stages(ks, p, t, x, u, h, a, c):
     rows, count = ks.rows, len(a)
     y = rows[count]
     for s in range(1, count):
-        for i in range(len(x)):
-            y[i] = 0.0
-        for j in range(s):
-            weight = h * a[s, j]
-            if weight != 0.0:
-                for i in range(len(x)):
-                    rows[count, i] += weight * rows[j, i]
+        weigh(h, a[s], s, rows, y)
         for i in range(len(x)):
             y[i] += x[i]
         fill(p, t + c[s] * h, y, u, rows[s], ks.work)
