@@ -8,13 +8,14 @@ NAME = "crane_sim"
 
 setup(
     name=NAME,
-    version="0.2.0",
+    version="0.3.0",
     description="An accurate and fast crane simulator of ROS 2 nodes",
     author="The crane simulator authors",
     maintainer="The crane simulator authors",
     maintainer_email="maintainers@crane-simulator.example.org",
     license="Apache-2.0",
     packages=find_packages(include=["crane_sim*", "crane_control*"]),
+    package_data={"crane_sim.bench": ["floor/*", "peers/*.cpp"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -28,6 +29,7 @@ setup(
         "rerun": ["rerun-sdk==0.41.*"],
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],
+        "peers": ["mujoco", "pin", "drake", "casadi"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
     zip_safe=False,

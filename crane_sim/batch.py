@@ -29,7 +29,7 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.lane_algebra import LANES
 from crane_sim.plant import SimulationError, check_status
 from crane_sim.rollout import SceneSource
-from crane_sim.rollout import checked_times as checked_times
+from crane_sim.rollout import checked_times
 from crane_sim.scene import Scene
 
 Array = npt.NDArray[np.float64]

@@ -96,6 +96,15 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
     show(item, as_json, folder)
 
 
+@app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def bench(arguments: tuple[str, ...]) -> None:
+    """Measure speed against error on the benchmark's scenes, and the whole path (crane bench -h)."""
+    from crane_sim.bench.command import bench as command  # here: it imports every part
+
+    command.main(list(arguments), prog_name="crane bench", standalone_mode=False)
+
+
 @app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def test(arguments: tuple[str, ...]) -> None:

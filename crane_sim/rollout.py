@@ -124,6 +124,11 @@ def _with_changes(scene: SceneSource, law: str | None, duration: float | None) -
 
 
 def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
+    """Return the instants of a result [s], none when `times` is None.
+
+    Raises:
+        ValueError: they are not within 0 .. `end`, or do not increase.
+    """
     wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
     beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
     if wanted.ndim != 1 or len(beyond):

@@ -1,12 +1,10 @@
 """Thousands of cranes at once, in vector lanes and one by one, on one core and on all, beside MuJoCo's rollout.
 
-`python -m crane_sim.bench.batch [--cranes 1024] [--rounds 5]` lets cranes of different payloads go and prints how many
-steps a second they take and what a simulated second of a crane costs at equal error. A batch's error is that of its
+`crane bench batch` lets cranes of different payloads go: how many steps a second they take, and what a simulated second
+of a crane costs at equal error. A batch's error is that of its
 worst crane. MuJoCo's rollout passes the same crane many times, on all cores; its row is missing where it is not there.
 """
 
-import argparse
-import json
 import os
 import time
 from collections.abc import Callable
@@ -130,35 +128,22 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     return found | {"machine": machine()}
 
 
-def main() -> None:
-    """Print the measurement, as a document or in lines."""
-    parser = argparse.ArgumentParser(description="thousands of cranes at once")
-    parser.add_argument("--cranes", type=int, default=1024)
-    parser.add_argument("--peer-cranes", type=int, default=64)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--json", action="store_true", help="print all that was measured")
-    wanted = parser.parse_args()
-    found = measure(wanted.cranes, wanted.peer_cranes, wanted.rounds)
-    if wanted.json:
-        print(json.dumps(found, indent=1))
-        return
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the rates and costs in lines."""
+    lines = [f"{found['cranes']} cranes of {found['cores']} cores against {found['peer_cranes']} of MuJoCo's rollout"]
     for name in SCENES:
-        _print(name, found[name])
+        lines += _told_scene(name, found[name])
+    return lines
 
 
-def _print(name: str, found: dict[str, Any]) -> None:
+def _told_scene(name: str, found: dict[str, Any]) -> list[str]:
     ours, theirs = found["rates"], found["mujoco"]
-    print(f"{name}: {ours['scenes_us']:.0f} µs to check a crane's scene")
+    lines = [f"{name}: {ours['scenes_us']:.0f} µs to check a crane's scene"]
     for way, speed in ours["million_steps_per_s"].items():
-        print(f"  {way.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
+        lines.append(f"  {way.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
     for error in (f"{error:g}" for error in ERRORS):
         rows = found["costs"][error] | {"MuJoCo": theirs.get(error)}
         for method, row in rows.items():
-            told = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
-            print(f"  error {error} m  {method:<7} {told}")
-    if "missing" in theirs:
-        print(f"  {theirs['missing']}")
-
-
-if __name__ == "__main__":
-    main()
+            cost = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
+            lines.append(f"  error {error} m  {method:<7} {cost} per crane and simulated second")
+    return lines + ([f"  {theirs['missing']}"] if "missing" in theirs else [])

@@ -1,4 +1,4 @@
-"""What each optional group of a scene costs per evaluation and per step: run with `python -m crane_sim.bench.groups`.
+"""What each optional group of a scene costs per evaluation and per step: `crane bench groups`.
 
 What a scene does not name is not compiled for it: a base without optional groups pays for none of them, and each group
 is measured against its base, interleaved. Evaluations follow each other as in an integrator, each at the state that the
@@ -6,8 +6,6 @@ last one led to. Steps are whole ones of order 8, the default method's, at a fix
 switch.
 """
 
-import argparse
-import sys
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -131,25 +129,18 @@ def measure(rounds: int = 15, times: int = 20_000, cases: Sequence[Case] = CASES
     return {"rounds": rounds, "cases": [cost(case, rounds, times) for case in cases], "machine": machine()}
 
 
-def main() -> int:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description="what each optional group of a scene costs")
-    parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--evaluations", type=int, default=20_000, help="per round")
-    options = parser.parse_args()
-    found = measure(options.rounds, options.evaluations)
-    print(f"ns per evaluation and per step of order 8, without and with the group; medians of {options.rounds} pairs")
-    print(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the table in lines."""
+    lines = [
+        f"ns per evaluation and per step of order 8, without and with the group; medians of {found['rounds']} pairs"
+    ]
+    lines.append(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")
     for row in found["cases"]:
-        print(f"{row['crane']:<13} {row['group']:<26} {_pair(row, 'evaluation')} {_pair(row, 'step')}", end=" ")
-        print(f"{row['states']:>3} {row['states_added']:+}")
-    return 0
+        costs = f"{_pair(row, 'evaluation')} {_pair(row, 'step')}"
+        lines.append(f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} {row['states_added']:+}")
+    return lines
 
 
 def _pair(row: dict[str, Any], unit: str) -> str:
     without, having = (row[f"ns_per_{unit}_{which}"]["median"] for which in ("without", "with"))
     return f"{without:8.1f} -> {having:8.1f} {row[f'{unit}_ratio']['median']:5.2f}x"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

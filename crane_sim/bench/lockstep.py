@@ -1,7 +1,5 @@
-"""Lockstep speed against a bare echo of the same two messages: run with `python -m crane_sim.bench.lockstep`."""
+"""Lockstep speed against a bare echo of the same two messages: `crane bench lockstep`."""
 
-import argparse
-import json
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -106,30 +104,14 @@ def measure(
     }
 
 
-def main() -> None:
-    """Measure, and print medians and their ratios to the echo."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scene", nargs="?", default="knuckle_setpoint")
-    parser.add_argument("--duration", type=float, default=100.0, help="simulated seconds per round")
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--no-recorder", action="store_true")
-    parser.add_argument("--json", action="store_true", help="print everything, as one JSON object")
-    options = parser.parse_args()
-    found = measure(options.scene, options.duration, options.rounds, not options.no_recorder)
-    if options.json:
-        print(json.dumps(found, indent=2))
-        return
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the medians and their ratios to the echo in lines."""
     steps, rounds = found["steps_per_round"], found["rounds"]
-    print(f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds")
+    lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]
     for kind, speed in found["steps_per_second"].items():
-        times = found["ratio_to_echo"][kind]["median"]
-        print(
-            f"  {kind:<20} {speed['median']:6.0f}  ({speed['least']:.0f} to {speed['most']:.0f})  {times:5.2f} x",
-            end="",
-        )
-        print(" the echo")
-    print("echo: bare publish and answer of the same two messages; packed: coded as plant and controller code them")
-
-
-if __name__ == "__main__":
-    main()
+        times, span = found["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
+        lines.append(f"  {kind:<20} {speed['median']:6.0f}  {span:<16} {times:5.2f} x the echo")
+    return [
+        *lines,
+        "echo: bare publish and answer of the same two messages; packed: coded as plant and controller code them",
+    ]

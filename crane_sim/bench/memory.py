@@ -1,10 +1,8 @@
-"""Resident memory of the processes of a long lockstep run: `python -m crane_sim.bench.memory`."""
+"""Resident memory of the processes of a long lockstep run: `crane bench memory`."""
 
-import argparse
 import os
 import signal
 import statistics
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -112,23 +110,12 @@ def _figures(times: list[float], found: list[float], warm_up: float) -> dict[str
     }
 
 
-def main() -> int:
-    """Print the memory of every process."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=600.0, help="of wall time")
-    parser.add_argument("--warm-up", type=float, default=60.0, help="s of it")
-    parser.add_argument("--no-recorder", action="store_true")
-    options = parser.parse_args()
-    found = measure(seconds=options.seconds, warm_up=options.warm_up, recorder=not options.no_recorder)
-    print(f"resident memory over {found['seconds']:g} s of lockstep, {found['steps']} steps: MB")
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the memory of every process in lines."""
+    lines = [f"resident memory over {found['seconds']:g} s of lockstep, {found['steps']} steps, MB"]
     for node, figures in found["resident"].items():
         start, warm, end = (figures[f"{key}_MB"] for key in ("start", "after_warm_up", "end"))
         growth = f"growth {figures['growth_MB']:+.2f} ({figures['slope_MB_per_hour']:+.1f} per hour)"
-        print(
-            f"  {node:<11} {start:6.1f} at the start, {warm:6.1f} after {found['warm_up_s']:g} s, {end:6.1f}: {growth}"
-        )
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        warmed = f"{warm:6.1f} after {found['warm_up_s']:g} s"
+        lines.append(f"  {node:<11} {start:6.1f} at the start, {warmed}, {end:6.1f} at the end: {growth}")
+    return lines

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from importlib.metadata import version
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from crane_sim.jit import entry
 from crane_sim.metrics import polyline
 from crane_sim.scene import Scene
 
-NAME = "crane_sim"
+NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = ladder(1.0, 1e-5, 8)  # s
 TOLERANCES = ladder(1e-1, 1e-13, 4)  # relative; the absolute one is a hundredth of it
 FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3}
@@ -81,10 +81,3 @@ class Ours:
             return Outcome(points[-1], flow.evaluations, flow.steps, float(tension))
 
         return go
-
-
-class Version(NamedTuple):
-    """What is measured."""
-
-    name: str = NAME
-    version: str = version("crane_sim")

@@ -1,10 +1,9 @@
-"""A run in real time at 1 kHz against a loop that only sleeps: run with `python -m crane_sim.bench.realtime`.
+"""A run in real time at 1 kHz against a loop that only sleeps: `crane bench realtime`.
 
 The bare loop, in a process of its own, sleeps until the same absolute deadlines and does nothing else: what it is late,
 the system's timer and scheduler are late.
 """
 
-import argparse
 import json
 import subprocess
 import sys
@@ -87,18 +86,11 @@ def _figures(found: list[dict[str, Any]]) -> dict[str, Any]:
     return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in found]}
 
 
-def main() -> int:
-    """Print the figures of both."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--duration", type=float, default=10.0, help="s per round")
-    parser.add_argument("--rounds", type=int, default=5)
-    options = parser.parse_args()
-    found = measure(duration=options.duration, rounds=options.rounds)
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the figures of both in lines."""
     steps, rate = found["steps_per_round"], 1.0 / found["period_s"]
-    print(f"{steps} periods at {rate:g} Hz, medians of {found['rounds']} interleaved rounds: µs")
-    for kind, label in LABELS.items():
-        print(f"  {label:<28} {_line(found[kind])}")
-    return 0
+    lines = [f"{steps} periods at {rate:g} Hz, medians of {found['rounds']} interleaved rounds, µs"]
+    return lines + [f"  {label:<28} {_line(found[kind])}" for kind, label in LABELS.items()]
 
 
 def _line(figures: dict[str, Any]) -> str:
@@ -108,7 +100,3 @@ def _line(figures: dict[str, Any]) -> str:
         parts.append(f"{words} p50/p99/max {numbers}")
     over, steps = sum(figures["overruns"]), figures["rate_Hz"]["median"]
     return f"{', '.join(parts)}; {over} overruns, {steps:.3f} Hz"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

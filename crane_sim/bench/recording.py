@@ -1,7 +1,5 @@
-"""What a recorder costs: time of a lockstep step, and bytes of a file. `python -m crane_sim.bench.recording`."""
+"""What a recorder costs: time of a lockstep step, and bytes of a file. `crane bench recording`."""
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -66,22 +64,13 @@ def measure(
     }
 
 
-def main() -> int:
-    """Print the costs."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--duration", type=float, default=_MINUTE, help="simulated seconds per run")
-    parser.add_argument("--rounds", type=int, default=5)
-    options = parser.parse_args()
-    found = measure(duration=options.duration, rounds=options.rounds)
-    print(f"lockstep of {found['scene']}, {found['steps_per_round']} steps, median of {found['rounds']} rounds")
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the costs in lines."""
+    lines = [f"lockstep of {found['scene']}, {found['steps_per_round']} steps, median of {found['rounds']} rounds"]
     for label, speed in found["steps_per_second"].items():
         added = found["added_us_per_step"].get(label, {"median": 0.0})["median"]
         times = found["ratio_to_unrecorded"][label]["median"]
-        print(f"  {label:<14} {speed['median']:6.0f} steps per second, {added:+6.0f} µs per step, {times:.2f} x")
+        lines.append(f"  {label:<14} {speed['median']:6.0f} steps per second, {added:+6.0f} µs per step, {times:.2f} x")
     for kind, size in found["bytes_per_simulated_minute"].items():
-        print(f"  .{kind:<5} {size['median'] / 1e6:.2f} MB per simulated minute")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        lines.append(f"  .{kind:<5} {size['median'] / 1e6:.2f} MB per simulated minute")
+    return lines

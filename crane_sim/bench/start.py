@@ -1,4 +1,4 @@
-"""How long a process takes from nothing to its first simulated step: `python -m crane_sim.bench.start`.
+"""How long a process takes from nothing to its first simulated step: `crane bench start`.
 
 Cold: with an empty cache of compiled code; warm: with a filled one. Imports and the interpreter's own start count, and
 are measured beside it, since no compiled code of ours can avoid them.
@@ -55,16 +55,11 @@ def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int =
     return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **found, "machine": machine()}
 
 
-def main() -> int:
-    """Print the times."""
-    found = measure()
-    print(f"from a new process to the first simulated step of {found['scene']}, imports included: s")
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the times in lines."""
+    lines = [f"from a new process to the first simulated step of {found['scene']}, imports included, s"]
     for key, label in LABELS.items():
         time_s = found[key]
         of = f"median of {len(time_s['rounds'])}; least {time_s['least']:.2f}, most {time_s['most']:.2f}"
-        print(f"  {label:<36} {time_s['median']:5.2f}  ({of})")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        lines.append(f"  {label:<36} {time_s['median']:5.2f}  ({of})")
+    return lines

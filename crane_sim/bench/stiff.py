@@ -1,15 +1,12 @@
 """The Rosenbrock method on a cable as stiff as steel, against scipy's LSODA on the same compiled equations.
 
-`python -m crane_sim.bench.stiff [--error 1e-6] [--damping 0]` runs both with a ladder of tolerances on the scene
-`overhead_stiff` and prints, of each, the cheapest setting that reaches the error: the largest distance of a node from
-where two methods with tight tolerances agree that it is. Times are the processor's, so that other programs matter less.
+`crane bench stiff` runs both with a ladder of tolerances on the scene `overhead_stiff` and tells of each the cheapest
+setting that reaches the error: the largest distance of a node from where two methods with tight tolerances agree that
+it is. Times are the processor's, so that other programs matter less.
 """
 
-import argparse
-import platform
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +14,7 @@ import scipy
 from scipy.integrate import solve_ivp
 
 from crane_sim import system
+from crane_sim.bench.measured import machine
 from crane_sim.integrators import reach, start
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
@@ -24,6 +22,7 @@ from crane_sim.jit import entry
 from crane_sim.scene import Scene, load_scene
 from crane_sim.stepping import begin
 
+SCENE = "overhead_stiff"
 ROUNDS = 5
 LADDER = (
     (1e-4, 1e-5),
@@ -103,25 +102,29 @@ def cheapest(run: Callable[[tuple[float, float]], Trial], error: float) -> Trial
     return min((trial for trial in map(run, LADDER) if trial.error <= error), key=lambda t: t.seconds, default=None)
 
 
-def main() -> int:
-    """Print the comparison."""
-    parser = argparse.ArgumentParser(description="the Rosenbrock method against LSODA on a cable as stiff as steel")
-    parser.add_argument("--error", type=float, default=1e-6, help="m, to reach at the end of the run")
-    parser.add_argument("--damping", type=float, default=0.0, help="N s/m, of every link")
-    wanted = parser.parse_args()
-    case = Case(load_scene("overhead_stiff", {"cable.damping": wanted.damping}))
-    ours, theirs = cheapest(case.rodas, wanted.error), cheapest(case.lsoda, wanted.error)
-    print(f"overhead_stiff, damping {wanted.damping:g} N s/m, {platform.machine()}, scipy {scipy.__version__}")
-    print(f"  two tight references differ by {case.doubt:.1e} m; wanted: {wanted.error:g} m")
-    if ours is None or theirs is None:
-        print("  no setting reaches the error", file=sys.stderr)
-        return 1
-    for name, trial in (("rodas", ours), ("LSODA", theirs)):
-        cost = f"{1e3 * trial.seconds:8.2f} ms per simulated second, {trial.evaluations} evaluations"
-        print(f"  {name:<6} rtol, atol {trial.tolerances}: error {trial.error:.1e} m, {cost}")
-    print(f"  LSODA / rodas {theirs.seconds / ours.seconds:.0f}")
-    return 0
+def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict[str, Any]:
+    """Return the cheapest runs of both that reach an error [m], for each damping of the links [N s/m]."""
+    found: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
+    for damping in dampings:
+        case = Case(load_scene(SCENE, {"cable.damping": damping}))
+        trials = {"rodas": cheapest(case.rodas, error), "LSODA": cheapest(case.lsoda, error)}
+        made = {name: trial._asdict() if trial else None for name, trial in trials.items()}
+        found["dampings"][f"{damping:g}"] = made | {"doubt_m": case.doubt}
+    return found
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the comparison in lines."""
+    lines = []
+    for damping, row in found["dampings"].items():
+        lines.append(f"{SCENE}, damping {damping} N s/m; two tight references differ by {row['doubt_m']:.1e} m")
+        for name in ("rodas", "LSODA"):
+            if (trial := row[name]) is None:
+                lines.append(f"  {name:<6} no setting reaches {found['error_m']:g} m")
+                continue
+            cost = f"{1e3 * trial['seconds']:8.2f} ms per simulated second, {trial['evaluations']} evaluations"
+            tolerances = ", ".join(f"{tolerance:g}" for tolerance in trial["tolerances"])
+            lines.append(f"  {name:<6} rtol, atol {tolerances}: error {trial['error']:.1e} m, {cost}")
+        if row["rodas"] and row["LSODA"]:
+            lines.append(f"  LSODA / rodas {row['LSODA']['seconds'] / row['rodas']['seconds']:.0f}")
+    return lines
