@@ -28,9 +28,9 @@ from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.lane_algebra import LANES
 from crane_sim.plant import SimulationError, check_status
-from crane_sim.rollout import SceneSource
-from crane_sim.rollout import checked_times
+from crane_sim.rollout import SceneSource, checked_times
 from crane_sim.scene import Scene
+from crane_sim.stepping import begin
 
 Array = npt.NDArray[np.float64]
 Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last` (not included)
@@ -116,7 +116,8 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     """Return whether the cranes take the same steps, without branches, and are enough to fill most lanes."""
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
-    smooth = system.switching(first.model) is None and not system.fill.knows(type(first.model))
+    starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
+    smooth = starts.seen is None and not system.fill.knows(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 

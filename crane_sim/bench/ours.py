@@ -19,6 +19,7 @@ from crane_sim.integrators.rodas import Rodas
 from crane_sim.jit import entry
 from crane_sim.metrics import polyline
 from crane_sim.scene import Scene
+from crane_sim.stepping import begin
 
 NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = ladder(1.0, 1e-5, 8)  # s
@@ -58,7 +59,7 @@ class Ours:
     def methods(self) -> list[str]:
         """Return the names of the methods that fit the scene."""
         arrays = system.fill.knows(type(self.p))
-        smooth = isinstance(system.switching(self.p), type(None))
+        smooth = begin(self.p, self.q, self.v)[0].seen is None
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 
     def runs(self, method: str) -> list[Run]:

@@ -72,6 +72,8 @@ def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Sa
             trials[engine.name] = _peer(engine, own, truth)
         except Missing as why:
             refused[engine.name] = str(why)
+        except Exception as why:  # a peer's fault takes its row, not the others'
+            refused[engine.name] = f"failed: {type(why).__name__}: {why}".partition("\n")[0]
     points = measured(trials, scene.duration, lambda what: said(f"{case.id}: {what}"))
     head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": truth.trusted}
     rows = [list(point) for point in points]
