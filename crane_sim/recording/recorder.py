@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from crane_sim.scene import Scene
 
-BLOCK_STEPS, BLOCK_SECONDS = 500, 0.5
+BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
 SILENCE = 2.0  # s without a message until what is missing counts as lost
 
 

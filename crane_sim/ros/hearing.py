@@ -1,12 +1,20 @@
-"""The topics of a run as a recorder hears them: one subscription each, in the bytes that came over the wire."""
+"""The topics of a run as a recorder hears them: one subscription each, in the bytes that came over the wire.
 
-from collections.abc import Callable, Mapping, Sequence
+An executor wakes up for every message. A recorder is in no hurry, and on a busy machine each of its wake-ups takes a
+core from the plant or the controller: here messages wait in the middleware until somebody asks for them.
+"""
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import PoseStamped
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
+from rclpy.type_support import check_for_type_support
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 from trajectory_msgs.msg import JointTrajectory
@@ -36,6 +44,7 @@ _SOURCES = {
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),
 }
+_sent = itemgetter(0)
 
 
 def topics(node: Node) -> dict[str, Topic]:
@@ -44,7 +53,7 @@ def topics(node: Node) -> dict[str, Topic]:
 
 
 class Hearing:
-    """Hands every message to all who take its topic.
+    """Hands every message to all who take its topic, whenever it is asked to.
 
     Attributes:
         over: the plant said that the run has ended.
@@ -54,23 +63,63 @@ class Hearing:
         """Subscribe to the topics that a listener takes."""
         self._began, self.over = False, False
         everyone = ({"simulation_state": self._on_mode}, *listeners)
-        self._subscriptions = {}
-        for name, (kind, qos) in _SOURCES.items():
+        self._ears: dict[str, _Ear] = {}
+        self._waiting: list[tuple[int, Taker, bytes]] = []
+        self._newest = 0  # ns, when the last of them was sent
+        for name, source in _SOURCES.items():
             takers = [listener[name] for listener in everyone if name in listener]
             if takers:
-                self._subscriptions[name] = node.create_subscription(kind, name, _to_all(takers), qos, raw=True)
+                self._ears[name] = _Ear(node, name, source, _to_all(takers))
+
+    def pass_on(self) -> None:
+        """Hand over what had come by the last call, in the order in which it was sent.
+
+        What has come since then stays: of what was sent before it, something may still be on its way on another topic.
+        """
+        self._waiting += [message for ear in self._ears.values() for message in ear.drain()]
+        self._waiting.sort(key=_sent)
+        count = bisect_right(self._waiting, self._newest, key=_sent)
+        settled, self._waiting = self._waiting[:count], self._waiting[count:]
+        if self._waiting:
+            self._newest = _sent(self._waiting[-1])
+        for _, take, data in settled:
+            take(data)
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when the plant is there."""
         for name in ("joint_states", "applied_effort"):
-            if not self._subscriptions[name].get_publisher_count():
-                return f"a publisher of {self._subscriptions[name].topic_name}"
+            if not self._ears[name].matched:
+                return f"a publisher of {self._ears[name].topic}"
         return ""
 
     def _on_mode(self, data: bytes) -> None:
         mode = deserialize_message(data, UInt8).data
         self._began = self._began or mode == messages.PLAYING
         self.over = self._began and mode in (messages.STOPPED, messages.QUITTING)
+
+
+class _Ear:
+    """A subscription that no executor serves."""
+
+    def __init__(self, node: Node, name: str, source: _Source, take: Taker) -> None:
+        self._take, self._kind, self._sent = take, source.kind, 0
+        check_for_type_support(source.kind)  # loads it, too
+        with node.handle:  # what `create_subscription` wraps, and hands to the executor
+            qos = source.qos.get_c_qos_profile()
+            self._handle = rclpy_implementation.Subscription(node.handle, source.kind, name, qos)
+        self.topic = self._handle.get_topic_name()
+
+    @property
+    def matched(self) -> bool:
+        return self._handle.get_publisher_count() > 0
+
+    def drain(self) -> Iterator[tuple[int, Taker, bytes]]:
+        """Yield (time at which it was sent [ns], who takes it, message) for every message that waits."""
+        with self._handle:
+            while taken := self._handle.take_message(self._kind, True):
+                data, about = taken
+                self._sent = max(self._sent, about["source_timestamp"])  # a clock set back reorders no topic
+                yield self._sent, self._take, data
 
 
 def _topic(name: str, source: _Source) -> Topic:

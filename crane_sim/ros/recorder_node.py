@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
@@ -26,6 +27,9 @@ PARAMETERS = {
     "mcap": "",  # the messages as they came, for other tools; <mcap>.part while it grows; empty: none
     "live_port": 0,  # serve the Rerun recording to viewers on this local port, too; 0: do not
 }
+
+
+_PERIOD = 0.01  # s between two looks at what has come: bursts cost less than messages one by one
 
 
 class Output(Protocol):
@@ -64,7 +68,7 @@ def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     host.wait(hearing.missing)
     host.pipes.report("ready")
     _listen(host, hearing, outputs)
-    added = _finish(host, outputs, _summary(scene, host.stopping))
+    added = _finish(host, hearing, outputs, _summary(scene, host.stopping))
     host.pipes.report("done", summary=added)
     for output in outputs:
         if output.broken:
@@ -120,7 +124,8 @@ def _opened_recorder(
 def _listen(host: Host, hearing: Hearing, outputs: Sequence[Output]) -> None:
     complaints: set[str] = set()
     while not host.stopping and (host.pipes.attached or not hearing.over):
-        host.spin()
+        host.spin(_PERIOD)
+        hearing.pass_on()
         for output in outputs:
             output.idle()
             if output.broken and output.broken not in complaints:
@@ -128,11 +133,13 @@ def _listen(host: Host, hearing: Hearing, outputs: Sequence[Output]) -> None:
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
 
 
-def _finish(host: Host, outputs: Sequence[Output], summary: dict[str, Any]) -> dict[str, Any]:
+def _finish(host: Host, hearing: Hearing, outputs: Sequence[Output], summary: dict[str, Any]) -> dict[str, Any]:
     """Wait for what is still on its way, complete the files one after the other, return what they add together."""
     steps = summary.get("steps")
+    hearing.pass_on()
     while not host.stopping.startswith("interrupted") and not all(output.has_all(steps) for output in outputs):
-        host.spin()
+        host.spin(_PERIOD)
+        hearing.pass_on()
     added: dict[str, Any] = {}
     for output in outputs:
         added = output.finish(summary | added) | added  # the first error stands
@@ -146,9 +153,16 @@ def _summary(scene: "Scene", order: str) -> dict[str, Any]:
     return json.loads(document) if document else own | ({"ended_by": order} if order else {})
 
 
+def _give_way() -> None:
+    """Wake up without taking a core from plant or controller; the threads that Fast DDS starts later inherit it."""
+    with suppress(PermissionError):  # a sandbox may forbid it, which costs speed alone
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+
+
 def main() -> int:
     """Run the node; see `process.main` for the exit code."""
     kept: list[object] = []
+    _give_way()
     code = process.main("recorder", PARAMETERS, lambda host, settings: serve(host, settings, kept))
     if code:  # Rerun waits for ever, at interpreter exit and where its stream is freed, for a file it could not write
         os._exit(code)
