@@ -41,14 +41,16 @@ def weigh(h, weights, count, ks, out):
     a weight of 0.
     """
     last = count - 1
-    for i in range(len(out)):
-        out[i] = 0.0
     for j in range(0, count, 4):
         a, b, c = min(j + 1, last), min(j + 2, last), min(j + 3, last)
         u, v = h * weights[j], h * weights[a] if a > j else 0.0
         w, x = h * weights[b] if b > a else 0.0, h * weights[c] if c > b else 0.0
-        for i in range(len(out)):
-            out[i] = (((out[i] + u * ks[j, i]) + v * ks[a, i]) + w * ks[b, i]) + x * ks[c, i]
+        if j == 0:
+            for i in range(len(out)):
+                out[i] = ((u * ks[j, i] + v * ks[a, i]) + w * ks[b, i]) + x * ks[c, i]
+        else:
+            for i in range(len(out)):
+                out[i] = (((out[i] + u * ks[j, i]) + v * ks[a, i]) + w * ks[b, i]) + x * ks[c, i]
 
 
 @routine
