@@ -17,9 +17,10 @@ _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the 
 
 
 class Switching(NamedTuple):
-    """The model's equations switch; so many events are kept."""
+    """The model's equations switch."""
 
-    capacity: int = 1000
+    capacity: int = 1000  # so many events are kept
+    positions: int = 0  # guards need t and only so many first floats of a flat x, whose rates are the next; 0: all
 
 
 @generic
@@ -185,9 +186,9 @@ def switching(p):
     return None
 
 
-@generic
-def guard(p, t, x, u):
-    """Return (the smallest guard, its number): the present mode is valid while all guards are non-negative."""
+@lean_generic
+def guard(p, t, x, u, work):
+    """Return (the smallest guard, its number, evaluations that it took): the mode holds while none is negative."""
     raise NotImplementedError
 
 

@@ -68,7 +68,7 @@ def passed(method, p, q, v, u, times, nodes):
 
 def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:
     """Return (flow, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
-    nodes = np.empty((len(times), len(scene.model.cable.masses) + 1, 3))
+    nodes = np.empty((len(times), system.point_count(scene.model), 3))
     model, efforts = scene.model._replace(meter=Meter()), (0.0,) * len(scene.actuated)
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
     flow, lost = passed(method, model, q, v, efforts, np.array(times), nodes)
@@ -128,20 +128,21 @@ def test_slack_cable_in_a_run() -> None:
     assert done.summary["energy_audit_error"] < 1e-9  # integrated to 1e-11 a step; jolts restart it
 
 
-def hanging(mass: float, length: float, stiffness: float, below: float) -> crane_sim.Scene:
+def hanging(mass: float, length: float, stiffness: float, below: float, **cable: Any) -> crane_sim.Scene:
     """Return a mass on one spring, that much below where it would hang."""
-    return scene_of([mass], [length], stiffness, [[0.0, -length - mass * G / stiffness - below]])
+    return scene_of([mass], [length], stiffness, [[0.0, -length - mass * G / stiffness - below]], cable=cable)
 
 
 @pytest.mark.parametrize("method", [DOP853(1e-11, 1e-13), Rodas(1e-9, 1e-11)], ids=lambda m: type(m).__name__)
 def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
     """A mass on one vertical spring moves as a cosine of the frequency sqrt(k / m)."""
-    scene, period = hanging(3.0, 2.0, 500.0, 0.1), 2.0 * np.pi * np.sqrt(3.0 / 500.0)
+    slack = isinstance(method, Rodas)  # it needs a state that is an array, as that of a cable that may go slack
+    scene, period = hanging(3.0, 2.0, 500.0, 0.05, tension_only=slack), 2.0 * np.pi * np.sqrt(3.0 / 500.0)
     times = np.array([0.25, 0.5, 1.0, 5.25]) * period
     _, nodes, _ = run(scene, method, times)
     rest = -2.0 - 3.0 * G / 500.0
     # 1e-9 a step, some hundred steps
-    assert nodes[:, 0, 2] - rest == pytest.approx(-0.1 * np.cos(2.0 * np.pi * times / period), abs=2e-8)
+    assert nodes[:, 0, 2] - rest == pytest.approx(-0.05 * np.cos(2.0 * np.pi * times / period), abs=2e-8)
     assert np.max(np.abs(nodes[:, 0, 0])) == 0.0
 
 

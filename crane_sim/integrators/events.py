@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.integrators.flow import OK, Flow, stages, state_at
+from crane_sim.integrators.looks import LOOKS, ends, suspect
 from crane_sim.jit import generic, kernel, routine
-from crane_sim.state_algebra import add, add_scaled, scale
-from crane_sim.system import Switching, guard, rhs, switched
+from crane_sim.system import Switching, guard, switched, switching, workspace
 
 STOPPED = 100
 """From here on a flow's status tells that guard number `status - STOPPED` failed and the model ends with it."""
 CHATTER = 3
-LOOKS = 4  # instants of a step at which the guards are looked at
 MOST_SWITCHES = 50  # at one instant; a model that wants more of them chatters
 PROBES = 60  # for one event; halving alone would need about 50
 
@@ -59,7 +58,12 @@ def located(switches, method, p, u, flow):
 
 @located.register(Switching)
 def _(switches, method, p, u, flow):
-    return cut_back(method, p, u, flow)
+    if flow.status != OK:
+        return flow
+    low, high, n = bracket(method, p, u, flow)
+    n += flow.evaluations
+    seen = Flow(flow.t0, flow.x0, flow.t, flow.x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen)
+    return seen if low == high else cut_back(method, p, u, seen, low, high)
 
 
 @kernel
@@ -73,8 +77,8 @@ def noted(seen, t, event):
 @routine
 def switched_flow(p, u, flow):
     """Return the flow after all switches at its present instant."""
-    x, status, seen, h = flow.x, flow.status, flow.seen, flow.h
-    value, which = guard(p, flow.t, x, u)
+    x, status, seen, h, work = flow.x, flow.status, flow.seen, flow.h, workspace(p)
+    value, which, n = guard(p, flow.t, x, u, work)
     switches = 0
     while value < 0.0 and status == OK:
         x, event, goes_on = switched(p, flow.t, x, u, which)
@@ -82,70 +86,77 @@ def switched_flow(p, u, flow):
         status = OK if goes_on else STOPPED + which
         if switches > MOST_SWITCHES:
             status = CHATTER
-        value, which = guard(p, flow.t, x, u)
-    n, taken, rejected = flow.evaluations, flow.steps, flow.rejected
+        value, which, more = guard(p, flow.t, x, u, work)
+        n += more
+    n, taken, rejected = flow.evaluations + n, flow.steps, flow.rejected
     return Flow(flow.t0, flow.x0, flow.t, x, h, n, taken, rejected, status, seen)
 
 
 @kernel
-def between(flow, f0, f1, s):
-    """Return the state at the part s of the last step, by cubic Hermite interpolation."""
-    h, rise = flow.t - flow.t0, add_scaled(flow.x, -1.0, flow.x0)
-    bend = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
-    bend = add_scaled(bend, 1.0 - 2.0 * s, rise)
-    return add(add_scaled(flow.x0, s, rise), scale(s * (s - 1.0), bend))
+def look_at(flow, j):
+    """Return the time of look number j at the last step."""
+    return flow.t if j == LOOKS else flow.t0 + (flow.t - flow.t0) * j / LOOKS
 
 
-@routine
+@kernel
+def probed(method, p, u, flow, t, work):
+    """Return (the smallest guard at time t of the last step, by a step of its own, evaluations)."""
+    value, _, n = guard(p, t, state_at(method, p, u, flow, t), u, work)
+    return value, n if t == flow.t else n + stages(method)
+
+
+@kernel
 def bracket(method, p, u, flow):
-    """Return (low, high), times of the last step between which the first guard fails; (t, t) when none does."""
-    f0, f1 = rhs(p, flow.t0, flow.x0, u), rhs(p, flow.t, flow.x, u)
-    low = flow.t0
-    for j in range(1, LOOKS):
-        t = flow.t0 + (flow.t - flow.t0) * j / LOOKS
-        value, _ = guard(p, t, between(flow, f0, f1, j / LOOKS), u)
+    """Return (low, high, evaluations): the first guard fails between these times of the last step; equal: none does.
+
+    Guards are looked at LOOKS times, at even distances and last at the end of the step: before that at interpolated
+    states, and what seems to fail there is asked again at the true one. So a guard that recovers within the step is
+    seen if it fails at one of these instants, which is sure where it stays negative for 1 / LOOKS of the step.
+    """
+    work, positions = workspace(p), switching(p).positions
+    slopes = ends(flow.x, p, u, flow, positions, work)
+    j, n = suspect(p, u, flow, slopes, work, 1)
+    n += 0 if positions > 0 else 2
+    while j < LOOKS:
+        value, more = probed(method, p, u, flow, look_at(flow, j), work)
+        n += more
         if value < 0.0:
-            value, _ = guard(p, t, state_at(method, p, u, flow, t), u)
-            if value < 0.0:
-                return low, t
-        low = t
-    value, _ = guard(p, flow.t, flow.x, u)
-    return (low, flow.t) if value < 0.0 else (flow.t, flow.t)
+            break
+        j, more = suspect(p, u, flow, slopes, work, j + 1)
+        n += more
+    if j > LOOKS:
+        return flow.t, flow.t, n
+    return look_at(flow, j - 1), look_at(flow, j), n
 
 
 @routine
 def crossing(method, p, u, flow, low, high):
-    """Return (the first time after `low` at which a guard is found to fail, probes): false position and halving."""
-    g_low, _ = guard(p, low, state_at(method, p, u, flow, low), u)
-    g_high, _ = guard(p, high, state_at(method, p, u, flow, high), u)
-    probes = 2
-    while probes < PROBES:
+    """Return (the first time after `low` when a guard is found to fail, evaluations): false position and halving."""
+    work = workspace(p)
+    g_low, n = probed(method, p, u, flow, low, work)
+    g_high, more = probed(method, p, u, flow, high, work)
+    for probe in range(2, PROBES):
+        n += more
         t = 0.5 * (low + high)
-        if probes % 3 and g_low > 0.0:
+        if probe % 3 and g_low > 0.0:
             t = low + (high - low) * g_low / (g_low - g_high)
         if not low < t < high:
             t = 0.5 * (low + high)
         if not low < t < high:
-            break
-        g, _ = guard(p, t, state_at(method, p, u, flow, t), u)
-        probes += 1
+            return high, n
+        g, more = probed(method, p, u, flow, t, work)
         if g < 0.0:
             high, g_high, g_low = t, g, 0.5 * g_low
         else:
             low, g_low, g_high = t, g, 0.5 * g_high
-    return high, probes
+    return high, n + more
 
 
 @routine
-def cut_back(method, p, u, flow):
-    """Return the flow as `located` does."""
-    if flow.status != OK:
-        return flow
-    low, high = bracket(method, p, u, flow)
-    if low == high:
-        return flow
-    t, probes = crossing(method, p, u, flow, low, high)
+def cut_back(method, p, u, flow, low, high):
+    """Return the flow back at the first event, between `low` and `high`, and switched."""
+    t, more = crossing(method, p, u, flow, low, high)
+    n = flow.evaluations + more + stages(method)
     x = state_at(method, p, u, flow, t)
-    n = flow.evaluations + probes * stages(method)
     cut = Flow(flow.t0, flow.x0, t, x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen)
     return switched_flow(p, u, cut)

@@ -122,6 +122,22 @@ def _(friction, v):
 
 
 @lean_generic
+def rubs(part):
+    """Return whether an axis, or what rubs there, sticks and slips."""
+    return False
+
+
+@rubs.register(ForceAxis)
+def _(part):
+    return rubs(part.friction)
+
+
+@rubs.register(Friction)
+def _(part):
+    return True
+
+
+@lean_generic
 def axis_guard(axis, v, mode, tau, i, pull):
     """Return the guard of the axis' friction: negative when slipping has ended or sticking cannot hold."""
     return 1.0

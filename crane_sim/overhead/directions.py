@@ -7,7 +7,7 @@ with scalar products of neighbouring unit vectors in place of cosines, and the t
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_sim.jit import kernel
+from crane_sim.jit import lean_kernel
 
 
 class Directions(NamedTuple):
@@ -29,7 +29,7 @@ class Top(NamedTuple):
     rate: float  # m/s, of the length
 
 
-@kernel
+@lean_kernel
 def aligned(x, unit, rate):
     """Return (unit vector, rate perpendicular to it) nearest to the ones that begin at x[unit] and x[rate]."""
     a, b, c = x[unit], x[unit + 1], x[unit + 2]
@@ -39,26 +39,26 @@ def aligned(x, unit, rate):
     return (a, b, c), (x[rate] - along * a, x[rate + 1] - along * b, x[rate + 2] - along * c)
 
 
-@kernel
+@lean_kernel
 def dot(units, k, j):
     """Return the scalar product of two rows of an array (N, 3)."""
     return units[k, 0] * units[j, 0] + units[k, 1] * units[j, 1] + units[k, 2] * units[j, 2]
 
 
-@kernel
+@lean_kernel
 def ease(links, top):
     """Return the compliance [1/kg] of the first link against its own tension, its hoist apart."""
     x, y = links.units[0, 0], links.units[0, 1]
     return links.below[0] + top.give[0] * x * x + top.give[1] * y * y
 
 
-@kernel
+@lean_kernel
 def apart(acc, k):
     """Return the relative acceleration (3 floats) of link k's ends."""
     return acc[k + 1, 0] - acc[k, 0], acc[k + 1, 1] - acc[k, 1], acc[k + 1, 2] - acc[k, 2]
 
 
-@kernel
+@lean_kernel
 def demanded(links, acc, k):
     """Return what link k's tension has to supply: the relative acceleration of its ends along it [m/s²]."""
     x, y, z = apart(acc, k)
@@ -66,7 +66,7 @@ def demanded(links, acc, k):
     return links.lengths[k] * links.speeds[k] + along
 
 
-@kernel
+@lean_kernel
 def solve_tensions(links, top, acc, tension, ratio):
     """Fill the tensions (N,) [N]: eliminate downwards, substitute upwards.
 
@@ -91,7 +91,7 @@ def solve_tensions(links, top, acc, tension, ratio):
         tension[k] -= ratio[k] * tension[k + 1]
 
 
-@kernel
+@lean_kernel
 def paid_out(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.pay >= 0.0:
@@ -100,14 +100,14 @@ def paid_out(links, top, acc, tension):
     return free + dot(links.units, 0, 1) * links.below[0] * tension[1] if len(tension) > 1 else free
 
 
-@kernel
+@lean_kernel
 def across(units, k, x, y, z):
     """Return the part of a vector across link k."""
     along = units[k, 0] * x + units[k, 1] * y + units[k, 2] * z
     return x - along * units[k, 0], y - along * units[k, 1], z - along * units[k, 2]
 
 
-@kernel
+@lean_kernel
 def pulled(units, k, j, pull, total):
     """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
     x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
@@ -115,7 +115,7 @@ def pulled(units, k, j, pull, total):
     return total[0] + pull * x, total[1] + pull * y, total[2] + pull * z
 
 
-@kernel
+@lean_kernel
 def turn(links, top, acc, tension, out, at):
     """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments as of `solve_tensions`.
 

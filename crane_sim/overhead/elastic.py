@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import generic, kernel
+from crane_sim.jit import lean_generic, lean_kernel
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis
@@ -56,7 +56,7 @@ class ElasticCrane(NamedTuple):
         return f"link {(which - LINK) // 2 + 1} {'pulls' if which % 2 else 'went slack'}", ""
 
 
-@generic
+@lean_generic
 def dimensions(bridge):
     """Return in how many dimensions the nodes move."""
     return 3
@@ -67,7 +67,7 @@ def _(bridge):
     return 2
 
 
-@kernel
+@lean_kernel
 def layout(p):
     """Return (number of coordinates, index of the first node's, dimensions, index of the first mode)."""
     d = dimensions(p.bridge)
@@ -76,7 +76,7 @@ def layout(p):
     return nq, first, d, 2 * nq + meter_size(p.meter)
 
 
-@generic
+@lean_generic
 def rest_of_first(hoist, cable, x, top, nq):
     """Return (rest length, its rate) of the first link; its coordinate is number `top`."""
     return x[top], x[nq + top]
@@ -87,7 +87,7 @@ def _(hoist, cable, x, top, nq):
     return cable.lengths[0], 0.0
 
 
-@kernel
+@lean_kernel
 def vector(p, x, k, order):
     """Return the position (order 0) or velocity (order 1) of node k in the world, (3,); node 0 is the trolley."""
     nq, first, d, _ = layout(p)
@@ -98,7 +98,7 @@ def vector(p, x, k, order):
     return x[i], x[i + 1] if d == 3 else 0.0, x[i + d - 1]
 
 
-@kernel
+@lean_kernel
 def link(p, x, k):
     """Return (unit vector (3,) from node k to node k + 1, length, elongation, its rate) of link k, from 0."""
     nq, first, _, _ = layout(p)
@@ -113,7 +113,7 @@ def link(p, x, k):
     return (nx, ny, nz), length, length - rest, nx * (vx - ux) + ny * (vy - uy) + nz * (vz - uz) - paid
 
 
-@generic
+@lean_generic
 def tautness(switches, x, first):
     """Return the mode, 1 taut or 0 slack, of the link whose mode is number `first`."""
     return 1.0
@@ -124,7 +124,7 @@ def _(switches, x, first):
     return x[first]
 
 
-@kernel
+@lean_kernel
 def pull(p, x, k):
     """Return (unit vector (3,), tension [N], power that the damper takes [W]) of link k, from 0."""
     _, _, d, modes = layout(p)
@@ -134,7 +134,7 @@ def pull(p, x, k):
     return n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate
 
 
-@kernel
+@lean_kernel
 def mass_of(p, x, k):
     """Return the mass [kg] of node k, from 1."""
     mass = p.cable.masses[k - 1]

@@ -1,8 +1,8 @@
 """How an overhead crane with an elastic cable switches: stick and slip, slack links, its payload; and how it ends."""
 
 from crane_sim import system
-from crane_sim.jit import kernel, routine
-from crane_sim.overhead.axes import axis_guard, demands, freed
+from crane_sim.jit import lean_kernel, lean_routine, routine
+from crane_sim.overhead.axes import axis_guard, demands, freed, rubs
 from crane_sim.overhead.elastic import LINK, ElasticCrane, layout, link, pull
 from crane_sim.overhead.elastic_outputs import energies
 from crane_sim.overhead.switches import (
@@ -20,15 +20,25 @@ from crane_sim.overhead.switches import (
 
 @system.switching.register(ElasticCrane)
 def _(p):
-    return switching_of(p.switches)
+    forces = rubs(p.trolley) or rubs(p.bridge) or (p.cable.tension_only > 0.0 and damped(p.cable.damping))
+    return switching_of(p.switches, forces, layout(p)[0])
+
+
+@lean_kernel
+def damped(damping):
+    """Return whether a link has a damper: then whether it pulls depends on its rate too."""
+    found = False
+    for c in damping:
+        found = found or c > 0.0
+    return found
 
 
 @system.guard.register(ElasticCrane)
-def _(p, t, x, u):
-    return least_guard(p, t, x, system.effort(u, p, t, x))
+def _(p, t, x, u, work):
+    return (*least_guard(p, t, x, system.effort(u, p, t, x)), 0)
 
 
-@routine
+@lean_routine
 def least_guard(p, t, x, tau):
     """Return (the smallest guard, its number)."""
     nq, first, d, modes = layout(p)
@@ -47,7 +57,7 @@ def least_guard(p, t, x, tau):
     return best
 
 
-@kernel
+@lean_kernel
 def link_guard(p, x, k, taut):
     """Return the guard [N] of a link that only pulls: a slack one pulls where both its e and its k e + c e' are > 0."""
     _, _, stretch, rate = link(p, x, k)

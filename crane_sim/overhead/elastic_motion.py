@@ -1,7 +1,7 @@
 """How an overhead crane with an elastic cable moves: forces on nodes, axes and hoist."""
 
 from crane_sim import system
-from crane_sim.jit import generic, kernel, routine
+from crane_sim.jit import lean_generic, lean_kernel, lean_routine
 from crane_sim.overhead.axes import axis_power, demands, rail
 from crane_sim.overhead.elastic import ElasticCrane, layout, mass_of, pull
 from crane_sim.overhead.forces import NodeForces
@@ -10,7 +10,7 @@ from crane_sim.overhead.switches import mode_of
 from crane_sim.sources import value_at
 
 
-@generic
+@lean_generic
 def add_pushes(forces, p, t, x, out):
     """Add the given forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
     return 0.0
@@ -30,7 +30,7 @@ def _(p, t, x, u, out, work):
     move(p, t, x, system.effort(u, p, t, x), out)
 
 
-@routine
+@lean_routine
 def move(p, t, x, tau, out):
     """Write the time derivative of the state under efforts tau into `out`; return the power [W] supplied.
 
@@ -49,7 +49,7 @@ def move(p, t, x, tau, out):
     return supplied
 
 
-@kernel
+@lean_kernel
 def hang(p, x, force, out):
     """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
     nq, first, d, _ = layout(p)
@@ -65,14 +65,14 @@ def hang(p, x, force, out):
     return lost
 
 
-@kernel
+@lean_kernel
 def place(out, i, d, ax, ay, az):
     """Write a vector to out[i] and on; in the plane its last component takes the place of the one that is not there."""
     out[i], out[i + 1] = ax, ay
     out[i + d - 1] = az
 
 
-@kernel
+@lean_kernel
 def drive(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = layout(p)

@@ -1,8 +1,8 @@
 """How a planar overhead crane switches between sticking and slipping, changes its payload, and ends."""
 
 from crane_sim import system
-from crane_sim.jit import routine
-from crane_sim.overhead.axes import axis_guard, freed
+from crane_sim.jit import lean_routine, routine
+from crane_sim.overhead.axes import axis_guard, freed, rubs
 from crane_sim.overhead.chain import TENSION
 from crane_sim.overhead.planar import PlanarCrane, first_link, layout, solved
 from crane_sim.overhead.planar_outputs import energies
@@ -20,25 +20,26 @@ from crane_sim.overhead.switches import (
 
 @system.switching.register(PlanarCrane)
 def _(p):
-    return switching_of(p.switches)
+    return switching_of(p.switches, rubs(p.trolley), layout(p)[0])
 
 
 @system.guard.register(PlanarCrane)
-def _(p, t, x, u):
-    return least_guard(p, t, x, system.effort(u, p, t, x))
+def _(p, t, x, u, work):
+    return least_guard(p, t, x, system.effort(u, p, t, x), work)
 
 
-@routine
-def least_guard(p, t, x, tau):
-    """Return (the smallest guard, its number)."""
+@lean_routine
+def least_guard(p, t, x, tau, w):
+    """Return (the smallest guard, its number, evaluations)."""
     nq, _, modes = layout(p)
-    w = system.workspace(p)
-    now = solved(p, t, x, tau, w)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, now.pull), FRICTION)
+    forces = p.switches.taut > 0.0 or (rubs(p.trolley) and x[modes] == 0.0)
+    pull = solved(p, t, x, tau, w).pull if forces else 0.0
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    return slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
+    value, which = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
+    return value, which, int(forces)
 
 
 @system.switched.register(PlanarCrane)

@@ -6,7 +6,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.jit import generic, kernel, routine
-from crane_sim.overhead.axes import axis_guard, axis_mass, freed
+from crane_sim.overhead.axes import axis_guard, axis_mass, freed, rubs
 from crane_sim.overhead.efforts import driven, efforts
 from crane_sim.overhead.hoists import drum_inertia
 from crane_sim.overhead.rod import RodCrane, layout, moments, on_meter, supply, swing_of, upper
@@ -140,19 +140,29 @@ def _(p, x, out):
 
 @system.switching.register(RodCrane)
 def _(p):
-    return switching_of(p.switches)
+    return switching_of(p.switches, rubs(p.trolley), layout(p)[0])
 
 
 @system.guard.register(RodCrane)
-def _(p, t, x, u):
+def _(p, t, x, u, work):
     nq, modes = layout(p)
     tau = system.effort(u, p, t, x)
-    now = swing_of(p, t, x, tau)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, now.pull), FRICTION)
+    taut = p.switches.taut > 0.0
+    forces = taut or (rubs(p.trolley) and x[modes] == 0.0)
+    tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, upper(p.hoist, p.cable, x)[0])
     best = payload_guard(p.switches, best, t, x[modes + 1])
-    return lesser(best, now.tension, LINK) if p.switches.taut > 0.0 else best
+    value, which = lesser(best, tension, LINK) if taut else best
+    return value, which, int(forces)
+
+
+@kernel
+def forces_of(p, t, x, tau):
+    """Return (tension, pull on the trolley) [N]."""
+    now = swing_of(p, t, x, tau)
+    return now.tension, now.pull
 
 
 @system.switched.register(RodCrane)

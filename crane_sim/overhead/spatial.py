@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.jit import generic, kernel, routine
+from crane_sim.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, demands, rail
@@ -51,16 +51,13 @@ class Work(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What state and efforts fix at one instant."""
+    """What state and efforts fix at one instant, beside what is in the work arrays."""
 
-    links: Directions
     top: Top
-    free: Any
-    tension: Any
     pull: tuple[float, float]  # N, of the cable on trolley and bridge
 
 
-@kernel
+@lean_kernel
 def layout(p):
     """Return (number of coordinates, index of the first unit vector, index of the first mode)."""
     first = 2 + hoisted(p.hoist)
@@ -68,7 +65,7 @@ def layout(p):
     return nq, first, 2 * nq + meter_size(p.meter)
 
 
-@generic
+@lean_generic
 def first_link(hoist, chain, x, nq):
     """Return (length, rate) of the first link."""
     return x[2], x[nq + 2]
@@ -107,7 +104,7 @@ def work_arrays(masses, lengths):
     return Work(links, free, np.empty(n), np.empty(n))
 
 
-@kernel
+@lean_kernel
 def links_of(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
     nq, first, _ = layout(p)
@@ -121,9 +118,9 @@ def links_of(p, x, links):
     links.below[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
 
 
-@routine
+@lean_routine
 def solved(p, t, x, tau, work):
-    """Return what state x at time t and joint efforts tau fix; `work` is a workspace."""
+    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
     nq, _, modes = layout(p)
     links, acc, tension, ratio = work
     links_of(p, x, links)
@@ -135,7 +132,7 @@ def solved(p, t, x, tau, work):
     pay, run = drum(p.hoist, t, tau)
     top = Top((give_x, give_y), pay, run, first_link(p.hoist, p.cable, x, nq)[1])
     solve_tensions(links, top, acc, tension, ratio)
-    return Solved(links, top, acc, tension, (tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]))
+    return Solved(top, (tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]))
 
 
 @system.fill.register(SpatialCrane)
@@ -143,35 +140,36 @@ def _(p, t, x, u, out, work):
     derive(p, t, x, u, out, work)
 
 
-@routine
+@lean_routine
 def derive(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout(p)
     tau = system.effort(u, p, t, x)
-    now = solved(p, t, x, tau, work)
+    links, acc, tension, _ = work
+    top, pull = solved(p, t, x, tau, work)
     for axis in range(2):
-        out[axis], out[nq + axis] = x[nq + axis], now.free[0, axis] + now.top.give[axis] * now.pull[axis]
+        out[axis], out[nq + axis] = x[nq + axis], acc[0, axis] + top.give[axis] * pull[axis]
     if first == 3:
-        out[2], out[nq + 2] = x[nq + 2], paid_out(now.links, now.top, now.free, now.tension)
-    for k in range(len(now.tension)):
+        out[2], out[nq + 2] = x[nq + 2], paid_out(links, top, acc, tension)
+    for k in range(len(tension)):
         for c in range(3):
-            out[first + 3 * k + c] = now.links.rates[k, c]
-    turn(now.links, now.top, now.free, now.tension, out, nq + first)
+            out[first + 3 * k + c] = links.rates[k, c]
+    turn(links, top, acc, tension, out, nq + first)
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supply(p, t, x, tau, now)
+        out[2 * nq] = supply(p, t, x, tau, pull, work)
 
 
-@kernel
-def supply(p, t, x, tau, now):
+@lean_kernel
+def supply(p, t, x, tau, pull, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, _ = layout(p)
     rate = first_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
-    power += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], now.pull[1])
-    power += drum_power(p.hoist, tau, rate, now.tension[0])
-    return power + forces_supply(p.forces, p, t, x, now.links, rate)
+    power = axis_power(p.trolley, tau, 0, x[nq], pull[0])
+    power += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], pull[1])
+    power += drum_power(p.hoist, tau, rate, work.tension[0])
+    return power + forces_supply(p.forces, p, t, x, work.links, rate)
 
 
 @generic

@@ -74,13 +74,15 @@ def _(p, x):
 
 @system.tension.register(SpatialCrane)
 def _(p, t, x, u):
-    return solved(p, t, x, system.effort(u, p, t, x), system.workspace(p)).tension.min()
+    work = system.workspace(p)
+    solved(p, t, x, system.effort(u, p, t, x), work)
+    return work.tension.min()
 
 
 @system.power.register(SpatialCrane)
 def _(p, t, x, u):
-    tau = system.effort(u, p, t, x)
-    return supply(p, t, x, tau, solved(p, t, x, tau, system.workspace(p)))
+    tau, work = system.effort(u, p, t, x), system.workspace(p)
+    return supply(p, t, x, tau, solved(p, t, x, tau, work).pull, work)
 
 
 @system.supplied.register(SpatialCrane)

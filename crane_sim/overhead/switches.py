@@ -27,14 +27,20 @@ class Switches(NamedTuple):
 
 
 @generic
-def switching_of(switches):
-    """Return what `system.switching` does for a crane with these switches."""
+def switching_of(switches, forces, nq):
+    """Return what `system.switching` does for a crane with these switches.
+
+    Args:
+        switches: None for a crane without.
+        forces: whether guards need velocities or forces, links that may not go slack apart.
+        nq: number of coordinates, which stand first in the state and then their rates.
+    """
     return None
 
 
 @switching_of.register(Switches)
-def _(switches):
-    return Switching(1000)
+def _(switches, forces, nq):
+    return Switching(1000, 0 if forces or switches.taut > 0.0 else nq)
 
 
 @lean_generic
