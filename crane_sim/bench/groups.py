@@ -38,9 +38,9 @@ def march(p, x, u, evaluations):
 @entry
 def march_array(p, x, u, evaluations):
     """Return the state, an array, after so many evaluations, each moving it on by a little."""
-    y, out = x.copy(), np.empty_like(x)
+    y, out, work = x.copy(), np.empty_like(x), system.workspace(p)
     for _ in range(evaluations):
-        system.fill(p, 0.0, y, u, out)
+        system.fill(p, 0.0, y, u, out, work)
         for i in range(len(y)):
             y[i] += _TINY * out[i]
     return y

@@ -11,8 +11,8 @@ from crane_sim.bench.cases import LEVELS, Truth
 from crane_sim.bench.engine import Run
 
 SHORTEST = 2e-3  # s, of a timing: shorter runs are repeated within it
-SLOWEST = 4.0  # s of wall time, from which on a method's finer settings are not tried
-ROUNDS, PATIENCE = 20, 30.0
+SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not tried
+ROUNDS, PATIENCE = 20, 10.0
 """Timings of each promising run, as long as all those of one engine take less than so many seconds; at least three."""
 CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be the cheapest
 BEST = 1e-11  # m, an error below which finer settings are not tried
