@@ -23,6 +23,7 @@ from crane_sim import system
 from crane_sim.batch_lanes import pass_lanes
 from crane_sim.batch_loops import Clock, Places, pass_cranes
 from crane_sim.batch_scenes import columns, driven, scenes_of
+from crane_sim.explain import SceneError
 from crane_sim.integrators import OK, Flow
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
@@ -82,6 +83,8 @@ def simulate_batch(
         SceneError: the scene of a crane is not possible, or the cranes are not of one kind: model, method, law, period.
         ValueError: the instants are not within the run.
     """
+    if threads is not None and threads < 1:
+        raise SceneError(f"threads = {threads}: must be at least 1")
     began = time.perf_counter()
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
@@ -101,6 +104,7 @@ def moved(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Ba
     alone: Share = partial(pass_cranes, *batch)
     share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
     share(0, 0)  # compiles
+    alone(0, 0)
     ready = time.perf_counter()
     with ThreadPoolExecutor(threads) as pool:
         unit = LANES if wide else 1

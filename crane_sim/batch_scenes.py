@@ -41,6 +41,8 @@ def _value(value: Any) -> Any:
 
 def _count(parameters: Mapping[str, Any]) -> int:
     """Return the number of cranes."""
+    if not isinstance(parameters, Mapping) or not all(isinstance(key, str) for key in parameters):
+        raise SceneError(f"parameters = {parameters!r}: must map keys of the scene to values, one for each crane")
     if not parameters:
         raise SceneError("parameters: are empty; give at least one key of the scene with a value for each crane")
     counts: dict[str, int] = {}
@@ -51,7 +53,9 @@ def _count(parameters: Mapping[str, Any]) -> int:
         counts[key] = len(values)
     (first, count), *_ = counts.items()
     for key, other in counts.items():
-        if other != count or not count:
+        if not other:
+            raise SceneError(f"parameters: {key!r} is empty; give a value for each crane")
+        if other != count:
             raise SceneError(f"parameters: {key!r} has {other} entries, {first!r} has {count}: one for each crane")
     return count
 

@@ -131,7 +131,9 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     """
     wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
     beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
-    if wanted.ndim != 1 or len(beyond):
+    if wanted.ndim != 1:
+        raise ValueError(f"sample_times: must be a list of instants, here the shape is {wanted.shape}")
+    if len(beyond):
         raise ValueError(f"sample_times: {beyond[:1]} is outside the run, 0 .. {end:g} s")
     if np.any(np.diff(wanted) < 0.0):
         raise ValueError("sample_times: must increase")

@@ -12,6 +12,7 @@ from std_msgs.msg import UInt8
 from std_srvs.srv import SetBool, Trigger
 
 PATIENCE = 30.0  # s, only so that a failure ends
+QUIET = 0.5  # s without a state: a paused plant has no more of them
 
 
 class RemoteControl(Node):
@@ -36,11 +37,11 @@ class RemoteControl(Node):
 
     def rest(self) -> int:
         """Return the stamp of the newest state, ns, once nothing has come for a while."""
-        before = -1
-        while before != self.stamp:
-            before = self.stamp
-            for _ in range(20):
-                rclpy.spin_once(self, timeout_sec=0.02)
+        before, since = -1, time.monotonic()
+        while before != self.stamp or time.monotonic() - since < QUIET:
+            if before != self.stamp:
+                before, since = self.stamp, time.monotonic()
+            rclpy.spin_once(self, timeout_sec=0.02)
         return self.stamp
 
     def pause(self, paused: bool) -> str:

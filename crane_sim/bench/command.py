@@ -1,6 +1,7 @@
 """The command `crane bench`."""
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -36,18 +37,19 @@ def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], pe
         raise SceneError(unknown_key(part, EVERY, "PART"))
     if part != "scenes" and (quick or ids or methods or peers):
         raise SceneError(f"bench {part}: --quick, --scene, --method and --peers belong to scenes")
-    data, console = stored(_made(folder)), Console(stderr=True)
-    with console.status("measuring") as status:
-        if part == "scenes":
-            methods = methods or (scenes.QUICK_METHODS if quick else ())
-            found = scenes.measure(scenes.chosen_cases(ids, quick), methods, peers, status.update)
-            data = merged(data, part, found)
-        elif part != "page":
-            data = merged(data, part, PARTS[part].measure())
+    data = stored(_made(folder))
+    if part == "page" and not data:
+        raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
     if part == "scenes":
+        cases = scenes.chosen_cases(ids, quick)
+        with Console(stderr=True).status("measuring") as status:
+            found = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
+        data = merged(data, part, found)
         for case in found["scenes"]:
             Console().print(_table(case, data["scenes"]["scenes"][case]))
     elif part != "page":
+        with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
+            data = merged(data, part, PARTS[part].measure())
         print("\n".join(PARTS[part].told(data[part])))
     _write(data, Path(folder))
 
@@ -64,14 +66,18 @@ def _write(data: dict[str, Any], folder: Path) -> None:
     """Write data, figure and page."""
     from crane_sim.bench.figure import draw
 
+    written, told = ["performance.json", "performance.md"], Console(stderr=True)
     try:
         save(data, folder)
         (folder / "performance.md").write_text(page(data))
-        if "scenes" in data:
+        if "scenes" in data and find_spec("matplotlib") is None:
+            told.print("no figure: it needs matplotlib, which is not installed")
+        elif "scenes" in data:
             draw(data["scenes"]["scenes"], folder / "performance.png")
+            written.append("performance.png")
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
-    Console(stderr=True).print(f"written to {folder}: performance.md, performance.json, performance.png")
+    told.print(f"written to {folder}: {', '.join(written)}")
 
 
 def _table(case: str, scene: dict[str, Any]) -> Table:

@@ -7,7 +7,6 @@ from typing import Any
 from crane_sim.bench.ours import NAME
 from crane_sim.bench.results import points_of
 from crane_sim.bench.sweep import Point
-from crane_sim.explain import SceneError
 
 COLUMNS = 3
 COLOURS = {
@@ -24,15 +23,9 @@ LEAST, MOST = 1e-12, 3.0  # m, errors that are shown
 
 
 def draw(scenes: dict[str, Any], file: Path) -> None:
-    """Draw the front of every engine, and of this simulator every method, into a PNG file.
+    """Draw the front of every engine, and of this simulator every method, into a PNG file; needs matplotlib."""
+    from matplotlib.figure import Figure
 
-    Raises:
-        SceneError: matplotlib is not installed.
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError("bench: the figure needs matplotlib, which is not installed") from None
     columns, rows = min(COLUMNS, len(scenes)), ceil(len(scenes) / COLUMNS)
     figure = Figure(figsize=(4.6 * columns, 3.5 * rows + 0.9), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()

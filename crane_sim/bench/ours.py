@@ -31,7 +31,7 @@ METHODS = (*FIXED, *ADAPTIVE)
 
 @entry
 def passed(method, p, source, q, v, end, times):
-    """Return (flow, state at `end` [s]) of an integration from rest on q and v, done so many times over."""
+    """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
     x = system.project(p, system.state(p, 0.0, q, v))
     flow = start(0.0, x, record(system.switching(p)))
     for _ in range(times):

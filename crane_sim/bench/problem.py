@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.cables.rope import ForceRope
+from crane_sim.model import Crane
 from crane_sim.overhead.axes import ForceAxis
 from crane_sim.overhead.planar import PlanarCrane
 from crane_sim.overhead.rod import RodCrane
@@ -87,7 +89,7 @@ def problem_of(scene: Scene, payload: Array) -> Problem | None:
         cable = model.cable
         parts = cable.mass, cable.length, cable.stiffness
         return Spring(_mass(model), *parts, payload[[0, 2]], model.gravity, scene.duration)
-    if scene.name == "knuckle_springs":
+    if isinstance(model, Crane) and _sprung(model) and _at_rest(scene):
         return _knuckle(scene, payload)
     return None
 
@@ -101,6 +103,13 @@ def _plain(model: Any) -> bool:
     others = ("hoist", "joints", "rods", "forces", "switches", "bridge")
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None
     return free and all(getattr(model, name, None) is None for name in others)
+
+
+def _sprung(model: Crane) -> bool:
+    """Return whether springs hold boom, jib and rope, and nothing else acts."""
+    arm, cable = model.support, model.cable
+    springs = isinstance(cable, ForceRope) and None not in (arm.boom_spring, arm.jib_spring, cable.spring)
+    return springs and model.drag is None and model.swing_friction is None
 
 
 def _at_rest(scene: Scene) -> bool:

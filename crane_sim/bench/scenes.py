@@ -61,6 +61,8 @@ def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, said: Sa
 def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Said) -> dict[str, Any]:
     scene, truth = scene_of(case), truth_of(case)
     own, trials, refused = ours.Ours(scene), {}, {}
+    if methods and not set(methods) & set(own.methods()):
+        raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(own.methods())}")
     trials[ours.NAME] = []
     for method in own.methods():
         if not methods or method in methods:
@@ -76,6 +78,7 @@ def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Sa
             refused[engine.name] = f"failed: {type(why).__name__}: {why}".partition("\n")[0]
     points = measured(trials, scene.duration, lambda what: said(f"{case.id}: {what}"))
     head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": truth.trusted}
+    head["date"] = time.strftime("%Y-%m-%d")
     rows = [list(point) for point in points]
     return head | {"compiling_s": own.compiling, "refused": refused, "points": rows}
 

@@ -22,14 +22,30 @@ def stored(folder: Path) -> dict[str, Any]:
         return {}
     except (OSError, ValueError) as error:
         raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: {error}") from None
-    return dict(found)
+    if not isinstance(found, dict) or not all(isinstance(part, dict) and "machine" in part for part in found.values()):
+        raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: it has another shape")
+    return found
 
 
 def merged(before: dict[str, Any], part: str, found: dict[str, Any]) -> dict[str, Any]:
-    """Return the data with a part measured anew; scenes that were not measured this time stay."""
+    """Return the data with a part measured anew; scenes, engines and methods that were not measured this time stay."""
     if part == "scenes" and part in before:
-        found = found | {"scenes": before[part]["scenes"] | found["scenes"]}
+        old = before[part]
+        kept = {name: old[name] | found[name] for name in ("engines", "cannot", "scenes")}
+        for case in old["scenes"].keys() & found["scenes"].keys():
+            kept["scenes"][case] = _joined(old["scenes"][case], found["scenes"][case])
+        missing = {name: why for name, why in found["missing"].items() if name not in kept["engines"]}
+        found = found | kept | {"missing": missing}
     return before | {part: rounded(found)}
+
+
+def _joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene's results with the points of engines and methods that were measured before, and not now."""
+    measured = {(point[0], point[1]) for point in new["points"]}
+    kept = [point for point in old["points"] if (point[0], point[1]) not in measured]
+    refused = {name: why for name, why in old["refused"].items() if name not in {engine for engine, _ in measured}}
+    compiling = old["compiling_s"] | new["compiling_s"]
+    return new | {"points": new["points"] + kept, "refused": refused | new["refused"], "compiling_s": compiling}
 
 
 def save(data: dict[str, Any], folder: Path) -> None:

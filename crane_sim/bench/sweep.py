@@ -45,7 +45,7 @@ class Trial(NamedTuple):
 
 
 def tried(run: Run, truth: Truth) -> Trial:
-    """Do a run twice, the first time for its error."""
+    """Do a run for its error, and a short one once more for its time."""
     began = time.perf_counter()
     outcome = run.go(1)
     seconds = time.perf_counter() - began

@@ -26,16 +26,14 @@ class Rods(NamedTuple):
     inertia: Any  # kg m²
 
 
-ROWS = 13
+ROWS = 10
 """Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in columns 0 to N - 1."""
 SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
 BELOW = 4  # 1/kg, one over the mass of the node below each link
 TENSION = 5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it; then N
 TURNING = 6  # m/s², the relative acceleration of its ends across it that needs no tension; then rad/s²
-PIVOT = 7  # kg, one over the pivots of the elimination
+PIVOT = 7  # one over the pivots of the elimination
 ALONG, ACROSS = 8, 9  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
-OWN = 10  # 1/kg, the diagonal: compliance of a link's ends against its own tension
-SHARE, MINOR = 11, 12  # squares of ALONG, and leading minors, both by the diagonal's products
 
 
 @routine
@@ -96,50 +94,28 @@ def bends(w):
         w[ACROSS, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[BELOW, k]
 
 
-@lean_kernel
-def pivots(w, own, known):
-    """Fill the pivots' inverses, given the first diagonal entry and what the first row knows of the second tension.
-
-    They are ratios of leading minors, whose recurrence has no division for the next one to wait for. By the diagonal's
-    products, minors of N links are about N / 2^N: no overflow.
-    """
-    n = w.shape[1] - 1
-    w[OWN, 0], w[MINOR, 0], w[PIVOT, 0] = own, 1.0, 1.0 / own
-    for k in range(1, n):
-        w[OWN, k] = w[BELOW, k - 1] + w[BELOW, k]
-    for k in range(1, n):
-        w[SHARE, k] = w[ALONG, k - 1] * w[ALONG, k - 1] / (w[OWN, k - 1] * w[OWN, k])
-    w[SHARE, 1] = w[ALONG, 0] * known / (own * w[OWN, 1]) if n > 1 else 0.0
-    before, minor = 1.0, 1.0
-    for k in range(1, n):
-        before, minor = minor, minor - w[SHARE, k] * before
-        w[MINOR, k] = minor
-    for k in range(1, n):
-        w[PIVOT, k] = w[MINOR, k - 1] / (w[MINOR, k] * w[OWN, k])
-
-
 @lean_routine
 def solve_tensions(w, top):
     """Eliminate downwards, substitute upwards; arguments as of `solve_links`."""
     n, (give, pay, run, _) = w.shape[1] - 1, top
     bends(w)
+    pivot = 1.0 / (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay)
+    known = w[ALONG, 0]  # by which the first row knows the second tension
+    right = w[TENSION, 0] - run
     if pay < 0.0:  # a massless winch: the first tension is given
-        pivots(w, 1.0, 0.0)
-        right = run
-    else:
-        pivots(w, w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay, w[ALONG, 0])
-        right = w[TENSION, 0] - run
-    w[TENSION, 0] = right
+        pivot, known, right = 1.0, 0.0, run
+    w[PIVOT, 0], w[TENSION, 0] = pivot, right
     for k in range(1, n):
-        right = w[TENSION, k] + w[ALONG, k - 1] * w[PIVOT, k - 1] * right
-        w[TENSION, k] = right
-    tension = right * w[PIVOT, n - 1]
+        ratio = w[ALONG, k - 1] * pivot
+        pivot = 1.0 / (w[BELOW, k - 1] + w[BELOW, k] - ratio * known)
+        right = w[TENSION, k] + ratio * right
+        w[PIVOT, k], w[TENSION, k], known = pivot, right, w[ALONG, k]
+    tension = w[TENSION, n - 1] * pivot
     w[TENSION, n - 1] = tension
     for k in range(n - 2, -1, -1):
-        tension = w[TENSION, k] * w[PIVOT, k] + w[ALONG, k] * w[PIVOT, k] * tension
-        w[TENSION, k] = tension
-    if pay < 0.0:
-        w[TENSION, 0] = run
+        if k > 0 or pay >= 0.0:
+            tension = (w[TENSION, k] + w[ALONG, k] * tension) * w[PIVOT, k]
+            w[TENSION, k] = tension
 
 
 @lean_kernel

@@ -140,6 +140,7 @@ def _finish(host: Host, hearing: Hearing, outputs: Sequence[Output], summary: di
     while not host.stopping.startswith("interrupted") and not all(output.has_all(steps) for output in outputs):
         host.spin(_PERIOD)
         hearing.pass_on()
+    hearing.pass_on()  # what the last call held back
     added: dict[str, Any] = {}
     for output in outputs:
         added = output.finish(summary | added) | added  # the first error stands

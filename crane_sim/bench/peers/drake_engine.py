@@ -42,8 +42,10 @@ class Drake:
 
     name = "Drake"
     cannot = {
-        "overhead_hoist": "a joint follows a prescribed length only where it is locked, that is, only at rest",
-        "overhead_coulomb": "a continuous plant has no Coulomb friction at joints; a discrete one smooths it",
+        "overhead_spatial": "a link in space takes two angles, singular where it lies along the first axis: a ball "
+        "joint would spin without inertia, which stops the algorithm",
+        "overhead_hoist": "no joint follows a prescribed length: a locked one of a discrete plant is at rest",
+        "overhead_coulomb": "joints have no Coulomb friction, and that of contacts is smoothed",
     }
 
     def __init__(self) -> None:

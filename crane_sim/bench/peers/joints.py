@@ -116,9 +116,9 @@ def _rod(rod: Boom, foot: float, start: float, spring: Rest) -> Joint:
 
 def _knuckle(crane: KnuckleCrane) -> list[Joint]:
     (kb, kj, kr), (beta0, gamma0, length) = crane.stiffness, crane.rest
-    alpha, beta, gamma = crane.q.tolist()
+    (alpha, beta, gamma), turning = crane.q.tolist(), (crane.tower, crane.tower, crane.tower)
     row = [
-        Joint(False, 2, alpha, mass=1.0, inertia=(crane.tower,) * 3),  # on its axis any mass will do
+        Joint(False, 2, alpha, mass=1.0, inertia=turning),  # on its axis any mass will do
         _rod(crane.boom, 0.0, -beta, Rest(kb, -beta0)),
         _rod(crane.jib, crane.boom.length, beta - gamma, Rest(kj, -gamma0)),
     ]

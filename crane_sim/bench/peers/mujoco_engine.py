@@ -45,6 +45,8 @@ class MuJoCo:
 
     name = "MuJoCo"
     cannot = {
+        "overhead_spatial": "its loop holds forces through each step, so that a sine force is of first order, "
+        "unless Python is called in every stage",
         "overhead_hoist": "a prescribed length needs an equality constraint, whose forces are soft: the length lags",
         "overhead_coulomb": "friction is smoothed: a sticking trolley creeps, and no step ends where it breaks loose",
     }

@@ -41,6 +41,8 @@ class Pinocchio:
 
     name = "Pinocchio"
     cannot = {
+        "overhead_spatial": "a link in space takes two angles, singular where it lies along the first axis: a ball "
+        "joint would spin without inertia, which stops the algorithm",
         "overhead_hoist": "no joint follows a prescribed length: no algorithm takes efforts here, accelerations there",
         "overhead_coulomb": "no friction and no events: sticking and slipping would be written around the algorithm",
     }
