@@ -70,7 +70,7 @@ MISTAKES: dict[str, tuple[str, dict[str, Any], str]] = {
     "nothing varies": ("overhead_swing", {}, "parameters: are empty"),
     "one value": ("overhead_swing", {"payload.mass": 3.0}, "'payload.mass' = 3.0: must be an array"),
     "lengths": ("overhead_swing", {"payload.mass": [1.0, 2.0], "trolley.mass": [1.0]}, "'trolley.mass' has 1 entries"),
-    "no crane": ("overhead_swing", {"payload.mass": []}, "'payload.mass' has 0 entries"),
+    "no crane": ("overhead_swing", {"payload.mass": []}, "'payload.mass' is empty"),
     "a bad value": ("overhead_swing", {"payload.mass": [1.0, -2.0]}, "crane 1: scene overhead_swing: payload.mass"),
     "two times": ("overhead_swing", {"duration": [1.0, 2.0]}, "crane 1: duration = 2.0, that of crane 0 is 1.0"),
     "two methods": (

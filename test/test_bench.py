@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -84,22 +85,33 @@ def test_targets_tell_what_is_missed() -> None:
     assert found[0]._replace(case="S4", of_floor=1.0, of_generated=1.0).verdict() == "holds"  # 10 are enough there
 
 
+def part(date: str, engine: str, case: str, *points: Point) -> dict[str, Any]:
+    """Return what `scenes.measure` returns of one case and one engine."""
+    scene = {"points": [list(p) for p in points], "refused": {}, "compiling_s": {}}
+    head = {"date": date, "machine": {}, "engines": {engine: "1"}, "missing": {}, "cannot": {engine: {}}}
+    return head | {"scenes": {case: scene}}
+
+
 def test_data_survive_the_file(tmp_path: Path) -> None:
-    """What is measured anew replaces its scene and leaves the others; infinite errors come back as such."""
-    first = {"date": "1", "scenes": {"S1": {"points": [list(point("a", float("inf"), 1.0))]}, "S5": {"points": []}}}
-    data = merged({}, "scenes", first)
-    data = merged(data, "scenes", {"date": "2", "scenes": {"S5": {"points": [list(point("b", 1.23456789e-3, 1.0))]}}})
+    """What is measured anew replaces its own engine and method only; infinite errors come back as such."""
+    data = merged({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
+    data = merged(data, "scenes", part("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
+    data = merged(data, "scenes", part("3", "a", "S1", point("a", 1e-4, 3.0)))
+    data = merged(data, "scenes", part("4", "b", "S5"))
     save(data, tmp_path)
     again = stored(tmp_path)
-    assert again == data and again["scenes"]["date"] == "2"
-    assert points_of(again["scenes"]["scenes"]["S1"])[0].error == float("inf")
-    assert points_of(again["scenes"]["scenes"]["S5"])[0].error == 1.2346e-3
+    assert again == data and again["scenes"]["date"] == "4" and again["scenes"]["engines"] == {"a": "1", "b": "1"}
+    found = points_of(again["scenes"]["scenes"]["S1"])
+    assert [(p.engine, p.error) for p in found] == [("a", 1e-4), ("b", 1.2346e-3)]
+    infinite = merged({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0)))
+    assert points_of(infinite["scenes"]["scenes"]["S1"])[0].error == float("inf")
     assert rounded({"a": (1, 2.0000001)}) == {"a": [1, 2.0]}
 
 
-def test_a_file_that_is_none_of_ours_is_told(tmp_path: Path) -> None:
-    """A data file that is no JSON is named in one line."""
-    (tmp_path / "performance.json").write_text("{")
+@pytest.mark.parametrize("text", ["{", "[1]", '{"scenes": {}}'])
+def test_a_file_that_is_none_of_ours_is_told(text: str, tmp_path: Path) -> None:
+    """A data file that is no JSON, or not the benchmark's, is named in one line."""
+    (tmp_path / "performance.json").write_text(text)
     with pytest.raises(SceneError, match="performance.json: cannot be read"):
         stored(tmp_path)
 
