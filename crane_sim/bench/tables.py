@@ -84,8 +84,7 @@ def _pull(point: Point) -> str:
 
 
 def _target(row: Target) -> list[str]:
-    ratios = ("—" if value is None else f"{value:.2f}" for value in (row.of_floor, row.of_generated))
-    floor, generated = ratios
+    floor, generated = ("—" if value is None else f"{value:.3g}" for value in (row.of_floor, row.of_generated))
     general = "—" if row.of_general is None else f"{row.of_general:.0f}"
     return [row.case, f"{row.level:.0e}", floor, row.general, general, generated, row.verdict()]
 
