@@ -52,7 +52,7 @@ def _joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
 def save(data: dict[str, Any], folder: Path) -> None:
     """Write the data file, a line for each point, so that a change shows where it is."""
     text = json.dumps(data, indent=1, ensure_ascii=False)
-    text = re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{re.sub(r'\s+', ' ', found[1])}]", text)
+    text = re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", text)
     (folder / FILE).write_text(text + "\n")
 
 
