@@ -90,7 +90,10 @@ def check(file: str) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
 @as_json_option
 def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
-    """Put what the papers print, and references, beside what is measured here; ITEM: overhead, hardcases, or all."""
+    """Put what the papers print, and references, beside what is measured here.
+
+    ITEM: overhead, hardcases, knuckle, offshore; all when left out.
+    """
     from crane_sim.reproduce import show
 
     show(item, as_json, folder)
