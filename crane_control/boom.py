@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from crane_control.drives import Hanging, accelerated, hanging, pulled, suspension_effort
 from crane_control.tracking import Demand
+from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows, and how it is entered
 from crane_sim.angles import sincos
 from crane_sim.base import turned_back
 from crane_sim.cables.rope import ForceRope, LockedRope, RateRope, span

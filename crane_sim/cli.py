@@ -99,6 +99,16 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
     show(item, as_json, folder)
 
 
+@app.command()
+@click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
+@as_json_option
+def league(folder: str | None, as_json: bool) -> None:
+    """Try every law on every scene that suits it: errors, swing, efforts (some minutes)."""
+    from crane_sim.league.command import league as played
+
+    played(as_json, folder)
+
+
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def bench(arguments: tuple[str, ...]) -> None:

@@ -116,6 +116,15 @@ def test_in_line_the_joints_stay_bounded(knee: float) -> None:
     assert abs(across @ (found - wanted)) < (0.005 + 0.05) * np.linalg.norm(plane)
 
 
+def test_in_line_the_knee_brakes() -> None:
+    """A knee that straightens while the tip rests is braked by the servo's damping, the only direction that is lost."""
+    scene = load_scene("knuckle_tracking", EVERYTHING)
+    q, v = np.array([0.3, 0.7, 0.7, LENGTH, 0.1, -0.05]), np.array([0.0, 0.5 / BOOM, -0.5 / JIB, 0.0, 0.0, 0.0])
+    _, _, bent = asked_and_done(scene, 2.0, q, v)
+    # equations solved there and back in doubles, damped by 0.01: rounding of accelerations of 1e4 1/s²
+    assert BOOM * bent[1] - JIB * bent[2] == pytest.approx(-SERVO[1] * 1.0, abs=1e-9)
+
+
 def test_above_the_tower_the_slew_stays_bounded() -> None:
     """With the tip on the tower's axis the slew is not accelerated, and near it not more than at a tenth of a metre."""
     scene = load_scene("knuckle_tracking", EVERYTHING)
@@ -140,10 +149,15 @@ def test_a_path_beyond_reach_is_followed_as_far_as_it_goes() -> None:
     assert np.linalg.norm(run.payload[-1, :2] - (1.35, 0.0)) < 1e-4
 
 
-CASES = [("cartesian", STILL), ("angular", STILL), ("adaptive", {}), ("harmonic", {})]
+CASES = [
+    ("cartesian", STILL),
+    pytest.param("angular", STILL, marks=pytest.mark.slow),
+    ("adaptive", {}),
+    ("harmonic", {}),
+]
 
 
-@pytest.mark.parametrize(("law", "changes"), CASES, ids=[law for law, _ in CASES])
+@pytest.mark.parametrize(("law", "changes"), CASES)
 def test_joint_efforts_track_as_an_ideal_suspension_point(law: str, changes: dict[str, Any]) -> None:
     """The payload of the boom follows its path with at most twice the ideal suspension point's mean square error."""
     boom, ideal = (
