@@ -15,7 +15,7 @@ state_algebra array_algebra lane_algebra angles linear_systems meter jit quantit
 base base_motions""".split()
 ABOVE = """batch batch_scenes batch_lanes batch_loops scene scene_document forms
 lagrange reproduce description laws plant rollout functions metrics tracking report cli
-run_options scene_options orchestrate children ros recording bench""".split()
+run_options scene_options orchestrate children ros recording bench league""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 
 

@@ -22,8 +22,11 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
     Raises:
         SceneError: the folder cannot be written, or the figure not drawn.
     """
-    with Console(stderr=True).status("playing") as status:
-        found = list(cells(groups, status.update))
+    found = list[Cell]()
+    with Console(stderr=True).status("playing (some minutes)") as status:
+        for cell in cells(groups):
+            found.append(cell)
+            status.update(f"playing: {cell.crane}, {cell.law} is done")
     if as_json:
         print(json.dumps(document(found)))
     else:

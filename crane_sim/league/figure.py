@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,15 +11,27 @@ from crane_sim.league.cases import COLUMNS
 from crane_sim.league.played import Cell, Figures
 
 WORST = 30.0  # times the least of a crane in a column: the darkest colour
-NOTHING, LOST = "#e4e4e4", "#d94a4a"
-LEAST = 1e-2  # of what is coloured, in its unit: less is nothing, for every law alike
-PANELS: dict[str, Callable[[Figures], float]] = {
-    "mean error of the payload, m": lambda found: found.mae,
-    "largest error of the payload, m": lambda found: found.peak_error,
-    "residual swing, deg": lambda found: found.residual_swing,
-    "largest acceleration of the tip, m/s²": lambda found: found.tip_acceleration,
-}
-"""What is shown, and of which figures."""
+NOTHING, LOST = "#e4e4e4", "#e8705f"
+WORDS = (
+    f"white: the least of a crane's laws in the column; darkest: {WORST:g} times that or more; "
+    "grey: does not apply; red: not controlled"
+)
+
+
+class Panel(NamedTuple):
+    """One heat map."""
+
+    title: str
+    value: Callable[[Figures], float]
+    least: float  # what is smaller has the colour of this
+
+
+PANELS = (
+    Panel("mean error of the payload, m", lambda found: found.mae, 1e-3),
+    Panel("largest error of the payload, m", lambda found: found.peak_error, 1e-3),
+    Panel("residual swing, deg", lambda found: found.residual_swing, 0.1),
+    Panel("largest acceleration of the tip, m/s²", lambda found: found.tip_acceleration, 0.01),
+)
 
 
 def draw(cells: Sequence[Cell], file: Path) -> None:
@@ -35,20 +47,19 @@ def draw(cells: Sequence[Cell], file: Path) -> None:
     rows = list(dict.fromkeys((cell.crane, cell.law) for cell in cells))
     figure = Figure(figsize=(16.0, 0.58 * len(rows) + 4.0), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, (title, value) in zip(panels.ravel(), PANELS.items(), strict=True):
-        _panel(axes, rows, cells, value)
-        axes.set_title(title, fontsize=11)
+    for axes, panel in zip(panels.ravel(), PANELS, strict=True):
+        _draw(axes, rows, cells, panel)
+        axes.set_title(panel.title, fontsize=11)
     for axes in panels[:, 0]:
         axes.set_yticks(range(len(rows)), [law for _, law in rows], fontsize=9)
         _braced(axes, rows)
     for axes in panels[-1]:
         axes.set_xticks(range(len(COLUMNS)), COLUMNS, rotation=35, ha="right", fontsize=9)
+    figure.supxlabel(WORDS, fontsize=10)
     figure.savefig(file, dpi=100)
 
 
-def _panel(
-    axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], value: Callable[[Figures], float]
-) -> None:
+def _draw(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], panel: Panel) -> None:
     """Draw one heat map."""
     places = {(cell.crane, cell.law, cell.trial): cell for cell in cells}
     colours = np.full((len(rows), len(COLUMNS)), np.nan)
@@ -58,10 +69,10 @@ def _panel(
             if cell is None or cell.refused:
                 continue
             if cell.figures is not None:
-                colours[i, j] = np.log(_beside(cell, cells, value))
-            _written(axes, i, j, cell, value)
+                colours[i, j] = np.log(_beside(cell.figures, rivals(cell, cells), panel))
+            _written(axes, i, j, cell, panel)
     axes.set_facecolor(NOTHING)
-    axes.imshow(colours, cmap="Blues", vmin=0.0, vmax=1.3 * np.log(WORST), aspect="auto")
+    axes.imshow(colours, cmap="Blues", vmin=0.0, vmax=1.6 * np.log(WORST), aspect="auto")
     axes.set_xticks(np.arange(len(COLUMNS) - 1) + 0.5, minor=True)
     axes.set_yticks(np.arange(len(rows) - 1) + 0.5, minor=True)
     axes.grid(which="minor", color="white", linewidth=1.0)
@@ -71,18 +82,27 @@ def _panel(
             axes.axhline(i - 0.5, color="#222222", linewidth=1.2)
 
 
-def _beside(cell: Cell, cells: Sequence[Cell], value: Callable[[Figures], float]) -> float:
-    """Return a cell's value by the least of its crane and column, from 1 to WORST."""
-    rivals = [c for c in cells if (c.crane, c.trial) == (cell.crane, cell.trial)]
-    least = min(value(c.figures) for c in rivals if c.figures is not None and not c.failed or c is cell)
-    return float(np.clip(max(value(cell.figures), LEAST) / max(least, LEAST), 1.0, WORST))
+def rivals(cell: Cell, cells: Sequence[Cell]) -> list[Figures]:
+    """Return the figures of all laws that keep the same crane under control in the same trial."""
+    same = [other for other in cells if (other.crane, other.trial) == (cell.crane, cell.trial)]
+    return [other.figures for other in same if other.figures is not None and not other.failed]
 
 
-def _written(axes: Any, i: int, j: int, cell: Cell, value: Callable[[Figures], float]) -> None:
+def _beside(found: Figures, others: Sequence[Figures], panel: Panel) -> float:
+    """Return a value by the least of the others, from 1 to WORST."""
+    values = [max(panel.value(figures), panel.least) for figures in (found, *others)]
+    return min(values[0] / min(values), WORST)
+
+
+def _written(axes: Any, i: int, j: int, cell: Cell, panel: Panel) -> None:
     """Write the value of a cell into row i, column j."""
-    text = "fails" if cell.figures is None else f"{value(cell.figures):.2g}"
+    text = "fails" if cell.figures is None else _short(panel.value(cell.figures))
     marked = {"boxstyle": "square,pad=0.25", "facecolor": LOST, "edgecolor": "none"} if cell.failed else None
     axes.text(j, i, text, ha="center", va="center", fontsize=8, bbox=marked)
+
+
+def _short(value: float) -> str:
+    return "<1e-4" if value < 1e-4 else f"{value:.2g}" if value < 100.0 else f"{value:.0f}"
 
 
 def _braced(axes: Any, rows: Sequence[tuple[str, str]]) -> None:
@@ -91,6 +111,6 @@ def _braced(axes: Any, rows: Sequence[tuple[str, str]]) -> None:
         own = [i for i, (name, _) in enumerate(rows) if name == crane]
         words = crane.replace(", ", ",\n").replace(" and ", "\nand ")
         axes.text(
-            -0.235, float(np.mean(own)), words, transform=axes.get_yaxis_transform(),
+            -0.27, float(np.mean(own)), words, transform=axes.get_yaxis_transform(),
             ha="center", va="center", fontsize=9, fontweight="bold",
         )  # fmt: skip

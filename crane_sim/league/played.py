@@ -1,7 +1,10 @@
 """One cell of the league: a contender in a trial, its runs, and their figures."""
 
-from collections.abc import Callable, Iterator, Sequence
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from math import inf, isfinite
+from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,13 +49,17 @@ class Cell(NamedTuple):
     failed: str  # why it does not count as controlled
 
 
-def cells(groups: Sequence[Group] = GROUPS, tell: Callable[[str], None] = lambda _: None) -> Iterator[Cell]:
-    """Yield the cells of these groups, played now; `tell` hears which is next."""
-    for group in groups:
-        for contender in group.contenders:
-            for trial in group.trials:
-                tell(f"{group.name}: {contender.name}, {trial.column}")
-                yield played(group, contender, trial)
+def cells(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
+    """Yield the cells of these groups, in order; contenders play side by side, a process for each core."""
+    entered = [(group, contender) for group in groups for contender in group.contenders]
+    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
+        for found in pool.map(season, *zip(*entered, strict=True)):
+            yield from found
+
+
+def season(group: Group, contender: Contender) -> list[Cell]:
+    """Return the cells of a contender in all trials of its group."""
+    return [played(group, contender, trial) for trial in group.trials]
 
 
 def played(group: Group, contender: Contender, trial: Trial) -> Cell:
@@ -79,7 +86,7 @@ def measured(run: Rollout, on_path: bool) -> Figures:
     """Return the figures of a run, whose payload should be on the scene's path, or else at the target."""
     scene, model = run.scene, run.scene.model
     goal = on_the_path(scene, run.t) if on_path else at_target(scene)
-    error = np.linalg.norm(in_base(model.base, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
+    error = np.linalg.norm(aboard(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
     way = np.linalg.norm(goal[-1] - goal[0]) if on_path else error[0]
     begin = scene.path.starts[-1] if on_path and scene.path is not None else 0.0
     outside = run.t[error > SETTLED * way].max(initial=begin)
@@ -110,13 +117,20 @@ def at_target(scene: Scene) -> Array:
     q = np.zeros(len(scene.joint_names))
     q[[scene.joint_names.index(name) for name in scene.actuated]] = scene.reference
     nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
-    return in_base(scene.model.base, np.zeros(1), nodes[-1:])
+    return aboard(scene.model, np.zeros(1), nodes[-1:])
+
+
+def aboard(model: Any, t: Array, points: Array) -> Array:
+    """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base."""
+    base = getattr(model, "base", None)
+    return points if base is None else in_base(base, t, points)
 
 
 def middle(runs: Sequence[Figures]) -> Figures:
     """Return the median of each figure; that of settling is None where half of the runs or more do not settle."""
     settling = float(np.median([inf if run.settling is None else run.settling for run in runs]))
     effort = {joint: float(np.median([run.effort[joint] for run in runs])) for joint in runs[0].effort}
-    others: dict[str, Any] = {"settling": settling if isfinite(settling) else None, "effort": effort}
-    rest = {name for name in Figures._fields if name not in others}
-    return Figures(**others, **{name: float(np.median([getattr(run, name) for run in runs])) for name in rest})
+    found: dict[str, Any] = {"settling": settling if isfinite(settling) else None, "effort": effort}
+    for name in set(Figures._fields) - set(found):
+        found[name] = float(np.median([getattr(run, name) for run in runs]))
+    return Figures(**found)

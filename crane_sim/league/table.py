@@ -21,14 +21,16 @@ gains that the catalogue gives it, or its own where the catalogue gives none; no
 how these gains do, not how good a law can be made. Seas and the camera's noise are medians over ten seeds that nothing
 in the catalogue uses.
 
-- **Errors** are distances of the payload, in the axes of the base, from where it should be at that time: on the path, or
-  for cranes that are brought to a target, at the target from the start on. A shaped path arrives later by half a swing
-  (ZV) or a whole one (ZVD), which counts as error.
+- **Errors** are distances of the payload, in the axes of the base, from where it should be at that time: on the path,
+  or for cranes that are brought to a target, at the target from the start on. A shaped path arrives later by half a
+  swing (ZV) or a whole one (ZVD), which counts as error.
 - **Settling**: from the end of the path, or from the start where there is none, until the payload stays within 2 % of
   the way. **Residual swing**: the largest in the last quarter, of the rope from the vertical of the world.
-- **Effort** is the largest of each actuated joint in its unit: of the pendulum m/s² (behind a servo, as in the column of
-  the camera, m), of other cranes N m or N. **Tip acceleration** is relative to the base. **Saturated**: part of the
+- **Effort** is the largest of each actuated joint in its unit: of the pendulum m/s² (behind a servo, as in the column
+  of the camera, m), of other cranes N m or N. **Tip acceleration** is relative to the base. **Saturated**: part of the
   periods in which a demand was limited.
+- **30 Hz vision** is the catalogue's `offshore_vision`: its base sways at the payload's own frequency as well, a
+  little more than in the column of the resonant base.
 - **Open loop**: the suspension point follows the path, with its acceleration, and nobody looks at the payload. The mass
   of a payload below an ideally driven point changes nothing.
 - The knuckle boom appears twice: as a small crane that carries the suspension point of the tracking laws, and as the
@@ -64,11 +66,12 @@ def lines(cells: Iterable[Cell]) -> dict[str, list[Line]]:
 
 def _line(cell: Cell) -> Line:
     name = cell.law, f"{cell.trial}: not controlled" if cell.failed else cell.trial, cell.runs
-    if cell.figures is None:
-        return Line(*name, *[NONE] * (len(Line._fields) - len(name)))
-    *numbers, settling, tip, effort, saturated = cell.figures
-    efforts = ", ".join(f"{joint} {shown(peak)}" for joint, peak in effort.items())
-    return Line(*name, *numbers, NONE if settling is None else settling, tip, efforts, saturated)
+    found = cell.figures
+    if found is None:
+        return Line._make((*name, *[NONE] * (len(Line._fields) - len(name))))
+    efforts = ", ".join(f"{joint} {shown(peak)}" for joint, peak in found.effort.items())
+    numbers = found._asdict() | {"settling": NONE if found.settling is None else found.settling, "effort": efforts}
+    return Line._make((*name, *numbers.values()))
 
 
 def page(cells: Sequence[Cell]) -> str:
