@@ -49,7 +49,7 @@ def pass_lanes(method, cranes, clock, places, first, last):
                     i += 1
                 for j in range(LANES):  # the loop that becomes vector instructions
                     crane, x = picked(cranes, block + j), lane(like[0], xs, j)
-                    x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h)
+                    x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
                     put_lane(xs, j, system.project(crane.model, x))
                 t, taken = after, taken + 1
         for j in range(LANES):
@@ -90,7 +90,7 @@ def _(source, efforts):
 @routine
 def sample(method, crane, x, efforts, t, time, rows, i):
     """Write row i, the state at `time`, of a crane that is in state x at time t."""
-    u, flow = driving(crane.source, efforts), start(t, x, None)
+    u, flow = driving(crane.source, efforts), start(crane.model, t, x, None)
     write(rows, i, crane.model, time, state_at(method, crane.model, u, flow, time), u)
 
 

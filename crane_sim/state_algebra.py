@@ -13,7 +13,15 @@ from numba.core import types
 from numba.cpython.unsafe.tuple import tuple_setitem as _tuple_setitem
 from numba.extending import overload
 
-from crane_sim.array_algebra import add_arrays, add_scaled_arrays, combine_rows, dense, move_rows, scale_array
+from crane_sim.array_algebra import (
+    add_arrays,
+    add_scaled_arrays,
+    array_square,
+    dense,
+    move_rows,
+    rows_square,
+    scale_array,
+)
 from crane_sim.jit import OPTIONS, intrinsic
 
 tuple_setitem: Any = _tuple_setitem
@@ -57,6 +65,13 @@ def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> f
         ratio = a / (atol + rtol * max(abs(b), abs(c)))
         total += ratio * ratio
     return total
+
+
+def error_square(
+    h: float, row: tuple[float | None, ...], ks: Any, x: State, y: State, rtol: float, atol: float
+) -> float:
+    """Return the `weighted_square` of the sum of `combine`."""
+    return weighted_square(combine(h, row, ks), x, y, rtol, atol)
 
 
 def leaves(x: State) -> tuple[float, ...]:
@@ -174,20 +189,28 @@ _for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(_leaves(x)))
 
 @overload(combine, jit_options=OPTIONS)
 def _compiled_combine(h, row, ks):
-    if isinstance(ks, types.Array):
-        return lambda h, row, ks: combine_rows(h, dense(row), ks)
     return lambda h, row, ks: _combine(h, row, ks)
+
+
+@overload(error_square, jit_options=OPTIONS)
+def _compiled_error_square(h, row, ks, x, y, rtol, atol):
+    if isinstance(x, types.Array):
+        return lambda h, row, ks, x, y, rtol, atol: rows_square(h, dense(row), ks.rows, x, y, rtol, atol)
+    return lambda h, row, ks, x, y, rtol, atol: weighted_square(_combine(h, row, ks), x, y, rtol, atol)
 
 
 @overload(moved, jit_options=OPTIONS)
 def _compiled_moved(x, h, row, ks):
     if isinstance(x, types.Array):
-        return lambda x, h, row, ks: move_rows(x, h, dense(row), ks)
+        return lambda x, h, row, ks: move_rows(x, h, dense(row), ks.rows)
     return lambda x, h, row, ks: _add(x, _combine(h, row, ks))
 
 
 @overload(weighted_square, jit_options=OPTIONS)
 def _weighted_square(e, x, y, rtol, atol):
+    if isinstance(e, types.Array):
+        return lambda e, x, y, rtol, atol: array_square(e, x, y, rtol, atol)
+
     def total_of_leaves(e, x, y, rtol, atol):
         es, xs, ys, total = leaves(e), leaves(x), leaves(y), 0.0
         for i in range(len(es)):

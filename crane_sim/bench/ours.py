@@ -33,9 +33,9 @@ METHODS = (*FIXED, *ADAPTIVE)
 def passed(method, p, source, q, v, end, times):
     """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
     x = system.project(p, system.state(p, 0.0, q, v))
-    flow = start(0.0, x, record(system.switching(p)))
+    flow = start(p, 0.0, x, record(system.switching(p)))
     for _ in range(times):
-        fresh = start(0.0, x, record(system.switching(p)))
+        fresh = start(p, 0.0, x, record(system.switching(p)))
         flow = reach(method, p, source, settled(system.switching(p), p, source, fresh), end, horizon(method, end))
     return flow, state_at(method, p, source, flow, end)
 

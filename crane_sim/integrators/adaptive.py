@@ -16,7 +16,7 @@ SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
 def attempt(method, k1, p, t, x, u, h):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance).
 
-    k1 is the derivative at (t, x) as `runge_kutta.opening` returns it; it outlives a rejected step.
+    k1 is the derivative at (t, x) as `runge_kutta.opening` returns it; a rejected step leaves it as it is.
     """
     raise NotImplementedError
 
@@ -45,7 +45,7 @@ def first_size(p, t, x, u, k1, rtol, atol, order):
 def accepted_step(method, p, u, flow, end):
     """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
     t, x, h, n, rejected, order = flow.t, flow.x, flow.h, flow.evaluations, flow.rejected, error_order(method)
-    k1 = opening(x, p, t, u, stages(method))
+    k1 = opening(flow.scratch, p, t, x, u)
     if h == 0.0:
         h, n = first_size(p, t, x, u, first(k1), method.rtol, method.atol, order), n + 1
     n, y, reached, growth = n + 1, x, t, GROW
@@ -62,4 +62,4 @@ def accepted_step(method, p, u, flow, end):
         h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
         status = STALLED if isfinite(error) else NOT_FINITE
     y = y if status == OK else x  # a step that failed leaves the state as it was
-    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status, flow.seen)
+    return Flow(t, x, reached, y, h, n, flow.steps + (status == OK), rejected, status, flow.seen, flow.scratch)

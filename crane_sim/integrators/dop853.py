@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
+from crane_sim.integrators.flow import Scratch, advance, horizon, stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
 from crane_sim.jit import generic, kernel
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import combine, dimension, moved, weighted_square
+from crane_sim.state_algebra import dimension, error_square, moved
 
 # fmt: off
 A = (
@@ -90,16 +90,17 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
 
 
-@slopes.register(Stages)
+@slopes.register(Scratch)
 def _(ks, p, t, x, u, h):
-    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
+    fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+    return ks
 
 
 @kernel
 def _error(ks, x, y, h, rtol, atol):
     """Return the error of a step relative to the tolerance, from both embedded orders."""
-    e5 = weighted_square(combine(h, E5, ks), x, y, rtol, atol)
-    e3 = weighted_square(combine(h, E3, ks), x, y, rtol, atol)
+    e5 = error_square(h, E5, ks, x, y, rtol, atol)
+    e3 = error_square(h, E3, ks, x, y, rtol, atol)
     return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # not a number stays one
 
 
@@ -126,18 +127,18 @@ def _(method, end):
 
 
 @kernel
-def _stepped(p, t, x, u, h):
-    return moved(x, h, B, slopes(opening(x, p, t, u, STAGES), p, t, x, u, h))
+def _stepped(p, t, x, u, h, scratch):
+    return moved(x, h, B, slopes(opening(scratch, p, t, x, u), p, t, x, u, h))
 
 
 @step.register(DOP853)
-def _(method, p, t, x, u, h):
-    return _stepped(p, t, x, u, h)
+def _(method, p, t, x, u, h, scratch):
+    return _stepped(p, t, x, u, h, scratch)
 
 
 @step.register(RK8)
-def _(method, p, t, x, u, h):
-    return _stepped(p, t, x, u, h)
+def _(method, p, t, x, u, h, scratch):
+    return _stepped(p, t, x, u, h, scratch)
 
 
 @stages.register(DOP853)

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
+from crane_sim.integrators.flow import Scratch, advance, horizon, stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
 from crane_sim.jit import generic
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import combine, dimension, moved, weighted_square
+from crane_sim.state_algebra import dimension, error_square, moved
 
 B = (35 / 384, None, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, None)
 A = (
@@ -49,16 +49,17 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
 
 
-@slopes.register(Stages)
+@slopes.register(Scratch)
 def _(ks, p, t, x, u, h):
-    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
+    fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+    return ks
 
 
 @attempt.register(DOPRI5)
 def _(method, k1, p, t, x, u, h):
     ks = slopes(k1, p, t, x, u, h)
     y = moved(x, h, B, ks)
-    return y, sqrt(weighted_square(combine(h, E, ks), x, y, method.rtol, method.atol) / dimension(x))
+    return y, sqrt(error_square(h, E, ks, x, y, method.rtol, method.atol) / dimension(x))
 
 
 @error_order.register(DOPRI5)
@@ -77,8 +78,8 @@ def _(method, end):
 
 
 @step.register(DOPRI5)
-def _(method, p, t, x, u, h):
-    return moved(x, h, B, slopes(opening(x, p, t, u, STAGES), p, t, x, u, h))
+def _(method, p, t, x, u, h, scratch):
+    return moved(x, h, B, slopes(opening(scratch, p, t, x, u), p, t, x, u, h))
 
 
 @stages.register(DOPRI5)

@@ -67,7 +67,7 @@ def collocated(p, t, x, u, h):
 
 
 @step.register(Gauss3)
-def _(method, p, t, x, u, h):
+def _(method, p, t, x, u, h, scratch):
     return collocated(p, t, x, u, h)[0]
 
 

@@ -6,6 +6,7 @@ interpolation needs but the velocities, which stand in the states at both ends: 
 
 import numpy as np
 
+from crane_sim.integrators.flow import Scratch
 from crane_sim.jit import generic, kernel, lean_generic, lean_routine
 from crane_sim.state_algebra import add, add_scaled, replaced, scale
 from crane_sim.system import fill, guard, rhs
@@ -15,8 +16,8 @@ LOOKS = 4
 
 
 @generic
-def ends(x, p, u, flow, positions, work):
-    """Return the derivatives at both ends of the last step, all or only of the positions; of arrays x as rows (3, n).
+def ends(scratch, p, u, flow, positions):
+    """Return the derivatives at both ends of the last step, all or only of the positions; of arrays as rows (3, n).
 
     The third row is to be filled with a state between.
     """
@@ -25,11 +26,10 @@ def ends(x, p, u, flow, positions, work):
     return rhs(p, flow.t0, flow.x0, u), rhs(p, flow.t, flow.x, u)
 
 
-@ends.register(np.ndarray)
-def _(x, p, u, flow, positions, work):
-    board = np.empty((3, len(x)))
-    fill_ends(board, p, u, flow, positions, work)
-    return board
+@ends.register(Scratch)
+def _(scratch, p, u, flow, positions):
+    fill_ends(scratch.looks, p, u, flow, positions, scratch.work)
+    return scratch.looks
 
 
 @lean_routine

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.flow import stages, step
-from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
+from crane_sim.integrators.flow import Scratch, stages, step
+from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
 from crane_sim.jit import generic
 from crane_sim.quantities import Positive
 from crane_sim.state_algebra import moved
@@ -35,14 +35,15 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
 
 
-@slopes.register(Stages)
+@slopes.register(Scratch)
 def _(ks, p, t, x, u, h):
-    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
+    fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
+    return ks
 
 
 @step.register(RK4)
-def _(method, p, t, x, u, h):
-    return moved(x, h, B, slopes(opening(x, p, t, u, 4), p, t, x, u, h))
+def _(method, p, t, x, u, h, scratch):
+    return moved(x, h, B, slopes(opening(scratch, p, t, x, u), p, t, x, u, h))
 
 
 @stages.register(RK4)

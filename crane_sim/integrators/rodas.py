@@ -130,7 +130,7 @@ def _(method, end):
 
 
 @step.register(Rodas)
-def _(method, p, t, x, u, h):
+def _(method, p, t, x, u, h, scratch):
     return increments(p, t, x, u, h, rhs(p, t, x, u))[0]
 
 
