@@ -53,28 +53,34 @@ def weigh(typing_context, h, weights, count, ks, x, out):
         factors = _address(context, builder, weights, args[1])
 
         def block(width, at):
-            def part(pointer, index):
-                kind = pointer.type.pointee if width == 1 else ir.VectorType(pointer.type.pointee, width)
-                return builder.bitcast(builder.gep(pointer, [index]), kind.as_pointer())
-
             def term(j):
                 factor = builder.fmul(args[0], builder.load(builder.gep(factors, [j])))
-                row = builder.load(part(rows.data, builder.add(builder.mul(j, stride), at)), align=8)
+                row = builder.load(_part(builder, rows.data, builder.add(builder.mul(j, stride), at), width), align=8)
                 return builder.fmul(_spread(builder, factor, width), row)
 
-            zero = stride.type(0)
-            total = cgutils.alloca_once_value(builder, term(zero))
-            with cgutils.for_range(builder, args[2], start=zero.type(1), intp=zero.type) as loop:
-                builder.store(builder.fadd(builder.load(total), term(loop.index)), total)
-            found = builder.load(total)
+            total = _sum(builder, term, args[2])
             if start is not None:
-                found = builder.fadd(builder.load(part(start, at), align=8), found)
-            builder.store(found, part(to.data, at), align=8)
+                total = builder.fadd(builder.load(_part(builder, start, at, width), align=8), total)
+            builder.store(total, _part(builder, to.data, at, width), align=8)
 
         _in_blocks(builder, n, block)
         return context.get_dummy_value()
 
     return types.none(h, weights, types.intp, ks, x, out), generate
+
+
+def _sum(builder: Any, term: Any, count: Any) -> Any:
+    """Return term(0) + ... + term(count - 1), from left to right; count is at least one."""
+    total = cgutils.alloca_once_value(builder, term(count.type(0)))
+    with cgutils.for_range(builder, count, start=count.type(1), intp=count.type) as loop:
+        builder.store(builder.fadd(builder.load(total), term(loop.index)), total)
+    return builder.load(total)
+
+
+def _part(builder: Any, first: Any, index: Any, width: int) -> Any:
+    """Return a pointer to `width` floats, as a vector, from place `index` after the float at `first` on."""
+    kind = first.type.pointee if width == 1 else ir.VectorType(first.type.pointee, width)
+    return builder.bitcast(builder.gep(first, [index]), kind.as_pointer())
 
 
 def _address(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -109,12 +115,10 @@ def _in_blocks(builder: Any, n: Any, block: Any) -> None:
         whole = builder.add(whole, wanted)
 
 
-@routine
-def move_rows(x, h, weights, ks):
-    """Return x plus the sum of h weights[j] ks[j]."""
-    out = np.empty_like(x)
+@lean_routine
+def move_rows(x, h, weights, ks, out):
+    """Write x plus the sum of h weights[j] ks[j] into `out`."""
     weigh(h, weights, len(weights), ks, x, out)
-    return out
 
 
 @lean_routine

@@ -7,7 +7,6 @@ from math import isfinite
 
 import numpy as np
 
-from crane_sim import system
 from crane_sim.batch_loops import Sampled, demanded, note, started
 from crane_sim.integrators import NOT_FINITE, OK, Flow, stages, start, state_at, step
 from crane_sim.integrators.flow import even_step
@@ -50,7 +49,7 @@ def pass_lanes(method, cranes, clock, places, first, last):
                 for j in range(LANES):  # the loop that becomes vector instructions
                     crane, x = picked(cranes, block + j), lane(like[0], xs, j)
                     x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
-                    put_lane(xs, j, system.project(crane.model, x))
+                    put_lane(xs, j, x)
                 t, taken = after, taken + 1
         for j in range(LANES):
             crane, x, u = picked(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)

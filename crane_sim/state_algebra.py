@@ -22,7 +22,7 @@ from crane_sim.array_algebra import (
     rows_square,
     scale_array,
 )
-from crane_sim.jit import OPTIONS, intrinsic
+from crane_sim.jit import LEAN, OPTIONS, intrinsic
 
 tuple_setitem: Any = _tuple_setitem
 State = Any
@@ -53,8 +53,8 @@ def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> S
     return total
 
 
-def moved(x: State, h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
-    """Return x + the sum of `combine`."""
+def moved(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
+    """Return x + the sum of `combine`; of arrays, ks.rows being the derivatives, `out` is filled with it."""
     return add(x, combine(h, row, ks))
 
 
@@ -70,7 +70,7 @@ def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> f
 def error_square(
     h: float, row: tuple[float | None, ...], ks: Any, x: State, y: State, rtol: float, atol: float
 ) -> float:
-    """Return the `weighted_square` of the sum of `combine`."""
+    """Return the `weighted_square` of the sum of `combine`; ks as of `moved`."""
     return weighted_square(combine(h, row, ks), x, y, rtol, atol)
 
 
@@ -192,21 +192,21 @@ def _compiled_combine(h, row, ks):
     return lambda h, row, ks: _combine(h, row, ks)
 
 
-@overload(error_square, jit_options=OPTIONS)
+@overload(error_square, jit_options=LEAN)
 def _compiled_error_square(h, row, ks, x, y, rtol, atol):
     if isinstance(x, types.Array):
         return lambda h, row, ks, x, y, rtol, atol: rows_square(h, dense(row), ks.rows, x, y, rtol, atol)
     return lambda h, row, ks, x, y, rtol, atol: weighted_square(_combine(h, row, ks), x, y, rtol, atol)
 
 
-@overload(moved, jit_options=OPTIONS)
-def _compiled_moved(x, h, row, ks):
+@overload(moved, jit_options=LEAN)
+def _compiled_moved(x, h, row, ks, out):
     if isinstance(x, types.Array):
-        return lambda x, h, row, ks: move_rows(x, h, dense(row), ks.rows)
-    return lambda x, h, row, ks: _add(x, _combine(h, row, ks))
+        return lambda x, h, row, ks, out: move_rows(x, h, dense(row), ks.rows, out)
+    return lambda x, h, row, ks, out: _add(x, _combine(h, row, ks))
 
 
-@overload(weighted_square, jit_options=OPTIONS)
+@overload(weighted_square, jit_options=LEAN)
 def _weighted_square(e, x, y, rtol, atol):
     if isinstance(e, types.Array):
         return lambda e, x, y, rtol, atol: array_square(e, x, y, rtol, atol)

@@ -78,9 +78,9 @@ def solve_shifted(p, factors, b):
     solve_dense(factors[0], factors[1], b)
 
 
-@generic
+@lean_generic
 def project(p, x):
-    """Return the state put back on what the model holds exactly; integrators call it after every step."""
+    """Return the state put back on what the model holds exactly, an array in place; integrators do so after steps."""
     return x
 
 

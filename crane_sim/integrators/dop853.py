@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import Scratch, advance, horizon, stages, step
+from crane_sim.integrators.flow import Scratch, advance, found, horizon, stages, stride
 from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
-from crane_sim.jit import generic, kernel
+from crane_sim.jit import lean_generic, lean_kernel
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import dimension, error_square, moved
 
@@ -73,9 +73,9 @@ class RK8(NamedTuple):
         return 2.9 / frequency
 
 
-@generic
-def slopes(k1, p, t, x, u, h):
-    """Return the derivatives of all twelve stages, the first one given as `opening` returns it."""
+@lean_generic
+def slopes(scratch, k1, p, t, x, u, h):
+    """Return the derivatives of all twelve stages, the first one given as `opening` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -91,12 +91,12 @@ def slopes(k1, p, t, x, u, h):
 
 
 @slopes.register(Scratch)
-def _(ks, p, t, x, u, h):
-    fill_stages(ks, p, t, x, u, h, _DENSE, _NODES)
-    return ks
+def _(scratch, k1, p, t, x, u, h):
+    fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
+    return scratch
 
 
-@kernel
+@lean_kernel
 def _error(ks, x, y, h, rtol, atol):
     """Return the error of a step relative to the tolerance, from both embedded orders."""
     e5 = error_square(h, E5, ks, x, y, rtol, atol)
@@ -105,10 +105,10 @@ def _error(ks, x, y, h, rtol, atol):
 
 
 @attempt.register(DOP853)
-def _(method, k1, p, t, x, u, h):
-    ks = slopes(k1, p, t, x, u, h)
-    y = moved(x, h, B, ks)
-    return y, _error(ks, x, y, h, method.rtol, method.atol)
+def _(method, scratch, k1, p, t, x, u, h, out):
+    ks = slopes(scratch, k1, p, t, x, u, h)
+    y = moved(x, h, B, ks, out)
+    return y, _error(ks, x, found(out, y), h, method.rtol, method.atol)
 
 
 @error_order.register(DOP853)
@@ -126,19 +126,19 @@ def _(method, end):
     return inf
 
 
-@kernel
-def _stepped(p, t, x, u, h, scratch):
-    return moved(x, h, B, slopes(opening(scratch, p, t, x, u), p, t, x, u, h))
+@lean_kernel
+def _stride(p, t, x, u, h, scratch, out):
+    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
-@step.register(DOP853)
-def _(method, p, t, x, u, h, scratch):
-    return _stepped(p, t, x, u, h, scratch)
+@stride.register(DOP853)
+def _(method, p, t, x, u, h, scratch, out):
+    return _stride(p, t, x, u, h, scratch, out)
 
 
-@step.register(RK8)
-def _(method, p, t, x, u, h, scratch):
-    return _stepped(p, t, x, u, h, scratch)
+@stride.register(RK8)
+def _(method, p, t, x, u, h, scratch, out):
+    return _stride(p, t, x, u, h, scratch, out)
 
 
 @stages.register(DOP853)

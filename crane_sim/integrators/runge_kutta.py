@@ -9,7 +9,7 @@ import numpy as np
 
 from crane_sim.array_algebra import weigh
 from crane_sim.integrators.flow import Scratch
-from crane_sim.jit import generic, kernel, lean_routine
+from crane_sim.jit import kernel, lean_generic, lean_routine
 from crane_sim.state_algebra import add, combine
 from crane_sim.system import fill, rhs
 
@@ -22,27 +22,15 @@ def dense(rows):
     return matrix
 
 
-@generic
+@lean_generic
 def opening(scratch, p, t, x, u):
-    """Return the derivative at (t, x), the first of the stages; where there is a scratch, that with its first row."""
+    """Return the derivative at (t, x), the first of the stages; where there is a scratch, in the first of its rows."""
     return rhs(p, t, x, u)
 
 
 @opening.register(Scratch)
 def _(scratch, p, t, x, u):
     fill(p, t, x, u, scratch.rows[0], scratch.work)
-    return scratch
-
-
-@generic
-def first(k1):
-    """Return the first derivative of what `opening` returned."""
-    return k1
-
-
-@first.register(Scratch)
-def _(ks):
-    return ks.rows[0]
 
 
 @kernel
@@ -52,10 +40,10 @@ def slope(p, t, x, u, h, row, node, ks):
 
 
 @lean_routine
-def fill_stages(ks, p, t, x, u, h, a, c):
+def fill_stages(scratch, p, t, x, u, h, a, c):
     """Fill the stages after the first one, of a dense tableau a, c."""
-    rows, count = ks.rows, len(a)
+    rows, count = scratch.rows, len(a)
     y = rows[count]
     for s in range(1, count):
         weigh(h, a[s], s, rows, x, y)
-        fill(p, t + c[s] * h, y, u, rows[s], ks.work)
+        fill(p, t + c[s] * h, y, u, rows[s], scratch.work)

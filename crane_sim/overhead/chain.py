@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.jit import lean_generic, lean_kernel, routine
 
 
 class Chain(NamedTuple):
@@ -123,7 +123,7 @@ def eliminated(w, k, known, less, more):
     return known * known / pivot, w[SHARE, k] * right
 
 
-@lean_routine
+@lean_kernel
 def solve_tensions(w, top):
     """Eliminate from both ends to the middle and substitute back; arguments as of `solve_links`.
 
