@@ -98,6 +98,6 @@ def end_lane(method, crane, x, efforts, clock, places, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and note how its run went."""
     end, rows, u = clock.steps * clock.period, places.rows[i], driving(crane.source, efforts)
     status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
-    flow = Flow(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None)
+    flow = Flow(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None, None)
     finish(method, crane.model, u, flow, end, rows, clock.times, rows[: len(clock.times)], sampled)
     note(crane.model, clock, places, i, flow, clock.steps)

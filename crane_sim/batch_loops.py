@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.integrators import OK, horizon, put_back, record, settled, start, state_at
+from crane_sim.integrators import OK, horizon, record, settled, start, state_at
 from crane_sim.jit import entry, generic, kernel, routine
 from crane_sim.lane_algebra import picked
 from crane_sim.stepping import finish, pass_period, write
@@ -57,7 +57,7 @@ def pass_cranes(cranes, clock, places, first, last):
 @kernel
 def started(p, places, i):
     """Return the state in which crane i starts."""
-    return put_back(system.state(p, 0.0, places.q[i], places.v[i]), p)
+    return system.project(p, system.state(p, 0.0, places.q[i], places.v[i]))
 
 
 @generic

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.array_algebra import store
-from crane_sim.integrators import OK, horizon, put_back, reach, record, settled, start, state_at
+from crane_sim.integrators import OK, horizon, reach, record, settled, start, state_at
 from crane_sim.jit import entry, routine
 
 
@@ -29,7 +29,7 @@ def _(law, t, q, v):
 @entry
 def begin(p, q, v):
     """Return (flow, q, v) at rest on the initial joint positions and velocities, at t = 0."""
-    flow = start(p, 0.0, put_back(system.state(p, 0.0, q, v), p), record(system.switching(p)))
+    flow = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), record(system.switching(p)))
     return flow, *system.joints(p, flow.x)
 
 

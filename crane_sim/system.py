@@ -78,7 +78,7 @@ def solve_shifted(p, factors, b):
     solve_dense(factors[0], factors[1], b)
 
 
-@lean_generic
+@generic
 def project(p, x):
     """Return the state put back on what the model holds exactly, an array in place; integrators do so after steps."""
     return x

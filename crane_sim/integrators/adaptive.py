@@ -4,11 +4,11 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, Scratch, blank, put_back, received, stages
+from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, Scratch, blank, received, stages
 from crane_sim.integrators.runge_kutta import opening
 from crane_sim.jit import lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.state_algebra import add, dimension, scale, weighted_square
-from crane_sim.system import fill, rhs
+from crane_sim.system import fill, project, rhs
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
 """A step is scaled by SAFETY err^(-1/order), within these bounds."""
@@ -116,6 +116,6 @@ def accepted_step(method, p, u, flow, end):
     y, t, h, n, rejected, status = accept(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
     y, taken = received(out, y), 0
     if status == OK:
-        y, taken = put_back(y, p), 1
+        y, taken = project(p, y), 1
     n, rejected = flow.evaluations + n, flow.rejected + rejected
     return Flow(flow.t, flow.x, t, y, h, n, flow.steps + taken, rejected, status, flow.seen, flow.scratch)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import generic, kernel, lean_generic, lean_kernel, routine
+from crane_sim.jit import generic, kernel, lean_generic, routine
 from crane_sim.state_algebra import weighted_square
 from crane_sim.system import project, workspace
 
@@ -88,24 +88,6 @@ def _(out, x):
     return out
 
 
-@generic
-def put_back(x, p):
-    """Return the state put back on what the model holds exactly."""
-    return project(p, x)
-
-
-@put_back.register(np.ndarray)
-def _(x, p):
-    project_array(p, x)
-    return x
-
-
-@lean_kernel
-def project_array(p, x):
-    """Put an array back on what the model holds exactly."""
-    project(p, x)
-
-
 @lean_generic
 def stride(method, p, t, x, u, h, scratch, out):
     """Return the state one step of size h after (t, x), of an explicit method; an array is written into `out`."""
@@ -116,7 +98,7 @@ def stride(method, p, t, x, u, h, scratch, out):
 def step(method, p, t, x, u, h, scratch):
     """Return the state one step of size h after (t, x), put back on what the model holds exactly."""
     out = blank(x)
-    return put_back(received(out, stride(method, p, t, x, u, h, scratch, out)), p)
+    return project(p, received(out, stride(method, p, t, x, u, h, scratch, out)))
 
 
 @lean_generic

@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, put_back, stages, step
+from crane_sim.integrators.flow import advance, horizon, stages, step
 from crane_sim.integrators.runge_kutta import dense
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import weighted_square
-from crane_sim.system import factored, fill, linearised, rhs, solve_shifted, workspace
+from crane_sim.system import factored, fill, linearised, project, rhs, solve_shifted, workspace
 
 # fmt: off
 GAMMA = 0.21193756319429014
@@ -139,7 +139,7 @@ def _(method, end):
 
 @step.register(Rodas)
 def _(method, p, t, x, u, h, scratch):
-    return put_back(increments(p, t, x, u, h, rhs(p, t, x, u))[0], p)
+    return project(p, increments(p, t, x, u, h, rhs(p, t, x, u))[0])
 
 
 @stages.register(Rodas)
