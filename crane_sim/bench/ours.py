@@ -23,7 +23,7 @@ from crane_sim.stepping import begin
 
 NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = ladder(1.0, 1e-5, 8)  # s
-TOLERANCES = ladder(1e-1, 1e-13, 4)  # relative; the absolute one is a hundredth of it
+TOLERANCES = ladder(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
 FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3}
 ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "rodas": Rodas}
 METHODS = (*FIXED, *ADAPTIVE)
