@@ -5,6 +5,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 NAME = "crane_sim"
+LAWS = ("energy", "lqr", "cartesian", "angular", "adaptive", "harmonic")  # a file of crane_control each
 
 setup(
     name=NAME,
@@ -40,6 +41,6 @@ setup(
             "recorder_node = crane_sim.ros.recorder_node:main",
             "controller_node = crane_control.controller_node:main",
         ],
-        "crane_sim.laws": ["energy = crane_control.energy:build", "lqr = crane_control.lqr:build"],
+        "crane_sim.laws": [f"{name} = crane_control.{name}:build" for name in LAWS],
     },
 )

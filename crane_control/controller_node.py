@@ -10,6 +10,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError, asked
 from crane_sim.ros import messages, process
+from crane_sim.ros.path_orders import PathOrders
 from crane_sim.ros.process import Fault, Host
 from crane_sim.ros.wire import Frame, JointWire
 from crane_sim.scene import Scene
@@ -41,6 +42,7 @@ class ControllerNode:
         self._state_wire = JointWire(scene.joint_names, effort=False)
         self._command_wire = JointWire(scene.actuated, effort=True)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
+        self._orders = PathOrders(node, scene, self._law, self._reference)
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
         self._states = node.create_subscription(
@@ -71,6 +73,7 @@ class ControllerNode:
         if vectors is None:
             return False
         time = (state.stamp / self._scene.period_ns - 1.0) * self._scene.period  # s, exactly the plant's own time
+        self._law = self._orders.applied(self._law, time)
         try:
             effort = asked(self._law, time, *vectors, len(self._scene.actuated))
         except LawError as error:

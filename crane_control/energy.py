@@ -3,13 +3,13 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from crane_control import knuckle_energy, overhead_energy
+from crane_control import knuckle_weighing, overhead_energy
 from crane_sim.explain import SceneError
 from crane_sim.laws import Law
 from crane_sim.scene import Scene
 
 LAWS: dict[str, Callable[[Mapping[str, Any], Scene], Law]] = {
-    "knuckle": knuckle_energy.build,
+    "knuckle": knuckle_weighing.build,
     "overhead": overhead_energy.build,
 }
 

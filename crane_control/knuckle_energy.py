@@ -3,10 +3,13 @@
 Proportional-derivative action on the actuated joints, plus the efforts that carry the crane and its hanging payload.
 It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, e the error of
 an actuated joint, whose derivative is -Σ kd q'² less what friction and drag take out.
+
+The slew alone may have a reach r, which bounds the pull of a far target and hence the swing that its start excites:
+kp e / √(1 + (e/r)²) in place of kp e, and kp e² / (1 + √(1 + (e/r)²)) in place of ½ kp e² in V.
 """
 
 from collections.abc import Mapping
-from math import cos
+from math import cos, sqrt
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
@@ -17,7 +20,7 @@ from crane_sim.explain import SceneError
 from crane_sim.jit import entry, generic, kernel
 from crane_sim.laws import read_settings
 from crane_sim.model import Crane
-from crane_sim.quantities import NonNegative
+from crane_sim.quantities import NonNegative, Positive
 from crane_sim.scene import Scene
 from crane_sim.supports import posture, support_potential
 
@@ -41,6 +44,7 @@ class Action(NamedTuple):
     target: tuple[float, float, float]  # rad
     moments: tuple[float, float]  # N m, of what boom and jib carry when they are horizontal
     winch: Winch | None
+    reach: float | None  # rad, of the slew; None: a linear spring
 
 
 class EnergyLaw(NamedTuple):
@@ -56,6 +60,18 @@ class EnergyLaw(NamedTuple):
     def lyapunov(self, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) at joint positions q (nq,) and velocities v (nq,), if the law is continuous."""
         return shaped(self, q, v)
+
+
+@generic
+def stretch(reach, error):
+    """Return (pull, energy) per stiffness of a spring, which pulls no harder than at `reach` where that is given."""
+    return error, 0.5 * error**2
+
+
+@stretch.register(float)
+def _(reach, error):
+    root = sqrt(1.0 + (error / reach) ** 2)
+    return error / root, error * error / (1.0 + root)
 
 
 @generic
@@ -84,7 +100,7 @@ def _(winch, q, v):
 def act(action, q, v):
     """Return the efforts (nu,) of the law."""
     kp, kd, target = action.kp, action.kd, action.target
-    slew = kp[0] * (target[0] - q[0]) - kd[0] * v[0]
+    slew = kp[0] * stretch(action.reach, target[0] - q[0])[0] - kd[0] * v[0]
     luff = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + action.moments[0] * cos(q[1])
     knuckle = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + action.moments[1] * cos(q[2])
     return with_winch(action.winch, (slew, luff, knuckle), q, v)
@@ -117,10 +133,18 @@ def shaped(law, q, v):
     value, rate = winch_share(action.winch, q, v)
     value = value + system.kinetic(p, x) + p.load.mass * p.gravity * (line.length + line.n[2] * line.length)
     value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), line.length)
+    value = value + action.kp[0] * stretch(action.reach, action.target[0] - q[0])[1]
+    for i in range(1, 3):
+        value = value + action.kp[i] * stretch(None, action.target[i] - q[i])[1]
     for i in range(3):
-        value = value + 0.5 * action.kp[i] * (action.target[i] - q[i]) ** 2
         rate = rate - action.kd[i] * v[i] * v[i]
     return value, rate + system.power(p, 0.0, x, (0.0, 0.0, 0.0, 0.0))
+
+
+class Adaptation(NamedTuple):
+    """What a scene says of weighing the load, see `crane_control.knuckle_weighing`."""
+
+    rate: Positive = 2.0  # 1/s
 
 
 class Settings(NamedTuple):
@@ -128,6 +152,8 @@ class Settings(NamedTuple):
 
     kp: Gains = (30.0, 10.0, 10.0, 1.0)
     kd: Gains = (50.0, 30.0, 50.0, 10.0)
+    reach: Positive | None = None  # rad, of the slew
+    adaptation: Adaptation | None = None
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
@@ -144,7 +170,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
     if isinstance(nominal.model.cable, RateRope):
         raise SceneError("rope.drive = 'rate': the energy law commands a rope force; possible: force, locked")
     nu = len(nominal.actuated)
-    for name, gains in given._asdict().items():
+    for name, gains in (("kp", given.kp), ("kd", given.kd)):
         if len(gains) < nu:
             raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated: {nominal.actuated}")
     return EnergyLaw(_action(given, nominal.reference, nominal.model, nu), nominal.model)
@@ -157,4 +183,4 @@ def _action(given: Settings, target: tuple[float, ...], model: Crane, nu: int) -
         g * jib.length * (m + 0.5 * jib.mass),
     )
     winch = Winch(given.kp[3], given.kd[3], target[3], m * g) if nu == 4 else None
-    return Action(given.kp[:3], given.kd[:3], target[:3], moments, winch)  # pyright: ignore[reportArgumentType]
+    return Action(given.kp[:3], given.kd[:3], target[:3], moments, winch, given.reach)  # pyright: ignore[reportArgumentType]

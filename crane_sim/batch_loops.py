@@ -113,5 +113,5 @@ def note(p, clock, places, i, flow, passed):
             rows[k] = np.nan
             places.payload[i, k] = np.nan
         else:
-            system.points(p, system.state(p, t, rows[k, :nq], rows[k, nq : 2 * nq]), points)
+            system.points(p, t, system.state(p, t, rows[k, :nq], rows[k, nq : 2 * nq]), points)
             places.payload[i, k] = points[-1]

@@ -8,6 +8,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.batch_loops import Driven, Sampled
 from crane_sim.explain import SceneError
+from crane_sim.laws import fresh
 from crane_sim.rollout import SceneSource
 from crane_sim.scene import Scene, load_scene
 from crane_sim.scene_document import read
@@ -71,8 +72,8 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
 
 
 def driven(scene: Scene) -> Driven:
-    """Return what moves in a scene."""
-    return Driven(scene.method, scene.model, Sampled(scene.law) if scene.sampled else scene.source)
+    """Return what moves in a scene, its law with no memory of other runs."""
+    return Driven(scene.method, scene.model, Sampled(fresh(scene.law)) if scene.sampled else scene.source)
 
 
 def columns(trees: Sequence[Any], path: str = "") -> Any:

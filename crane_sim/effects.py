@@ -5,10 +5,11 @@ the scene schema.
 """
 
 from math import atan2, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.jit import generic
 from crane_sim.quantities import Angle, NonNegative, Real
+from crane_sim.sources import Constant
 
 
 class RopeSpring(NamedTuple):
@@ -101,6 +102,14 @@ def _(drag, force, velocity):
     vx, vy, vz = velocity
     c = drag.coefficient * sqrt(vx * vx + vy * vy + vz * vz)
     return fx - c * vx, fy - c * vy, fz - c * vz
+
+
+class PayloadForce(NamedTuple):
+    """A given force on the payload along the axes of the world: wind, a tag line, a push."""
+
+    x: Any = Constant(0.0)  # N, of time: an input of `sources`
+    y: Any = Constant(0.0)
+    z: Any = Constant(0.0)
 
 
 class QuadraticFriction(NamedTuple):

@@ -54,7 +54,9 @@ def _shorten(value: Any) -> str:
 def _fields(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
     """Return the names of the fields of the group at `where` inside `kind`."""
     for part in where:
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
+        if isinstance(part, int):
+            kind = get_args(kind)[0]
+        elif isinstance(kind, type) and issubclass(kind, BaseModel):
             kind = kind.model_fields[str(part)].annotation
         else:
             kind = kind.__annotations__[str(part)]

@@ -73,8 +73,14 @@ def asked(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: in
     return efforts
 
 
-def read_settings(kind: type[T], settings: Mapping[str, Any]) -> T:
-    """Return the law's settings read into the NamedTuple `kind`.
+def fresh(law: Any) -> Any:
+    """Return the law as it is before its first state: one that learns has a method `fresh`, others have no memory."""
+    renewed = getattr(law, "fresh", None)
+    return law if renewed is None else renewed()
+
+
+def read_settings(kind: type[T], settings: Mapping[str, Any], group: tuple[str, ...] = ()) -> T:
+    """Return the law's settings, those of a group within `control` if one is named, read into the NamedTuple `kind`.
 
     Raises:
         SceneError: a key is unknown or a value out of range.
@@ -82,4 +88,4 @@ def read_settings(kind: type[T], settings: Mapping[str, Any]) -> T:
     try:
         return TypeAdapter(kind).validate_python(dict(settings))
     except ValidationError as error:
-        raise SceneError(one_line(error, kind, ("control",))) from None
+        raise SceneError(one_line(error, kind, ("control", *group))) from None

@@ -10,6 +10,7 @@ from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane 
 from crane_sim import system
 from crane_sim.jit import entry
 from crane_sim.scene import Scene
+from crane_sim.tracking import Tracking
 
 Array = npt.NDArray[np.float64]
 Vector = tuple[float, ...]
@@ -41,7 +42,7 @@ def fill_derived(p, t, q, v, u, nodes, scalars):
     """Fill nodes (K, N, 3) and scalars (K, 3: kinetic, potential, tension) from joint coordinates at times t (K,)."""
     for i in range(len(q)):
         x = system.state(p, t[i], q[i], v[i])
-        system.points(p, x, nodes[i])
+        system.points(p, t[i], x, nodes[i])
         scalars[i, 0] = system.kinetic(p, x)
         scalars[i, 1] = system.potential(p, x)
         scalars[i, 2] = system.tension(p, t[i], x, system.held(p, u[i]))
@@ -54,16 +55,16 @@ def energies(p, x):
 
 
 @entry
-def polyline(p, q, v):
-    """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at joint coordinates q, v."""
+def polyline(p, t, q, v):
+    """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
     points = np.empty((system.point_count(p), 3))
-    system.points(p, system.state(p, 0.0, q, v), points)
+    system.points(p, t, system.state(p, t, q, v), points)
     return points, system.tip_index(p)
 
 
 def derived(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
-    points, tip = polyline(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    points, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 3))
     rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
     fill_derived(scene.model, *rows, nodes, scalars)
@@ -91,6 +92,7 @@ class Metrics:
         self._swing = self._residual = 0.0
         self._tension = np.inf
         self._kinetic, self._potential = 0.0, (np.inf, -np.inf)
+        self._tracking = Tracking(scene) if scene.path is not None else None
 
     def _split(self, rows: Array) -> tuple[Array, Array, Array, Array]:
         nq, nu = self._nq, self._nu
@@ -121,6 +123,8 @@ class Metrics:
         self._kinetic = max(self._kinetic, float(now.kinetic.max()))
         low, high = self._potential
         self._potential = min(low, float(now.potential.min())), max(high, float(now.potential.max()))
+        if self._tracking is not None:
+            self._tracking.extend(t, q, v, u, now.payload)
         if self._scene.reference is not None:
             error = np.abs(self._scene.reference - q[:, self._driven])
             outside = error > SETTLED * np.abs(np.subtract(self._scene.reference, self._initial))
@@ -138,6 +142,9 @@ class Metrics:
         sha = self._sha.copy()
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derived(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
+        further = dict(scene.notes)
+        if self._tracking is not None:
+            further |= self._tracking.summary(np.array([t]), np.array([q]), final.payload)
         angles = np.degrees([self._swing, self._residual, final.swing[0]])
         return {
             "steps": round(t / scene.period),
@@ -152,7 +159,7 @@ class Metrics:
             "min_rope_tension": float(self._tension) if np.isfinite(self._tension) else None,
             "energy_audit_error": self._audit(q, flow),
             "state_sha256": sha.hexdigest(),
-        } | dict(scene.notes)
+        } | further
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()

@@ -3,9 +3,12 @@
 State x = (support state, payload state), and a third float, the energy supplied [J], when the crane is metered.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim import system
+from crane_sim.angles import sincos
+from crane_sim.base import add_imposed, airspeed, carried, pose_at, seen_turned, to_base, turned_back
+from crane_sim.base_motions import Base, SplineBase
 from crane_sim.cables.rope import (
     ForceRope,
     LockedRope,
@@ -22,6 +25,7 @@ from crane_sim.effects import (
     LinearFriction,
     PaperFriction,
     PayloadDrag,
+    PayloadForce,
     QuadraticFriction,
     add_drag,
     swing_moments,
@@ -29,14 +33,19 @@ from crane_sim.effects import (
 from crane_sim.frames import frame_acceleration, inertial_velocity
 from crane_sim.jit import generic, kernel
 from crane_sim.loads.point import PointLoad
-from crane_sim.meter import Meter
+from crane_sim.meter import Meter, metered_like, with_meter
+from crane_sim.sources import value_at
 from crane_sim.supports import (
+    drive_power,
+    knuckle_base,  # noqa: F401  registers what a moving base does to a knuckle crane
     posture,
     support_acceleration,
     tip_acceleration,
+    with_base,
     with_couple,
+    yaw,
 )
-from crane_sim.supports.knuckle import Knuckle
+from crane_sim.supports.point import Point
 
 SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
 
@@ -44,18 +53,21 @@ SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
 class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Knuckle
+    support: Any  # a Knuckle, a Point: whatever answers what `crane_sim.supports` asks
     cable: ForceRope | RateRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²
     swing_friction: SwingFriction | None = None
     drag: PayloadDrag | None = None
     meter: Meter | None = None
+    base: Base | SplineBase | None = None
+    force: PayloadForce | None = None
 
     def metered(self, held: bool) -> "Crane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        lossy = self.swing_friction is not None or self.drag is not None or isinstance(self.cable, RateRope)
-        return self._replace(meter=Meter()) if lossy or not held else self
+        lossy = self.swing_friction is not None or self.drag is not None or self.force is not None
+        imposed = isinstance(self.cable, RateRope) or isinstance(self.support, Point) or self.base is not None
+        return self._replace(meter=Meter()) if lossy or imposed or not held else self
 
 
 class Motion(NamedTuple):
@@ -66,6 +78,7 @@ class Motion(NamedTuple):
     support: tuple[float, float, float]  # joint accelerations of the support
     payload: tuple[float, float, float]  # second rates of change of the payload's coordinates
     tension: float
+    pull: tuple[float, float, float]  # N, of rope and swing joints on the tip
 
 
 @generic
@@ -104,14 +117,36 @@ def _(friction, line):
     return 0.0
 
 
+@generic
+def add_given(given, force, p, t, xs):
+    """Return the force (3,) [N] plus a given one at time t, in the axes of the support's frame."""
+    return force
+
+
+@add_given.register(PayloadForce)
+def _(given, force, p, t, xs):
+    s, c = sincos(yaw(p.support, xs))
+    world = (value_at(given.x, t), value_at(given.y, t), value_at(given.z, t))
+    x, y, z = turned_back(to_base(pose_at(p.base, t), world), s, c)
+    return force[0] + x, force[1] + y, force[2] + z
+
+
 @kernel
-def motion(p, xs, xc, tau):
-    """Return the Motion of crane p at its state under joint efforts tau."""
+def base_of(p, t, xs):
+    """Return the base at time t in the axes of the support's frame, None where it rests."""
+    return seen_turned(carried(p.base, p.gravity, t), yaw(p.support, xs))
+
+
+@kernel
+def motion(p, t, xs, xc, tau):
+    """Return the Motion of crane p at time t and its state under joint efforts tau."""
     pose = posture(p.support, xs)
     line = span(pose, xc)
     position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
-    force = (0.0, 0.0, -p.load.mass * p.gravity)
-    force = add_drag(p.drag, force, inertial_velocity(position, velocity, w))
+    base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
+    force = add_imposed(base, p.load.mass, (0.0, 0.0, -p.load.mass * p.gravity), position, moving)
+    force = add_given(p.force, add_drag(p.drag, force, airspeed(base, position, moving)), p, t, xs)
+    tau = with_base(p.support, tau, base, pose)
     force, reaction, tau = add_swing_friction(p.swing_friction, line, force, (0.0, 0.0, 0.0), tau, p.support)
     tension = rope_tension(p.cable, p, pose, line, tau, force, reaction)
     nx, ny, nz = tension * line.n[0], tension * line.n[1], tension * line.n[2]
@@ -120,57 +155,26 @@ def motion(p, xs, xc, tau):
     _, w_dot = tip_acceleration(p.support, pose, qdd)
     inverse = 1.0 / p.load.mass
     inertial = ((force[0] - nx) * inverse, (force[1] - ny) * inverse, (force[2] - nz) * inverse)
-    return Motion(pose, line, qdd, frame_acceleration(inertial, position, velocity, w, w_dot), tension)
+    return Motion(pose, line, qdd, frame_acceleration(inertial, position, velocity, w, w_dot), tension, tip)
 
 
 @system.rhs.register(Crane)
 def _(p, t, x, u):
     xs, xc = x[0], x[1]
-    now = motion(p, xs, xc, system.effort(u, p, t, x))
+    now = motion(p, t, xs, xc, system.effort(u, p, t, x))
     return with_meter(p.meter, ((*xs[3:], *now.support), (*xc[3:], *now.payload)), p, t, x, u)
-
-
-@generic
-def with_meter(meter, derivative, p, t, x, u):
-    """Return the state's derivative, with the supplied power appended where the crane is metered."""
-    return derivative
-
-
-@with_meter.register(Meter)
-def _(meter, derivative, p, t, x, u):
-    return (derivative[0], derivative[1], system.power(p, t, x, u))
-
-
-@generic
-def metered_state(meter, x):
-    """Return the initial state, with no energy supplied yet where the crane is metered."""
-    return x
-
-
-@metered_state.register(Meter)
-def _(meter, x):
-    return (x[0], x[1], 0.0)
-
-
-@generic
-def metered_like(meter, x, projected):
-    """Return the projected state with the meter's reading of x kept."""
-    return projected
-
-
-@metered_like.register(Meter)
-def _(meter, x, projected):
-    return (projected[0], projected[1], x[2])
 
 
 @system.power.register(Crane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    now = motion(p, x[0], x[1], tau)
-    w = now.pose.yaw_rate
-    vx, vy, vz = inertial_velocity(x[1][:3], x[1][3:], w)
-    fx, fy, fz = add_drag(p.drag, (0.0, 0.0, 0.0), (vx, vy, vz))
-    joints = tau[0] * w + tau[1] * x[0][4] + tau[2] * x[0][5] + winch_power(p.cable, tau, now.line, now.tension)
+    now = motion(p, t, x[0], x[1], tau)
+    position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], now.pose.yaw_rate), base_of(p, t, x[0])
+    force = add_drag(p.drag, (0.0, 0.0, 0.0), airspeed(base, position, moving))
+    force = add_given(p.force, force, p, t, x[0])
+    (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
+    joints = drive_power(p.support, with_base(p.support, tau, base, now.pose), now.pose, now.pull)
+    joints = joints + winch_power(p.cable, tau, now.line, now.tension)
     return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, now.line)
 
 
@@ -181,7 +185,7 @@ def _(p, x):
 
 @system.tension.register(Crane)
 def _(p, t, x, u):
-    return motion(p, x[0], x[1], system.effort(u, p, t, x)).tension
+    return motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
 
 
 @system.limited.register(Crane)

@@ -3,12 +3,27 @@
 from math import atan2, cos, sin
 
 from crane_sim import system
+from crane_sim.base import pose_at, to_world
 from crane_sim.cables.rope import LockedRope, add_rope_energy, span, swing
 from crane_sim.frames import inertial_velocity
 from crane_sim.jit import generic
-from crane_sim.meter import Meter
-from crane_sim.model import Crane, metered_state, motion
-from crane_sim.supports import posture, skeleton, support_kinetic, support_potential, tip_acceleration, yaw
+from crane_sim.meter import metered_state, reading
+from crane_sim.model import Crane, motion
+from crane_sim.supports import (
+    corners,
+    demanded,
+    driven,
+    entered,
+    posture,
+    shown,
+    shown_acceleration,
+    skeleton,
+    support_kinetic,
+    support_potential,
+    tip_acceleration,
+    yaw,
+)
+from crane_sim.supports.knuckle import Knuckle
 
 POLE = 1e-9
 """cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from it."""
@@ -16,6 +31,31 @@ POLE = 1e-9
 
 @system.joints.register(Crane)
 def _(p, x):
+    return shown(p.support, p, x)
+
+
+@system.actuated.register(Crane)
+def _(p, x):
+    return driven(p.support, p, x)
+
+
+@system.held.register(Crane)
+def _(p, row):
+    return demanded(p.support, p, row)
+
+
+@system.state.register(Crane)
+def _(p, t, q, v):
+    return metered_state(p.meter, entered(p.support, p, q, v))
+
+
+@system.acceleration.register(Crane)
+def _(p, t, x, u):
+    return shown_acceleration(p.support, p, motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
+
+
+@shown.register(Knuckle)
+def _(support, p, x):
     xs, xc = x[0], x[1]
     line = span(posture(p.support, xs), xc)
     _, _, c2, w1, w2 = swing(line)
@@ -34,8 +74,8 @@ def _(rope, line):
     return (), ()
 
 
-@system.actuated.register(Crane)
-def _(p, x):
+@driven.register(Knuckle)
+def _(support, p, x):
     q, v = winch_joint(p.cable, span(posture(p.support, x[0]), x[1]))
     return (*x[0][:3], *q), (*x[0][3:], *v)
 
@@ -51,13 +91,13 @@ def _(rope, row):
     return ()
 
 
-@system.held.register(Crane)
-def _(p, row):
+@demanded.register(Knuckle)
+def _(support, p, row):
     return (row[0], row[1], row[2], *winch_effort(p.cable, row))
 
 
-@system.state.register(Crane)
-def _(p, t, q, v):
+@entered.register(Knuckle)
+def _(support, p, q, v):
     d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
     rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
     pose = posture(p.support, (q[0], q[1], q[2], v[0], v[1], v[2]))
@@ -68,12 +108,11 @@ def _(p, t, q, v):
         vy + rate * c2 * s1 + w1 * c1 - w2 * s1 * s2,
         vz - rate * c1 * c2 + w1 * s1 + w2 * c1 * s2,
     )
-    return metered_state(p.meter, ((q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, *velocity)))
+    return (q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, *velocity)
 
 
-@system.acceleration.register(Crane)
-def _(p, t, x, u):
-    now = motion(p, x[0], x[1], system.effort(u, p, t, x))
+@shown_acceleration.register(Knuckle)
+def _(support, p, now):
     line = now.line
     tip, _ = tip_acceleration(p.support, now.pose, now.support)
     ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
@@ -104,32 +143,25 @@ def _(p, x):
 
 @system.point_count.register(Crane)
 def _(p):
-    return 4
+    return 1 + corners(p.support)
 
 
 @system.tip_index.register(Crane)
 def _(p):
-    return 2
+    return corners(p.support) - 1
 
 
 @system.points.register(Crane)
-def _(p, x, out):
-    angle = yaw(p.support, x[0])
+def _(p, t, x, out):
+    angle, pose = yaw(p.support, x[0]), pose_at(p.base, t)
     c, s = cos(angle), sin(angle)
-    base, knee, tip = skeleton(p.support, x[0])
-    for i, (a, b, z) in enumerate((base, knee, tip, x[1][:3])):
-        out[i, 0], out[i, 1], out[i, 2] = c * a - s * b, s * a + c * b, z
+    for i, (a, b, z) in enumerate((*skeleton(p.support, x[0]), x[1][:3])):
+        out[i, 0], out[i, 1], out[i, 2] = to_world(pose, (c * a - s * b, s * a + c * b, z))
 
 
-@generic
-def reading(meter, x):
-    """Return the meter's reading [J], 0 where there is none."""
-    return 0.0
-
-
-@reading.register(Meter)
-def _(meter, x):
-    return x[2]
+@corners.register(Knuckle)
+def _(support):
+    return 3
 
 
 @system.supplied.register(Crane)

@@ -105,7 +105,8 @@ class Plant:
     @property
     def payload(self) -> tuple[float, float, float]:
         """Position of the payload in the world [m]."""
-        return tuple(polyline(self.scene.model, np.array(self.q), np.array(self.v))[0][-1].tolist())
+        nodes, _ = polyline(self.scene.model, self.t, np.array(self.q), np.array(self.v))
+        return tuple(nodes[-1].tolist())
 
     @property
     def flow(self) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.laws import asked
+from crane_sim.laws import asked, fresh
 from crane_sim.metrics import Derived, Metrics, derived
 from crane_sim.plant import Plant, SimulationError, check_status, events_of, noted_events
 from crane_sim.scene import Scene, load_scene
@@ -93,7 +93,7 @@ def simulate(
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
     model = scene.model
-    rows, samples, flow, saturated = _run(scene, model, law if callable(law) else scene.law, times)
+    rows, samples, flow, saturated = _run(scene, model, fresh(law if callable(law) else scene.law), times)
     wall = time.perf_counter() - started
     counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period

@@ -14,12 +14,14 @@ from crane_sim.explain import SceneError, one_line
 from crane_sim.forms.knuckle import KnuckleFile
 from crane_sim.forms.method_choice import check_fit, chosen
 from crane_sim.forms.overhead import OverheadFile
+from crane_sim.forms.pendulum import PendulumFile
+from crane_sim.forms.reference import path_in
 from crane_sim.laws import Law, make_law
 from crane_sim.scene_document import nominal, put, read
 
 MOST_STEPS = 1e8  # control periods in a run
-File = KnuckleFile | OverheadFile
-FORMS: dict[str, type[KnuckleFile] | type[OverheadFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile}
+File = KnuckleFile | OverheadFile | PendulumFile
+FORMS: dict[str, type[File]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
 """The kinds of crane, and the form of their scene files."""
 SAME = """crane initial_q initial_v duration seed description joint_names actuated joint_units effort_units""".split()
 """What a scene takes from its file as it is."""
@@ -43,6 +45,7 @@ class Scene:
     sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
+    path: Any = field(compare=False)  # compiled `references.Path`, None without one
     seed: int
     description: str
     joint_names: tuple[str, ...]
@@ -97,6 +100,7 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
 def _build(document: dict[str, Any]) -> Scene:
     file = _validated(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
+    same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | {"path": path_in(file.reference, file)}
     control = file.control
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
@@ -105,7 +109,6 @@ def _build(document: dict[str, Any]) -> Scene:
     method, why = chosen(file.integrator, file.demands(sampled))
     model = crane.metered(held=sampled or type(source) is tuple)
     check_fit(method, model, continuous)
-    same = {name: getattr(file, name) for name in SAME}
     return Scene(
         **same,
         name=file.name or "unnamed",

@@ -39,7 +39,16 @@ def read(source: str | Path) -> dict[str, Any]:
     if not isinstance(document, dict):
         raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
     document.setdefault("name", path.stem)
+    _anchor(document, path.resolve().parent)
     return document
+
+
+def _anchor(document: dict[str, Any], folder: Path) -> None:
+    """Make the files that a scene names, which lie beside it, known by their whole paths: it is read elsewhere too."""
+    reference = document.get("reference")
+    for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
+        if isinstance(group, dict) and isinstance(group.get("file"), str):
+            group["file"] = str(folder / group["file"])
 
 
 def put(document: dict[str, Any], key: str, value: Any) -> None:

@@ -169,8 +169,8 @@ def tip_index(p):
 
 
 @generic
-def points(p, x, out):
-    """Write the polyline base .. tip .. payload in the world frame [m] into out (N, 3)."""
+def points(p, t, x, out):
+    """Write the polyline base .. tip .. payload in the world frame [m] at time t [s] into out (N, 3)."""
     raise NotImplementedError
 
 

@@ -11,9 +11,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(file for package in ("crane_sim", "crane_control") for file in (ROOT / package).rglob("*.py"))
 KERNELS = """supports cables loads overhead integrators frames effects model outputs sources stepping system
-state_algebra array_algebra lane_algebra angles linear_systems meter jit quantities""".split()
+state_algebra array_algebra lane_algebra angles linear_systems meter jit quantities references
+base base_motions""".split()
 ABOVE = """batch batch_scenes batch_lanes batch_loops scene scene_document forms
-lagrange reproduce description laws plant rollout functions metrics report cli
+lagrange reproduce description laws plant rollout functions metrics tracking report cli
 run_options scene_options orchestrate children ros recording bench""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 

@@ -102,7 +102,9 @@ def test_joints_are_the_scenes() -> None:
     }
 
 
-@pytest.mark.parametrize("scene", [SCENE, *OVERHEAD.values()], ids=["knuckle", *OVERHEAD])
+@pytest.mark.parametrize(
+    "scene", [SCENE, load_scene("pendulum_free"), *OVERHEAD.values()], ids=["knuckle", "pendulum", *OVERHEAD]
+)
 def test_links_make_one_tree(scene: Scene) -> None:
     """Each link but the root has one parent, so robot_state_publisher accepts the description."""
     robot = ElementTree.fromstring(urdf(scene))
@@ -159,7 +161,7 @@ def posture(scene: Scene, seed: int) -> np.ndarray:
 def test_the_nodes_are_the_models(scene: Scene, seed: int) -> None:
     """Every node of the cable is where the model puts it, from the joint positions and the URDF alone."""
     q = posture(scene, seed)
-    nodes, _ = polyline(scene.model, q, np.zeros_like(q))
+    nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
@@ -172,7 +174,7 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     scene = OVERHEAD["hoisted spatial chain"]
     q = posture(scene, 0)
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
-    nodes, _ = polyline(scene.model, q, np.zeros_like(q))
+    nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
     found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
     assert found == pytest.approx(nodes[-1], abs=1e-8)  # the URDF prints nine digits
 

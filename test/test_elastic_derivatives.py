@@ -25,6 +25,7 @@ def scene_of(masses: Any, lengths: Any, stiffness: float, initial: Any, **groups
 
 
 WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
+SHAKE = {"amplitude": 0.3, "frequency": 2.0, "phase": 0.4}
 SPACE = {
     "dimensions": 3,
     "bridge": {"drive": "force", "mass": 30.0},
@@ -32,6 +33,7 @@ SPACE = {
     "friction": {"trolley": {"coulomb": 1.0, "static": 2.0, "viscous": 0.5}},
     "forces": [{"node": 2, "axis": "y", "force": {"kind": "constant", "value": 3.0}}],
     "cable": {"damping": 40.0},
+    "base_motion": {axis: SHAKE for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw")},
 }
 IMPOSED = {
     "trolley": {"drive": "prescribed", "motion": WAVE},

@@ -61,7 +61,7 @@ def passed(method, p, q, v, u, times, nodes):
     flow = settled(system.switching(p), p, u, start(p, 0.0, x, record(system.switching(p))))
     for i in range(len(times)):
         flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
-        system.points(p, state_at(method, p, u, flow, times[i]), nodes[i])
+        system.points(p, times[i], state_at(method, p, u, flow, times[i]), nodes[i])
     gained = system.kinetic(p, flow.x) + system.potential(p, flow.x) - system.kinetic(p, x) - system.potential(p, x)
     return flow, gained - system.supplied(p, flow.x)
 

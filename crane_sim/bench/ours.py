@@ -78,7 +78,7 @@ class Ours:
         def go(times: int) -> Outcome:
             flow, x = passed(method, self.p, self.source, self.q, self.v, end, times)
             q, v, tension = shown(self.p, end, x, self.source)
-            points, _ = polyline(self.p, np.array(q), np.array(v))
+            points, _ = polyline(self.p, end, np.array(q), np.array(v))
             return Outcome(points[-1], flow.evaluations, flow.steps, float(tension))
 
         return go

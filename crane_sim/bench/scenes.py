@@ -89,7 +89,7 @@ def _peer(engine: Engine, own: ours.Ours, truth: Truth) -> list[Trial]:
     Raises:
         Missing: it does not model the scene, or lacks what it needs for that.
     """
-    points, _ = polyline(own.p, own.q, own.v)
+    points, _ = polyline(own.p, 0.0, own.q, own.v)
     problem = problem_of(own.scene, np.array(points[-1]))
     if problem is None:
         raise Missing("no plain description of this scene")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description import knuckle, overhead
+from crane_sim.description import knuckle, overhead, pendulum
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene
@@ -20,6 +20,8 @@ def urdf(scene: Scene) -> str:
     ElementTree.SubElement(robot, "link", name="world")
     if scene.crane == "overhead":
         overhead.describe(robot, scene)
+    elif scene.crane == "pendulum":
+        pendulum.describe(robot, scene)
     else:
         knuckle.describe(robot, scene.model, scene.joint_names)
     ElementTree.indent(robot)

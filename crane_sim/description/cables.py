@@ -40,7 +40,7 @@ class Hang(NamedTuple):
     @classmethod
     def of(cls, scene: Scene) -> Hang:
         """Return what hangs on a scene's trolley."""
-        nodes, tip = polyline(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+        nodes, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
         lengths = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
         return cls(tuple(map(float, lengths)), form_of(scene).parts.masses)
 
@@ -58,7 +58,7 @@ def add_cable(robot: ElementTree.Element, joints: Sequence[str], hang: Hang, roo
         if hoisted:  # the first piece's length at rest, a frame that nothing hangs on
             _slide(robot, "hoist", ("trolley_link", "hoist_link"), DOWN, reach)
     elif "link_1_x" in joints:
-        _directed(robot, hang, reach if hoisted else None)
+        add_directed(robot, hang, reach if hoisted else None)
     elif "swing_2" in joints:
         _turning(robot, hang, reach if hoisted else None, room)
     else:
@@ -94,13 +94,14 @@ def _rod(robot: ElementTree.Element, hang: Hang, hoist: tuple[float, float] | No
         add_joint(robot, "fixed", f"end_{k}", (above, end), (0.0, 0.0, -float(depth)))
 
 
-def _directed(robot: ElementTree.Element, hang: Hang, hoist: tuple[float, float] | None) -> None:
-    """Add links along unit vectors.
+def add_directed(
+    robot: ElementTree.Element, hang: Hang, hoist: tuple[float, float] | None, above: str = "trolley_link"
+) -> None:
+    """Add links along unit vectors, the first below the link `above`.
 
     With a hoist the first link's vector is a product of two coordinates, which no joint of a URDF can be. The hoist
     then moves the cable's lower end straight down, which is exact where the first link is vertical.
     """
-    above = "trolley_link"
     for k, (end, length) in enumerate(zip(hang.ends, hang.lengths, strict=True), start=1):
         way = hoist if k == 1 else None
         for axis in ALONG:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def form_of(scene: Scene) -> OverheadFile:
 def expected(scene: Scene) -> Room:
     """Return the room for a run that has not begun: where it starts, is to go, and swings to from there."""
     form = form_of(scene)
-    nodes, tip = polyline(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    nodes, tip = polyline(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     links = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
     hoist = form.hoist.profile if form.hoist else None
     first = [float(links[0]), *_target(scene, "hoist"), *_way(scene, hoist.motion() if hoist else None)]
@@ -92,6 +92,11 @@ def expected(scene: Scene) -> Room:
             places.append(np.where(np.arange(3) == axis, place, nodes[tip]))
     low, high = np.min(places, axis=0) + hang.min(axis=0), np.max(places, axis=0) + hang.max(axis=0)
     return room_of(low, high, min(first) + rest, is_spatial(scene))
+
+
+def _at_rest(model: Any) -> Any:
+    """Return the model on a base that rests: its points are where they are aboard."""
+    return model._replace(base=None) if getattr(model, "base", None) is not None else model
 
 
 def is_spatial(scene: Scene) -> bool:

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
-from crane_sim.effects import LinearFriction, PaperFriction, QuadraticFriction
+from crane_sim.effects import LinearFriction, PaperFriction, PayloadForce, QuadraticFriction
 from crane_sim.explain import one_line, unknown_key
 from crane_sim.forms.method_choice import Auto
 from crane_sim.integrators.dop853 import DOP853, RK8
@@ -43,7 +43,7 @@ def _read(kind: Any, values: dict[str, Any]) -> Any:
         raise
 
 
-def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False) -> BeforeValidator:
+def picked(key: str, choices: dict[str, Any], what: str, optional: bool = False) -> BeforeValidator:
     """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
 
     def pick(value: Any) -> Any:
@@ -67,12 +67,24 @@ def _chosen(key: str, choices: dict[str, Any], what: str, optional: bool = False
 
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
-Friction = Annotated[Any, _chosen("model", _FRICTION, "swing friction", optional=True)]
+Friction = Annotated[Any, picked("model", _FRICTION, "swing friction", optional=True)]
 _METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3, "rodas": Rodas}
-Method = Annotated[Any, _chosen("method", _METHODS, "integrator")]
+Method = Annotated[Any, picked("method", _METHODS, "integrator")]
 Channel = Annotated[
-    Any, _chosen("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
+    Any, picked("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
 ]
+
+
+class PayloadForceGroup(Group):
+    """A given force on the payload [N], along the axes of the world; silent axes are zero."""
+
+    x: Channel = Constant(0.0)
+    y: Channel = Constant(0.0)
+    z: Channel = Constant(0.0)
+
+    def force(self) -> PayloadForce:
+        """Return the force."""
+        return PayloadForce(self.x, self.y, self.z)
 
 
 def _period(value: Any) -> Any:
@@ -86,7 +98,7 @@ def _period(value: Any) -> Any:
 
 Profile = Annotated[
     Any,
-    _chosen("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, "motion", optional=True),
+    picked("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, "motion", optional=True),
 ]
 
 

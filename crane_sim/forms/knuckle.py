@@ -5,8 +5,10 @@ from typing import Any, ClassVar, Literal
 from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.explain import SceneError
-from crane_sim.forms.groups import Channel, Control, Friction, Group, Method
+from crane_sim.forms.base_motion import BaseMotion
+from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
 from crane_sim.forms.method_choice import Demands
+from crane_sim.forms.reference import ReferenceGroup
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
@@ -37,10 +39,10 @@ class Initial(Group):
     v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-class Reference(Group):
+class Reference(ReferenceGroup):
     """Where the actuated joints should go."""
 
-    q: tuple[Angle, Angle, Angle, Positive]
+    q: tuple[Angle, Angle, Angle, Positive] | None = None
 
 
 class InputGroup(Group):
@@ -70,6 +72,8 @@ class KnuckleFile(Group):
     springs: Springs = Springs()
     swing_friction: Friction = None
     payload_drag: PayloadDrag | None = None
+    payload_force: PayloadForceGroup | None = None
+    base_motion: BaseMotion | None = None
     reference: Reference | None = None
     control: Control | None = None
     inputs: InputGroup | None = None
@@ -104,7 +108,12 @@ class KnuckleFile(Group):
     @property
     def target(self) -> tuple[float, ...] | None:
         """Where the actuated joints should go."""
-        return self.reference.q[: len(self.effort_units)] if self.reference else None
+        return self.reference.q[: len(self.effort_units)] if self.reference and self.reference.q else None
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the rope at t = 0 [m]."""
+        return self.initial.q[3]
 
     notes: ClassVar[dict[str, Any]] = {}
 
@@ -119,7 +128,12 @@ class KnuckleFile(Group):
             SceneError: groups contradict each other.
         """
         support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib)
-        return Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
+        crane = Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
+        moves, given = self.base_motion, self.payload_force
+        return crane._replace(
+            base=moves.base(self.seed, self.duration) if moves is not None else None,
+            force=given.force() if given is not None else None,
+        )
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive

@@ -5,8 +5,10 @@ from math import sqrt
 from typing import Any, Literal
 
 from crane_sim.explain import SceneError
+from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Control, Group, Method
 from crane_sim.forms.method_choice import Demands, asks_frequency
+from crane_sim.forms.overhead_base import on_base
 from crane_sim.forms.overhead_checks import check, check_start
 from crane_sim.forms.overhead_frequency import bending_error, stiffest
 from crane_sim.forms.overhead_groups import (
@@ -19,12 +21,12 @@ from crane_sim.forms.overhead_groups import (
     Inputs,
     JointsGroup,
     PayloadGroup,
-    Reference,
     SizeOrZero,
     Start,
 )
 from crane_sim.forms.overhead_models import crane_of, switches_of
 from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_modelled
+from crane_sim.forms.reference import ReferenceGroup
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.quantities import Positive
 from crane_sim.sources import Inputs as Channels
@@ -49,8 +51,9 @@ class OverheadFile(Group):
     friction: FrictionGroup | None = None
     forces: tuple[ForceGroup, ...] = ()
     events: tuple[Event, ...] = ()
+    base_motion: BaseMotion | None = None
     initial: Start = Start()
-    reference: Reference | None = None
+    reference: ReferenceGroup | None = None
     control: Control | None = None
     inputs: Inputs | None = None
     integrator: Method = DOP853()
@@ -108,11 +111,16 @@ class OverheadFile(Group):
         Raises:
             SceneError: it has another number of values.
         """
-        if self.reference is None:
+        if self.reference is None or self.reference.q is None:
             return None
         if len(self.reference.q) != len(self.actuated):
             raise SceneError(f"reference.q: has {len(self.reference.q)} values, actuated are {self.actuated}")
         return self.reference.q
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the whole cable at t = 0 [m]."""
+        return sum(self.parts.lengths)
 
     @property
     def initial_q(self) -> tuple[float, ...]:
@@ -152,7 +160,7 @@ class OverheadFile(Group):
         """
         check(self)
         check_start(self)
-        return crane_of(self)
+        return on_base(self, crane_of(self))
 
     def open_loop(self) -> Channels | tuple[float, ...]:
         """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""

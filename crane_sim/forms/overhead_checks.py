@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.explain import SceneError
+from crane_sim.forms.overhead_base import check_straight
 from crane_sim.forms.overhead_groups import AxisGroup
 from crane_sim.forms.overhead_start import filled
 
@@ -25,6 +26,7 @@ def check(file: "OverheadFile") -> None:
     _check_nodes(file)
     _check_hoist(file)
     _check_inputs(file)
+    check_straight(file)
 
 
 def check_start(file: "OverheadFile") -> None:

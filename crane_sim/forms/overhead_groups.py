@@ -127,12 +127,6 @@ class ForceGroup(Group):
     force: Channel  # N
 
 
-class Reference(Group):
-    """Where the actuated joints should go."""
-
-    q: tuple[Real, ...]
-
-
 class Inputs(Group):
     """Open-loop inputs of the actuated joints; silent ones are zero."""
 

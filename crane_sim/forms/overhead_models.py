@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def crane_of(file: "OverheadFile") -> Any:
-    """Return the parameters of a scene's crane; their type chooses the equations.
+    """Return the parameters of a scene's crane, its base at rest; their type chooses the equations.
 
     Raises:
         SceneError: groups contradict each other.
@@ -48,8 +48,8 @@ def crane_of(file: "OverheadFile") -> Any:
     if file.modelled == "straight" or (len(file.parts.lengths) == 1 and plain):
         if not plain:
             raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
-        return _rod_crane(file)
-    if len(file.parts.lengths) == 2 and plain and switches_of(file) is None:
+        return _planar_crane(file) if file.base_motion else _rod_crane(file)
+    if len(file.parts.lengths) == 2 and plain and not file.base_motion and switches_of(file) is None:
         return _double_crane(file)
     return _planar_crane(file)
 
@@ -109,7 +109,7 @@ def _elastic_crane(file: "OverheadFile") -> ElasticCrane | SpringCrane:
         bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, rubs.bridge)
     springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
-    if alone and not implicit(file.integrator, file.demands(sampled=False)):
+    if alone and not file.base_motion and not implicit(file.integrator, file.demands(sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)

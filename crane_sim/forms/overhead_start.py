@@ -113,7 +113,8 @@ def what_is_modelled(file: "OverheadFile") -> str:
     wanted, cable = file.cable.model, file.parts
     if wanted != "auto":
         return wanted
-    plain = file.dimensions == 2 and not (file.joints or file.cable.joints or file.cable.inertia or file.forces)
+    others = file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion
+    plain = file.dimensions == 2 and not others
     light = max(cable.masses[:-1], default=0.0) * HEAVY <= cable.masses[-1]
     return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
 

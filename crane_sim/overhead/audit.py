@@ -12,5 +12,5 @@ def metered(p: Any, held: bool) -> Any:
     parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
-    others = any(getattr(p, name, None) is not None for name in ("joints", "forces", "switches"))
+    others = any(getattr(p, name, None) is not None for name in ("joints", "forces", "switches", "base"))
     return p._replace(meter=Meter()) if imposed or rubs or others or not held else p

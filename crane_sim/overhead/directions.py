@@ -7,7 +7,9 @@ with scalar products of neighbouring unit vectors in place of cosines, and the t
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_sim.jit import lean_kernel
+import numpy as np
+
+from crane_sim.jit import lean_kernel, routine
 
 
 class Directions(NamedTuple):
@@ -138,3 +140,21 @@ def turn(links, top, acc, tension, out, at):
             spin = links.speeds[k] * units[k, c] + drag * links.rates[k, c]
             out[at + 3 * k + c] = total[c] * inverse - spin
         drag = 0.0
+
+
+@routine
+def node_velocities(links, vx, vy, rate):
+    """Return the velocities of nodes 0 to N (N + 1, 3) [m/s].
+
+    Args:
+        links: what the links' states give.
+        vx, vy: of the trolley [m/s].
+        rate: at which the first link lengthens [m/s].
+    """
+    v = np.zeros((len(links.speeds) + 1, 3))
+    v[0, 0], v[0, 1] = vx, vy
+    for k in range(len(links.speeds)):
+        paid = rate if k == 0 else 0.0
+        for c in range(3):
+            v[k + 1, c] = v[k, c] + paid * links.units[k, c] + links.lengths[k] * links.rates[k, c]
+    return v

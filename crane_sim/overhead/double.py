@@ -133,7 +133,7 @@ def _(p):
 
 
 @system.points.register(DoubleCrane)
-def _(p, x, out):
+def _(p, t, x, out):
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for k in range(2):
         length = p.cable.length1 if k == 0 else p.cable.length2

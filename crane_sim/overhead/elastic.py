@@ -1,7 +1,7 @@
 """An overhead crane whose cable is a chain of springs and dampers, in the vertical plane or in space.
 
 State: one array [x, (y), (l1), r_1 .. r_N, x', (y'), (l1'), r_1' .. r_N', (energy supplied), (modes)] with the nodes'
-positions r_k in the world: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length
+positions r_k on the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length
 beyond the rest length, l1 of the first link where there is a hoist. Modes: friction of the axes, 1 or 0 for each link
 that is taut or slack, changes of the payload.
 """
@@ -15,6 +15,7 @@ from crane_sim.jit import lean_generic, lean_kernel
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis
+from crane_sim.overhead.carried import Moving
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import Hoist, hoisted
 from crane_sim.overhead.switches import Switches, payload_mass, story
@@ -44,6 +45,8 @@ class ElasticCrane(NamedTuple):
     forces: NodeForces | None = None
     switches: Switches | None = None
     meter: Meter | None = None
+    base: Moving | None = None
+    share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
 
     def metered(self, held: bool) -> "ElasticCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
@@ -89,7 +92,7 @@ def _(hoist, cable, x, top, nq):
 
 @lean_kernel
 def vector(p, x, k, order):
-    """Return the position (order 0) or velocity (order 1) of node k in the world, (3,); node 0 is the trolley."""
+    """Return the position (order 0) or velocity (order 1) of node k on the base, (3,); node 0 is the trolley."""
     nq, first, d, _ = layout(p)
     if k == 0:
         i = order * nq

@@ -11,10 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
+from crane_sim.base import carried
 from crane_sim.jit import kernel, routine
 from crane_sim.linear_systems import add_band_product, factor_band, solve_band
 from crane_sim.overhead.axes import demands, rail
 from crane_sim.overhead.elastic import ElasticCrane, layout, mass_of
+from crane_sim.overhead.elastic_carried import lean_on
 from crane_sim.overhead.elastic_power import power_slopes
 from crane_sim.overhead.elastic_slopes import fill_slopes, slopes_for
 from crane_sim.overhead.hoists import drum
@@ -50,6 +52,7 @@ def linear(p, t, x, tau):
     found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
     slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
     hang_on(p, t, x, tau, slopes, weights, found)
+    lean_on(carried(p.base, p.gravity, t), p, weights, found)
     for k in range(1, n):
         fill_slopes(p, x, k, slopes)
         for a in range(d):

@@ -4,6 +4,7 @@ from crane_sim import system
 from crane_sim.jit import lean_kernel, lean_routine, routine
 from crane_sim.overhead.axes import axis_guard, demands, freed, rubs
 from crane_sim.overhead.elastic import LINK, ElasticCrane, layout, link, pull
+from crane_sim.overhead.elastic_carried import deck
 from crane_sim.overhead.elastic_outputs import energies
 from crane_sim.overhead.switches import (
     FRICTION,
@@ -42,11 +43,11 @@ def _(p, t, x, u, work):
 def least_guard(p, t, x, tau):
     """Return (the smallest guard, its number)."""
     nq, first, d, modes = layout(p)
-    (nx, ny, _), tension, _ = pull(p, x, 0)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx), FRICTION)
+    ((nx, ny, _), tension, _), ship = pull(p, x, 0), deck(p, t, x)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     if d == 3:
-        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), tension * ny)
+        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), tension * ny + ship.y)
         best = limits_guard(p.switches, lesser(best, bridge, FRICTION + 1), 1, x[1])
     if first == d:
         best = hoist_guard(p.switches, best, x[first - 1])
@@ -86,11 +87,11 @@ def switch(p, t, x, tau, which):
         axis = which - FRICTION
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        n, tension, _ = pull(p, x, 0)
+        (n, tension, _), ship = pull(p, x, 0), deck(p, t, x)
         if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
-            x[modes] = freed(p.trolley, failed, tau, 0, tension * n[0])
+            x[modes] = freed(p.trolley, failed, tau, 0, tension * n[0] + ship.x)
         else:
-            x[modes + 1] = freed(p.bridge, failed, tau, demands(p.trolley), tension * n[1])
+            x[modes + 1] = freed(p.bridge, failed, tau, demands(p.trolley), tension * n[1] + ship.y)
         event = friction_event(axis, x[modes + axis])
     else:
         return x, which, False

@@ -1,9 +1,11 @@
 """How an overhead crane with an elastic cable moves: forces on nodes, axes and hoist."""
 
 from crane_sim import system
+from crane_sim.base import carried
 from crane_sim.jit import lean_generic, lean_kernel, lean_routine
 from crane_sim.overhead.axes import axis_power, demands, rail
 from crane_sim.overhead.elastic import ElasticCrane, layout, mass_of, pull
+from crane_sim.overhead.elastic_carried import deck, push_points
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import drum, drum_power
 from crane_sim.overhead.switches import mode_of
@@ -40,6 +42,7 @@ def move(p, t, x, tau, out):
     n, tension, lost = pull(p, x, 0)
     lost = hang(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
     supplied = drive(p, t, x, tau, n, tension, out) + add_pushes(p.forces, p, t, x, out) - lost
+    supplied += push_points(carried(p.base, p.gravity, t), p, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
@@ -76,12 +79,13 @@ def place(out, i, d, ax, ay, az):
 def drive(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = layout(p)
+    ship = deck(p, t, x)
     give, free = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    out[nq] = free + give * tension * n[0]
-    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0])
+    out[nq] = free + give * tension * n[0] + give * ship.x
+    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + ship.power
     if d == 3:
         give, free = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
-        out[nq + 1] = free + give * tension * n[1]
+        out[nq + 1] = free + give * tension * n[1] + give * ship.y
         supplied += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
         give, free = drum(p.hoist, t, tau)

@@ -5,6 +5,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.jit import kernel, routine
 from crane_sim.overhead.axes import axis_mass
+from crane_sim.overhead.carried import show
 from crane_sim.overhead.efforts import efforts_both, pushed, wound
 from crane_sim.overhead.elastic import ElasticCrane, layout, link, mass_of, pull, tautness, vector
 from crane_sim.overhead.elastic_motion import move
@@ -132,6 +133,7 @@ def _(p):
 
 
 @system.points.register(ElasticCrane)
-def _(p, x, out):
+def _(p, t, x, out):
     for k in range(1 + len(p.cable.masses)):
         out[k, 0], out[k, 1], out[k, 2] = vector(p, x, k, 0)
+    show(p.base, t, out)

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from crane_sim.base import carried
 from crane_sim.jit import generic, kernel, routine
 from crane_sim.overhead.axes import axis_power, demands
 from crane_sim.overhead.elastic import layout
+from crane_sim.overhead.elastic_carried import lean_power
 from crane_sim.overhead.elastic_slopes import fill_slopes, slopes_for
 from crane_sim.overhead.forces import NodeForces
 from crane_sim.overhead.hoists import drum_power
@@ -47,6 +49,7 @@ def slopes_of_power(p, t, x, tau):
         for f in range(d + 1):
             factors[f] = 0.0
     add_pushes_power(p.forces, p, t, power)
+    lean_power(carried(p.base, p.gravity, t), p, x, power)
     return power
 
 

@@ -7,7 +7,7 @@ from crane_sim.sources import value_at
 
 
 class NodeForces(NamedTuple):
-    """A force along one world axis on one node, and the further ones: a list that kernels walk by type."""
+    """A force along one axis of the base on one node, and the further ones: a list that kernels walk by type."""
 
     node: int  # 1 .. N
     axis: int  # 0, 1, 2: x, y, z

@@ -9,10 +9,12 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.angles import sincos
+from crane_sim.base import carried
 from crane_sim.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, rail
+from crane_sim.overhead.carried import Moving, push_links
 from crane_sim.overhead.chain import (
     BELOW,
     COS,
@@ -49,6 +51,7 @@ class PlanarCrane(NamedTuple):
     forces: NodeForces | None = None
     switches: Switches | None = None
     meter: Meter | None = None
+    base: Moving | None = None
 
     def metered(self, held: bool) -> "PlanarCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
@@ -64,7 +67,8 @@ class Solved(NamedTuple):
 
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
-    pull: float  # N, of the cable on the trolley along x
+    pull: float  # N, of the cable and of a moving base on the trolley along x
+    given: float  # W, that the moving base supplies
 
 
 @lean_kernel
@@ -124,15 +128,17 @@ def solved(p, t, x, tau, w):
     give, push = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     pay, run = drum(p.hoist, t, tau)
     hang(w, push, p.gravity)
-    twist = add_joints(p.joints, w, x, first)
+    rate = first_link(p.hoist, p.cable, x, nq)[1]
+    field = push_links(carried(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
+    twist = add_joints(p.joints, w, x, first) + field.x
     w[TENSION, 0] -= w[SIN, 0] * give * twist
     w[TURNING, 0] -= w[COS, 0] * give * twist
     push_nodes(p.forces, t, w)
     free = w[TENSION, 0]
-    solve_links(p.rods, w, (give, pay, run, first_link(p.hoist, p.cable, x, nq)[1]))
+    solve_links(p.rods, w, (give, pay, run, rate))
     pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
     paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give, free)
-    return Solved(push + give * pull, paid, pull)
+    return Solved(push + give * pull, paid, pull, field.power)
 
 
 @system.fill.register(PlanarCrane)
@@ -165,7 +171,7 @@ def supply(p, t, x, tau, now, w):
     nq, first, _ = layout(p)
     rate = first_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, w[TENSION, 0])
-    power += joint_power(p.joints, x[nq + first : 2 * nq])
+    power += joint_power(p.joints, x[nq + first : 2 * nq]) + now.given
     return power + forces_supply(p.forces, p, t, x, w, rate)
 
 
@@ -183,8 +189,7 @@ def _(forces, p, t, x, w, rate):
 @routine
 def node_velocities(p, x, w, rate):
     """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
-    nq, _, _ = layout(p)
-    n = w.shape[1] - 1
+    nq, n = layout(p)[0], w.shape[1] - 1
     v = np.zeros((n + 1, 3))
     v[0, 0] = x[nq]
     for k in range(n):

@@ -7,6 +7,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.jit import routine
 from crane_sim.overhead.axes import axis_mass
+from crane_sim.overhead.carried import show
 from crane_sim.overhead.chain import BELOW, COS, LENGTH, TENSION
 from crane_sim.overhead.efforts import driven, efforts
 from crane_sim.overhead.hoists import drum_inertia
@@ -105,7 +106,7 @@ def _(p):
 
 
 @system.points.register(PlanarCrane)
-def _(p, x, out):
+def _(p, t, x, out):
     nq, first, _ = layout(p)
     length, _ = first_link(p.hoist, p.cable, x, nq)
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
@@ -114,3 +115,4 @@ def _(p, x, out):
         out[k + 1, 0] = out[k, 0] + link * sin(x[first + k])
         out[k + 1, 1] = 0.0
         out[k + 1, 2] = out[k, 2] - link * cos(x[first + k])
+    show(p.base, t, out)

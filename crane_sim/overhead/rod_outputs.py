@@ -128,7 +128,7 @@ def _(p):
 
 
 @system.points.register(RodCrane)
-def _(p, x, out):
+def _(p, t, x, out):
     nq, _ = layout(p)
     length, _ = upper(p.hoist, p.cable, x)
     s, c = sin(x[nq - 1]), cos(x[nq - 1])

@@ -9,12 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
+from crane_sim.base import carried
 from crane_sim.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.meter import Meter, meter_size
 from crane_sim.overhead.audit import metered
 from crane_sim.overhead.axes import Axis, axis_power, demands, rail
+from crane_sim.overhead.carried import Moving, push_axes, push_directions
 from crane_sim.overhead.chain import Chain
-from crane_sim.overhead.directions import Directions, Top, aligned, paid_out, solve_tensions, turn
+from crane_sim.overhead.directions import Directions, Top, aligned, node_velocities, paid_out, solve_tensions, turn
 from crane_sim.overhead.forces import NodeForces, add_forces, force_power
 from crane_sim.overhead.hoists import Hoist, drum, drum_power, hoisted
 from crane_sim.overhead.switches import Switches, mode_of, payload_mass, story
@@ -31,6 +33,8 @@ class SpatialCrane(NamedTuple):
     forces: NodeForces | None = None
     switches: Switches | None = None
     meter: Meter | None = None
+    base: Moving | None = None
+    share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
 
     def metered(self, held: bool) -> "SpatialCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
@@ -54,7 +58,9 @@ class Solved(NamedTuple):
     """What state and efforts fix at one instant, beside what is in the work arrays."""
 
     top: Top
-    pull: tuple[float, float]  # N, of the cable on trolley and bridge
+    pull: tuple[float, float]  # N, of the cable and of a moving base on trolley and bridge
+    axes: tuple[float, float]  # m/s², of trolley and bridge
+    given: float  # W, that the moving base supplies
 
 
 @lean_kernel
@@ -123,15 +129,22 @@ def solved(p, t, x, tau, work):
     nq, _, modes = layout(p)
     links, acc, tension, ratio = work
     links_of(p, x, links)
+    rate, place, speed = first_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
     for k in range(1, len(acc)):
         acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
     add_forces(p.forces, t, links.below, acc)
-    give_x, acc[0, 0] = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    give_y, acc[0, 1] = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
+    give_x, push_x = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    give_y, push_y = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
+    now = carried(p.base, p.gravity, t)
+    deck = push_axes(now, p.trolley, p.bridge, p.share, place, speed)
+    power = push_directions(now, links, place, speed, rate, acc)
+    acc[0, 0], acc[0, 1] = push_x + give_x * deck.x, push_y + give_y * deck.y
     pay, run = drum(p.hoist, t, tau)
-    top = Top((give_x, give_y), pay, run, first_link(p.hoist, p.cable, x, nq)[1])
+    top = Top((give_x, give_y), pay, run, rate)
     solve_tensions(links, top, acc, tension, ratio)
-    return Solved(top, (tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]))
+    x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
+    axes = acc[0, 0] + give_x * x_pull, acc[0, 1] + give_y * y_pull
+    return Solved(top, (x_pull + deck.x, y_pull + deck.y), axes, deck.power + power)
 
 
 @system.fill.register(SpatialCrane)
@@ -145,51 +158,39 @@ def derive(p, t, x, u, out, work):
     nq, first, modes = layout(p)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
-    top, pull = solved(p, t, x, tau, work)
+    now = solved(p, t, x, tau, work)
     for axis in range(2):
-        out[axis], out[nq + axis] = x[nq + axis], acc[0, axis] + top.give[axis] * pull[axis]
+        out[axis], out[nq + axis] = x[nq + axis], now.axes[axis]
     if first == 3:
-        out[2], out[nq + 2] = x[nq + 2], paid_out(links, top, acc, tension)
+        out[2], out[nq + 2] = x[nq + 2], paid_out(links, now.top, acc, tension)
     for k in range(len(tension)):
         for c in range(3):
             out[first + 3 * k + c] = links.rates[k, c]
-    turn(links, top, acc, tension, out, nq + first)
+    turn(links, now.top, acc, tension, out, nq + first)
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supply(p, t, x, tau, pull, work)
+        out[2 * nq] = supply(p, t, x, tau, now, work)
 
 
 @lean_kernel
-def supply(p, t, x, tau, pull, work):
+def supply(p, t, x, tau, now, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, _ = layout(p)
     rate = first_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], pull[0])
-    power += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], pull[1])
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
+    power += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], now.pull[1])
     power += drum_power(p.hoist, tau, rate, work.tension[0])
-    return power + forces_supply(p.forces, p, t, x, work.links, rate)
+    return power + now.given + forces_supply(p.forces, p, t, x, work.links, rate)
 
 
 @generic
 def forces_supply(forces, p, t, x, links, rate):
     """Return the power [W] of forces on nodes."""
-    return force_power(forces, t, node_velocities(p, x, links, rate))
+    nq, _, _ = layout(p)
+    return force_power(forces, t, node_velocities(links, x[nq], x[nq + 1], rate))
 
 
 @forces_supply.register(type(None))
 def _(forces, p, t, x, links, rate):
     return 0.0
-
-
-@routine
-def node_velocities(p, x, links, rate):
-    """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
-    nq, _, _ = layout(p)
-    v = np.zeros((len(links.speeds) + 1, 3))
-    v[0, 0], v[0, 1] = x[nq], x[nq + 1]
-    for k in range(len(links.speeds)):
-        paid = rate if k == 0 else 0.0
-        for c in range(3):
-            v[k + 1, c] = v[k, c] + paid * links.units[k, c] + links.lengths[k] * links.rates[k, c]
-    return v

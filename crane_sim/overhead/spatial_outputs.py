@@ -5,9 +5,11 @@ import numpy as np
 from crane_sim import system
 from crane_sim.jit import routine
 from crane_sim.overhead.axes import axis_mass
+from crane_sim.overhead.carried import show
+from crane_sim.overhead.directions import node_velocities
 from crane_sim.overhead.efforts import driven_both, efforts_both
 from crane_sim.overhead.hoists import drum_inertia
-from crane_sim.overhead.spatial import SpatialCrane, first_link, layout, links_of, node_velocities, solved, supply
+from crane_sim.overhead.spatial import SpatialCrane, first_link, layout, links_of, solved, supply
 from crane_sim.overhead.switches import changes_before, mode_count
 
 
@@ -51,7 +53,7 @@ def energies(p, x):
     nq, _, _ = layout(p)
     links, rate = system.workspace(p).links, first_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, links)
-    v, z, potential = node_velocities(p, x, links, rate), 0.0, 0.0
+    v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     kinetic += 0.5 * drum_inertia(p.hoist) * rate * rate
     for k in range(len(links.speeds)):
@@ -82,7 +84,7 @@ def _(p, t, x, u):
 @system.power.register(SpatialCrane)
 def _(p, t, x, u):
     tau, work = system.effort(u, p, t, x), system.workspace(p)
-    return supply(p, t, x, tau, solved(p, t, x, tau, work).pull, work)
+    return supply(p, t, x, tau, solved(p, t, x, tau, work), work)
 
 
 @system.supplied.register(SpatialCrane)
@@ -97,8 +99,9 @@ def _(p):
 
 
 @system.points.register(SpatialCrane)
-def _(p, x, out):
+def _(p, t, x, out):
     place(p, x, out)
+    show(p.base, t, out)
 
 
 @routine

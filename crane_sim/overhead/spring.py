@@ -130,6 +130,6 @@ def _(p):
 
 
 @system.points.register(SpringCrane)
-def _(p, x, out):
+def _(p, t, x, out):
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     out[1, 0], out[1, 1], out[1, 2] = x[1], 0.0, x[2]

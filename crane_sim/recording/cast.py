@@ -38,7 +38,10 @@ class Cast(Protocol):
         """Log what depends on the crane's size [m] and does not move."""
 
     def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
-        """Add frames with coordinates (F, nq), nodes (F, N, 3); return a new framing where the old one is outgrown."""
+        """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
+
+        Return a new framing where the old one is outgrown.
+        """
         ...
 
     def settle(self) -> Framing | None:

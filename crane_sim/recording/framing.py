@@ -48,6 +48,21 @@ def of_knuckle(scene: Scene) -> Framing:
     )
 
 
+def of_pendulum(scene: Scene) -> Framing:
+    """Return how to draw a suspension point and its payload."""
+    (x, y, z), length = scene.initial_q[:3], float(scene.model.cable.length)
+    ends = [(x, y), (scene.reference or (x, y))[:2]]
+    (x, y), span = np.mean(ends, axis=0), float(np.ptp(ends, axis=0).max())
+    far = 1.8 * max(length, 0.7 * span)
+    return Framing(
+        size=length,
+        ground=(float(x), float(y), z - 1.5 * length),
+        ground_size=max(1.5 * length, 0.8 * span),
+        eye=(float(x) + 0.5 * far, float(y) - 1.5 * far, z + 0.5 * far),
+        look_at=(float(x), float(y), z - 0.6 * length),
+    )
+
+
 def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) that are drawn as arrows of a seventh of a knuckle-boom crane's size.
 

@@ -13,7 +13,7 @@ import rerun as rr
 
 from crane_sim.description import gantry
 from crane_sim.description.room import room_of
-from crane_sim.recording.cast import ROPE, STRAND, WORLD, Lever, turn_from_z
+from crane_sim.recording.cast import ROPE, STRAND, Lever, turn_from_z
 from crane_sim.recording.framing import TROLLEY, of_room
 from crane_sim.recording.solids import log_solids
 
@@ -35,12 +35,12 @@ LEVERS = {
 class GantryCast:
     """Draws what `Suspension` tells."""
 
-    def __init__(self, rec: rr.RecordingStream, suspension: Suspension) -> None:
-        """Log the solids in the room that is expected."""
-        self._rec, self._suspension = rec, suspension
+    def __init__(self, rec: rr.RecordingStream, suspension: Suspension, stand: str) -> None:
+        """Log the solids in the room that is expected; all of them stand in the frame `stand`."""
+        self._rec, self._suspension, self._stand = rec, suspension, stand
         self._low, self._high, self._shortest = np.full(3, np.inf), np.full(3, -np.inf), np.inf
         for entity in ("rope", "rope/nodes"):
-            rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
+            rec.log(entity, rr.CoordinateFrame(stand), static=True)
         self._build(suspension.room)
 
     def lever(self, joint: str) -> Lever:
@@ -87,7 +87,7 @@ class GantryCast:
         """Log the solids, which replace those that were logged before."""
         self._room = room
         mass = self._suspension.hang.masses[-1]
-        log_solids(self._rec, "crane/base", WORLD, gantry.base(room))
+        log_solids(self._rec, "crane/base", self._stand, gantry.base(room))
         if room.spatial:
             log_solids(self._rec, "crane/bridge", "bridge", gantry.bridge(room))
         log_solids(self._rec, TROLLEY, "trolley", gantry.trolley(room))
@@ -102,6 +102,6 @@ class GantryCast:
     def _place(self, time: list[rr.TimeColumn], frame: str, at: Numbers, turn: Numbers | None = None) -> None:
         frames = len(at)
         columns = rr.Transform3D.columns(
-            translation=at, quaternion=turn, parent_frame=[WORLD] * frames, child_frame=[frame] * frames
+            translation=at, quaternion=turn, parent_frame=[self._stand] * frames, child_frame=[frame] * frames
         )
         self._rec.send_columns(f"tf/{frame}", time, columns)

@@ -9,7 +9,9 @@ import yaml
 from crane_sim import system
 from crane_sim.description import urdf
 from crane_sim.description.room import form_of
-from crane_sim.recording.framing import Framing, knuckle_scales, of_knuckle, of_room
+from crane_sim.recording.aboard import BASE, base_of
+from crane_sim.recording.cast import WORLD
+from crane_sim.recording.framing import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension, tension_name
 
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ class Way(NamedTuple):
 
 
 ROPE = Way("shown/rope_m", "Rope length [m]", ("rope",))
+TIP = "shown/tip_m", "Position of the suspension point [m]"
 HOIST = Way("shown/hoist_m", "Length of the first link [m]", ("hoist",))
 
 
@@ -48,6 +51,7 @@ class Layout(NamedTuple):
     ways: tuple[Way, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
+    stand: str  # the frame that the crane stands in: the world, or a base that moves in it
     tip: int  # which of the nodes is the upper end of the cable
     tension: str  # what the recorded tension is
     period_ns: int
@@ -85,6 +89,7 @@ class Block(NamedTuple):
     demanded: Numbers  # (K, nu) commanded; NaN where no command was heard
     reference: Numbers | None  # (K, nu) target of the actuated joints
     nodes: Numbers  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
+    base: Numbers | None  # (K, 6) m and rad, of a base that moves
     target: Numbers | None  # (K, N, 3) the nodes at rest in the reference pose
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J
@@ -104,15 +109,16 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         units=scene.joint_units,
         actuated=scene.actuated,
         effort_units=scene.effort_units,
-        effort_scales=effort_scales(scene, found.hang) if found else knuckle_scales(scene),
+        effort_scales=_effort_scales(scene, found),
         ways=_ways(scene),
         swings=_swings(scene, found),
         suspension=found,
+        stand=WORLD if base_of(scene) is None else BASE,
         tip=system.tip_index(scene.model),
         tension=tension_name(found),
         period_ns=scene.period_ns,
         robot=urdf(scene),
-        framing=of_room(found.room) if found else of_knuckle(scene),
+        framing=_framing(scene, found),
         commanded=scene.sampled,
         aimed=scene.sampled or scene.reference is not None,
         silent=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
@@ -126,8 +132,22 @@ def label(name: str) -> str:
     return name.replace("_", " ")
 
 
+def _framing(scene: Scene, found: Suspension | None) -> Framing:
+    if found:
+        return of_room(found.room)
+    return of_pendulum(scene) if scene.crane == "pendulum" else of_knuckle(scene)
+
+
+def _effort_scales(scene: Scene, found: Suspension | None) -> tuple[float, ...]:
+    if scene.crane == "pendulum":
+        return (1.0,) * len(scene.actuated)  # m/s², or m
+    return effort_scales(scene, found.hang) if found else knuckle_scales(scene)
+
+
 def _ways(scene: Scene) -> tuple[Way, ...]:
     """Return the plots of what moves in metres, the cable left out."""
+    if scene.crane == "pendulum":
+        return (Way(*TIP, scene.actuated),)
     if scene.crane != "overhead":
         return (ROPE,) if "rope" in scene.actuated else ()
     form = form_of(scene)

@@ -10,7 +10,7 @@ import numpy as np
 import rerun as rr
 import rerun.urdf  # noqa: F401  (makes rr.urdf available)
 
-from crane_sim.recording.cast import ROPE, STRAND, WORLD, Lever, turn_from_z
+from crane_sim.recording.cast import ROPE, STRAND, Lever, turn_from_z
 
 if TYPE_CHECKING:
     from crane_sim.recording.framing import Framing
@@ -29,9 +29,9 @@ class RobotCast:
         self._joints = {joint.name: joint for joint in tree.joints()}
         rec.send_chunks(tree.stream(include_joint_transforms=False))
         for joint in self._joints.values():
-            if joint.joint_type == "fixed":
+            if joint.joint_type == "fixed" and layout.stand != joint.child_link:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
-        rec.log("rope", rr.CoordinateFrame(WORLD), static=True)
+        rec.log("rope", rr.CoordinateFrame(layout.stand), static=True)
 
     def lever(self, joint: str) -> Lever:
         """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crane_sim.base_motions import places
 from crane_sim.metrics import derived
+from crane_sim.recording.aboard import aboard, ashore, base_of
 from crane_sim.recording.layout import Block, of_scene
 from crane_sim.recording.repair import repair_leftovers
 from crane_sim.recording.suspension import hanging_still
@@ -83,20 +85,19 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     """Turn rows into arrays, with everything that follows from them."""
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
-    silent = (np.nan,) * effort.shape[1]
-    step = np.array([row.step for row in rows], dtype=np.int64)
     t = _array((row.step - 1) * scene.period for row in rows)
     known = derived(scene, t, q, v, effort)
-    reference = _references(rows)
+    reference, base = _references(rows), _base(scene, t)
     return Block(
-        step=step,
+        step=np.array([row.step for row in rows], dtype=np.int64),
         q=q,
         v=v,
         effort=effort,
-        demanded=_array(silent if row.demanded is None else row.demanded for row in rows),
+        demanded=_demands(rows, effort.shape[1]),
         reference=reference,
         nodes=known.nodes,
-        target=None if reference is None else _targets(scene, t, reference, q, known.nodes),
+        base=base,
+        target=None if reference is None else _targets(scene, t, reference, q, aboard(known.nodes, base), base),
         kinetic=known.kinetic,
         potential=known.potential,
         energy=known.energy,
@@ -110,17 +111,32 @@ def _array(vectors: Any) -> Numbers:
     return np.array(list(vectors), dtype=np.float64)
 
 
+def _demands(rows: Sequence[Row], nu: int) -> Numbers:
+    return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
+
+
+def _base(scene: Scene, t: Numbers) -> Numbers | None:
+    """Return where the base is at times t (K,), (K, 6); None where it rests."""
+    moves = base_of(scene)
+    return places(moves, t) if moves is not None else None
+
+
 def _references(rows: Sequence[Row]) -> Numbers | None:
     found = [row.reference for row in rows]
     return _array(found) if all(reference is not None for reference in found) else None
 
 
-def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers) -> Numbers:
-    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip."""
+def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
+    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
+
+    `nodes` are in the frame of the base (K, 6), what is returned is in the world.
+    """
     if scene.crane == "overhead":
-        return hanging_still(scene.actuated, reference, nodes)
+        return ashore(hanging_still(scene.actuated, reference, nodes), base)
     rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
     rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
+    if "link_1_z" in scene.joint_names:
+        rest[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down
     return derived(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
+from crane_sim.recording.aboard import aboard, turns
 from crane_sim.recording.cast import WORLD
 from crane_sim.recording.gantry_cast import GantryCast
 from crane_sim.recording.robot_cast import RobotCast
@@ -31,8 +32,8 @@ class Stage:
         self._stride = max(1, FRAME_NS // layout.period_ns)
         self._last: Numbers | None = None
         self._aimed = False
-        self._cast = GantryCast(rec, layout.suspension) if layout.suspension else RobotCast(rec, layout)
-        for entity in ("rope", "payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
+        self._cast = GantryCast(rec, layout.suspension, layout.stand) if layout.suspension else RobotCast(rec, layout)
+        for entity in ("payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
             rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.lever(name).frame), static=True)
@@ -44,11 +45,25 @@ class Stage:
         if not rows.size:
             return
         time = times(self._layout, block.step[rows])
-        self._fit(self._cast.move(time, block.q[rows], block.nodes[rows]))
+        base = None if block.base is None else block.base[rows]
+        self._fit(self._cast.move(time, block.q[rows], aboard(block.nodes[rows], base)))
+        if base is not None:
+            self._carry(time, base)
         self._trail(time, block.nodes[rows, -1])
         self._push(time, block.effort[rows])
         if block.target is not None:
             self._aim(time, block.target[rows])
+
+    def _carry(self, time: list[rr.TimeColumn], base: Numbers) -> None:
+        """Move the frame that the crane stands in."""
+        frames = len(base)
+        columns = rr.Transform3D.columns(
+            translation=base[:, :3],
+            quaternion=turns(base).as_quat(),
+            parent_frame=[WORLD] * frames,
+            child_frame=[self._layout.stand] * frames,
+        )
+        self._rec.send_columns(f"tf/{self._layout.stand}", time, columns)
 
     def settle(self) -> Framing | None:
         """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""

@@ -39,6 +39,22 @@ def with_couple(support, tau, couple):
 
 
 @generic
+def with_base(support, tau, base, pose):
+    """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
+
+    `base` is as of `crane_sim.base.carried`, in the axes of the support's frame. A support without masses, and a base
+    that rests, leave tau as it is.
+    """
+    return tau
+
+
+@generic
+def drive_power(support, tau, pose, pull):
+    """Return the power [W] of joint efforts tau where the tip is pulled by a force (3,) [N]."""
+    raise NotImplementedError
+
+
+@generic
 def yaw(support, xs):
     """Return the angle [rad] of the support's frame about z."""
     raise NotImplementedError
@@ -59,4 +75,40 @@ def support_kinetic(support, pose):
 @generic
 def support_potential(support, pose, gravity):
     """Return the support's potential energy [J] of gravity and joint springs, without rope and load."""
+    raise NotImplementedError
+
+
+@generic
+def corners(support):
+    """Return the number of points of the support's polyline."""
+    raise NotImplementedError
+
+
+@generic
+def shown(support, p, x):
+    """Return (q, v), the joint coordinates of the crane p on this support in state x."""
+    raise NotImplementedError
+
+
+@generic
+def entered(support, p, q, v):
+    """Return (support state, payload state) of the crane p on this support at joint coordinates q, v."""
+    raise NotImplementedError
+
+
+@generic
+def shown_acceleration(support, p, now):
+    """Return the joint accelerations of the crane p on this support, whose Motion is `now`."""
+    raise NotImplementedError
+
+
+@generic
+def driven(support, p, x):
+    """Return (q, v) of the actuated joints only."""
+    raise NotImplementedError
+
+
+@generic
+def demanded(support, p, row):
+    """Return the efforts in the array `row` as a tuple."""
     raise NotImplementedError

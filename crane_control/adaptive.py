@@ -1,0 +1,144 @@
+"""The law called `adaptive`: Cartesian tracking that learns the disturbance (Smith & Egeland, eq. 81-99).
+
+The disturbance is taken for a function of what the payload does, α·ψ(x) for each axis with random features ψ. With
+e the error of the payload, Q = ½ (kp + (kc + c) c) |e|² + c e·e' + ½ |e'|², kc = kd - c, and F the dead zone, the law
+adds u = α·ψ to what the payload should do and learns α' = -γ F(Q) ψ (c e + e').
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from crane_control.cartesian import CartesianLaw, tracking_law
+from crane_control.features import Features, Of, drawn, write_features
+from crane_control.tracking import Belief, Gains, believed
+from crane_sim.explain import SceneError
+from crane_sim.jit import generic, kernel, routine
+from crane_sim.laws import read_settings
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.scene import Scene
+
+Number = Annotated[int, Field(ge=1, le=10000)]
+
+
+class DeadZone(NamedTuple):
+    """Errors too small to learn from; Q is in m²/s²."""
+
+    cutoff: NonNegative  # δ, of Q, up to which nothing is learnt
+    smoothing: Positive  # μ: from δ + 2 μ on, everything is
+
+
+class Adaptation(NamedTuple):
+    """What a scene says of learning, in `control.adaptation`."""
+
+    features: Number = 100
+    width: Positive = 1.5  # of the kernel, in the units of what it is of
+    rate: NonNegative = 9.0  # γ
+    c: Positive = 0.5  # 1/s
+    of: Of = "y"
+    time: bool = False  # whether the disturbance is a function of time, too
+    dead_zone: DeadZone | None = None
+    seed: int = 0  # of the features
+
+
+class Knowledge(NamedTuple):
+    """What has been learnt, and where it is computed."""
+
+    weights: Any  # (2 d, 2), α of both axes
+    values: Any  # (2 d,), ψ
+    entries: Any  # (9,): y, y', e, e', t
+    clock: Any  # (1,) s, of the last lesson
+
+
+class Learner(NamedTuple):
+    """A disturbance that is learnt."""
+
+    features: Features
+    rate: float
+    c: float  # 1/s
+    stiffness: float  # 1/s², kp + (kc + c) c
+    zone: DeadZone | None
+    knowledge: Knowledge
+
+    def fresh(self) -> "Learner":
+        """Return the learner before it has learnt anything."""
+        return self._replace(knowledge=ignorance(len(self.features.frequencies)))
+
+
+def ignorance(d: int) -> Knowledge:
+    """Return the knowledge of nothing yet, with d frequencies."""
+    return Knowledge(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.zeros(1))
+
+
+@generic
+def share(zone, q):
+    """Return F(Q), eq. 97: how much is learnt from an error of size Q [m²/s²]; everything without a dead zone."""
+    return 1.0
+
+
+@share.register(DeadZone)
+def _(zone, q):
+    return min(max((q - zone.cutoff) / (2.0 * zone.smoothing), 0.0), 1.0)
+
+
+@kernel
+def error_size(learner, entries):
+    """Return Q [m²/s²], eq. 85 and 86."""
+    ex, ey, vx, vy = entries[4], entries[5], entries[6], entries[7]
+    cross = learner.c * (ex * vx + ey * vy)
+    return 0.5 * learner.stiffness * (ex * ex + ey * ey) + cross + 0.5 * (vx * vx + vy * vy)
+
+
+@routine
+def lesson(learner, elapsed):
+    """Learn for `elapsed` seconds from the entries, eq. 99, and return u (2,) [m/s²], eq. 81."""
+    weights, values, entries, _ = learner.knowledge
+    write_features(learner.features, entries, values)
+    gain = elapsed * learner.rate * share(learner.zone, error_size(learner, entries))
+    sx, sy = learner.c * entries[4] + entries[6], learner.c * entries[5] + entries[7]
+    ux, uy = 0.0, 0.0
+    for j in range(len(values)):
+        weights[j, 0] -= gain * values[j] * sx
+        weights[j, 1] -= gain * values[j] * sy
+        ux += weights[j, 0] * values[j]
+        uy += weights[j, 1] * values[j]
+    return ux, uy
+
+
+@believed.register(Learner)
+def _(learner, pendulum, now, sight):
+    entries, clock = learner.knowledge.entries, learner.knowledge.clock
+    for i in range(2):
+        entries[i], entries[2 + i] = sight.y[i], sight.dy[i]
+        entries[4 + i], entries[6 + i] = sight.y[i] - now.goal[0][i], sight.dy[i] - now.goal[1][i]
+    entries[8] = now.t
+    elapsed = now.t - clock[0]
+    clock[0] = now.t
+    return Belief(sight.y, sight.dy, lesson(learner, elapsed), (0.0, 0.0), (0.0, 0.0))
+
+
+def learner_of(given: Adaptation, gains: Gains) -> Learner:
+    """Return the learner beside these gains.
+
+    Raises:
+        SceneError: c is not below kd, so that Q would not decrease.
+    """
+    kc = gains.kd - given.c
+    if kc <= 0.0:
+        raise SceneError(f"control.adaptation.c = {given.c:g}: must be below kd = {gains.kd:g} 1/s")
+    features = drawn(given.features, given.width, given.of, given.time, given.seed)
+    size = gains.kp + (kc + given.c) * given.c
+    return Learner(features, given.rate, given.c, size, given.dead_zone, ignorance(given.features))
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
+    """Return the law for what it believes of the scene.
+
+    Raises:
+        SceneError: a setting is unknown or out of range, or the law does not fit the scene.
+    """
+    own = read_settings(Adaptation, settings.get("adaptation", {}), ("adaptation",))
+    rest = {key: value for key, value in settings.items() if key != "adaptation"}
+    return tracking_law("adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains))

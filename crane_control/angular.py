@@ -1,0 +1,96 @@
+"""The law called `angular`: damping of the swing angles, tracking by the suspension point (Smith & Egeland, section 5).
+
+The damping law is not printed in the paper; it is the one that its gains fit. φx, φy are the swing angles about the
+base's x and y, L the cable's length, yd the reference of the payload:
+
+    x0'' = (-L kd φy' - y0'' sin φx sin φy) / cos φy + kpt (xd - x0) + kdt (xd' - x0')
+    y0'' = L kd φx' cos φy / cos φx + kpt (yd - y0) + kdt (yd' - y0')
+"""
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import Any, NamedTuple
+
+from crane_control.suspension import pendulum_of
+from crane_sim import system
+from crane_sim.explain import SceneError
+from crane_sim.jit import entry, kernel
+from crane_sim.laws import read_settings
+from crane_sim.quantities import NonNegative
+from crane_sim.references import Path, reference_at
+from crane_sim.scene import Scene
+
+
+class Settings(NamedTuple):
+    """What a scene says of this law in its `control` group: the gains of the paper's tables 3 and 4."""
+
+    damping: NonNegative = 1.118  # 1/s, of the swing angles
+    kp: NonNegative = 0.313  # 1/s², of the suspension point
+    kd: NonNegative = 1.118  # 1/s, of the suspension point
+    velocity: bool = True  # whether the reference's velocity is fed forward
+    acceleration: bool = False  # likewise its acceleration
+
+
+class AngularLaw(NamedTuple):
+    """The law, and the cable that it believes in."""
+
+    length: float  # m
+    path: Path
+    damping: float
+    kp: float
+    kd: float
+    velocity: float  # 1: fed forward, 0: not
+    acceleration: float
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the efforts (2,) demanded at time t [s], joint positions q (6,) and velocities v (6,)."""
+        return demanded(self, t, q, v)
+
+
+@kernel
+def damped(length, damping, n, dn):
+    """Return the damping accelerations (2,) of the tip for the unit vector n (3,) to the payload and its rate dn (3,).
+
+    Not finite where the cable lies along the base's x, or is horizontal: the angles are not defined there.
+    """
+    sy, cy = -n[0], sqrt(1.0 - n[0] * n[0])
+    sx, cx = n[1] / cy, -n[2] / cy
+    wy = -dn[0] / cy
+    wx = (dn[1] + sx * sy * wy) / (cx * cy)
+    ay = length * damping * wx * cy / cx
+    return (-length * damping * wy - ay * sx * sy) / cy, ay
+
+
+@kernel
+def followed(law, goal, tip, dtip, i):
+    """Return the tracking acceleration of the tip along axis i."""
+    x, v, a = goal
+    return law.kp * (x[i] - tip[i]) + law.kd * (law.velocity * v[i] - dtip[i]) + law.acceleration * a[i]
+
+
+@system.command.register(AngularLaw)
+def _(law, t, q, v):
+    goal = reference_at(law.path, t)
+    ax, ay = damped(law.length, law.damping, (q[3], q[4], q[5]), (v[3], v[4], v[5]))
+    tip, dtip = (q[0], q[1]), (v[0], v[1])
+    return ax + followed(law, goal, tip, dtip, 0), ay + followed(law, goal, tip, dtip, 1)
+
+
+@entry
+def demanded(law, t, q, v):
+    """Compiled `command` for calls from Python."""
+    return system.command(law, t, q, v)
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
+    """Return the law for what it believes of the scene.
+
+    Raises:
+        SceneError: a setting is unknown or out of range, or the law does not fit the scene.
+    """
+    given = read_settings(Settings, settings)
+    pendulum, path = pendulum_of("angular", nominal)
+    if nominal.model.support.servo is not None:
+        raise SceneError("suspension.drive = 'servo': the angular law commands accelerations; take drive: acceleration")
+    forward = float(given.velocity), float(given.acceleration)
+    return AngularLaw(pendulum.length, path, given.damping, given.kp, given.kd, *forward)

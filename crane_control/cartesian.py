@@ -1,0 +1,99 @@
+"""The law called `cartesian`: the payload of a driven suspension point follows a path (Smith & Egeland, eq. 64-74)."""
+
+from collections.abc import Callable, Mapping
+from math import sqrt
+from typing import Any, NamedTuple
+
+from crane_control.suspension import Servo, drive_of, pendulum_of, suspension_effort, tip_and_payload
+from crane_control.tracking import Gains, Tracker, demanded_tip
+from crane_control.vision import Vision, camera
+from crane_sim import system
+from crane_sim.jit import entry
+from crane_sim.laws import read_settings
+from crane_sim.quantities import NonNegative
+from crane_sim.scene import Scene
+
+DAMPING = 0.2  # of the payload's error, where the scene gives no kd
+
+
+class CartesianLaw(NamedTuple):
+    """The tracker, and what carries the suspension point to where the tracker wants it."""
+
+    tracker: Tracker
+    drive: Any
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the efforts (nu,) demanded at time t [s], joint positions q (nq,) and velocities v (nq,)."""
+        return demanded(self, t, q, v)
+
+    def fresh(self) -> "CartesianLaw":
+        """Return the law before its first state."""
+        return self._replace(tracker=self.tracker.fresh())
+
+
+@system.command.register(CartesianLaw)
+def _(law, t, q, v):
+    tip, dtip, y, dy = tip_and_payload(law.tracker.pendulum.length, q, v)
+    return suspension_effort(law.drive, demanded_tip(law.tracker, t, tip, y, dy), tip, dtip)
+
+
+@entry
+def demanded(law, t, q, v):
+    """Compiled `command` for calls from Python."""
+    return system.command(law, t, q, v)
+
+
+class Forward(NamedTuple):
+    """What is fed forward to the suspension point, eq. 64, and the base's motion."""
+
+    velocity: bool | None = None  # of the demanded position; None: where the law knows how the disturbance changes
+    acceleration: bool = False  # of the reference
+    base: bool = False  # the base's acceleration is measured and opposed
+
+
+class Settings(NamedTuple):
+    """What a scene says of tracking in its `control` group."""
+
+    kp: NonNegative | None = None  # 1/s²; None: that of the pendulum itself, g / L
+    kd: NonNegative | None = None  # 1/s; None: 0.2 of critical damping
+    servo: Servo | None = None  # of the suspension point, where it is the acceleration that is commanded
+    feedforward: Forward = Forward()
+    vision: Vision | None = None
+
+
+def tracking_law(
+    name: str,
+    settings: Mapping[str, Any],
+    nominal: Scene,
+    learner: Callable[[Tracker, float], Any],
+    foresees: bool = False,
+) -> CartesianLaw:
+    """Return the Cartesian law called `name`.
+
+    Args:
+        name, settings, nominal: as of `make_law`.
+        learner: from a tracker without one, and the lag of the suspension point [s].
+        foresees: whether the learner knows how the disturbance changes.
+
+    Raises:
+        SceneError: a setting is unknown or out of range, or the law does not fit the scene.
+    """
+    given = read_settings(Settings, settings)
+    (pendulum, path), drive, forward = pendulum_of(name, nominal), drive_of(given.servo, nominal), given.feedforward
+    velocity = foresees if forward.velocity is None else forward.velocity
+    lag = 0.5 * nominal.period + (0.0 if velocity else drive.kd / drive.kp)
+    kp = pendulum.gravity / pendulum.length if given.kp is None else given.kp
+    kd = 2.0 * DAMPING * sqrt(kp) if given.kd is None else given.kd
+    gains = Gains(kp, kd, float(velocity), float(forward.acceleration))
+    base = nominal.model.base if forward.base else None
+    tracker = Tracker(pendulum, gains, path, camera(given.vision, nominal), None, base)
+    return CartesianLaw(tracker._replace(learner=learner(tracker, lag)), drive)
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
+    """Return the law for what it believes of the scene.
+
+    Raises:
+        SceneError: a setting is unknown or out of range, or the law does not fit the scene.
+    """
+    return tracking_law("cartesian", settings, nominal, lambda tracker, lag: None)

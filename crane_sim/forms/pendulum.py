@@ -1,0 +1,189 @@
+"""The form of a scene file with a payload below a driven suspension point, and the model that it describes."""
+
+from math import sqrt
+from typing import Any, ClassVar, Literal
+
+from crane_sim.cables.rope import LockedRope
+from crane_sim.effects import PayloadDrag
+from crane_sim.explain import SceneError
+from crane_sim.forms.base_motion import BaseMotion
+from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
+from crane_sim.forms.method_choice import Demands
+from crane_sim.forms.reference import ReferenceGroup
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.loads.point import PointLoad
+from crane_sim.model import Crane
+from crane_sim.quantities import NonNegative, Positive, Real
+from crane_sim.sources import Constant, Inputs
+from crane_sim.supports.point import Lift, Point, Servo
+
+Vector = tuple[Real, Real, Real]
+UNIT = 1e-6  # how far from 1 the length of a unit vector may be
+
+
+class Suspension(Group):
+    """How the suspension point is driven."""
+
+    drive: Literal["acceleration", "servo"] = "acceleration"
+    kp: Positive | None = None  # 1/s², of a servo
+    kd: NonNegative | None = None  # 1/s, of a servo
+    height: Literal["fixed", "driven"] = "fixed"
+
+    def point(self) -> Point:
+        """Return the support.
+
+        Raises:
+            SceneError: gains are missing, or belong to another drive.
+        """
+        lift = Lift() if self.height == "driven" else None
+        for name, gain in (("kp", self.kp), ("kd", self.kd)):
+            if self.drive == "servo" and gain is None:
+                raise SceneError(f"suspension.{name}: is missing; a servo needs kp and kd")
+            if self.drive != "servo" and gain is not None:
+                raise SceneError(f"suspension.{name}: only a servo has one, this drive is {self.drive!r}")
+        if self.kp is None or self.kd is None:
+            return Point(None, lift)
+        return Point(Servo(self.kp, self.kd), lift)
+
+
+class Rope(Group):
+    """The rope."""
+
+    length: Positive  # m
+
+
+class Initial(Group):
+    """The suspension point and the direction of the rope at t = 0, relative to the base."""
+
+    tip: Vector = (0.0, 0.0, 0.0)  # m
+    tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s
+    direction: Vector = (0.0, 0.0, -1.0)  # unit vector from the point to the payload
+    direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
+
+
+class InputGroup(Group):
+    """Open-loop inputs of the suspension point; silent ones are zero."""
+
+    tip_x: Channel = Constant(0.0)
+    tip_y: Channel = Constant(0.0)
+    tip_z: Channel | None = None
+
+
+class PendulumFile(Group):
+    """A scene with a payload below a driven suspension point."""
+
+    crane: Literal["pendulum"]
+    name: str = ""
+    description: str = ""
+    duration: Positive  # s
+    gravity: NonNegative = 9.81  # m/s²
+    seed: int = 0
+    suspension: Suspension = Suspension()
+    rope: Rope
+    payload: PointLoad
+    initial: Initial = Initial()
+    base_motion: BaseMotion | None = None
+    swing_friction: Friction = None
+    payload_drag: PayloadDrag | None = None
+    payload_force: PayloadForceGroup | None = None
+    reference: ReferenceGroup | None = None
+    control: Control | None = None
+    inputs: InputGroup | None = None
+    integrator: Method = DOP853()
+
+    joint_names: ClassVar[tuple[str, ...]] = ("tip_x", "tip_y", "tip_z", "link_1_x", "link_1_y", "link_1_z")
+    joint_units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "1", "1", "1")
+    notes: ClassVar[dict[str, Any]] = {}
+
+    @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands."""
+        return self.joint_names[: len(self.effort_units)]
+
+    @property
+    def initial_q(self) -> tuple[float, ...]:
+        """Joint positions at t = 0.
+
+        Raises:
+            SceneError: the direction is no unit vector.
+        """
+        start = self.initial
+        length = sqrt(sum(x * x for x in start.direction))
+        if not abs(length - 1.0) < UNIT:
+            raise SceneError(f"initial.direction = {list(start.direction)}: must be a unit vector")
+        return (*start.tip, *(x / length for x in start.direction))
+
+    @property
+    def initial_v(self) -> tuple[float, ...]:
+        """Joint velocities at t = 0.
+
+        Raises:
+            SceneError: the rope's direction changes along itself, or the point leaves its fixed height.
+        """
+        start = self.initial
+        along = sum(x * v for x, v in zip(start.direction, start.direction_rate, strict=True))
+        if abs(along) > UNIT * (1.0 + max(map(abs, start.direction_rate))):
+            raise SceneError(f"initial.direction_rate = {list(start.direction_rate)}: must be across the direction")
+        if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
+            raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
+        return (*start.tip_velocity, *start.direction_rate)
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands."""
+        unit = "m" if self.suspension.drive == "servo" else "m/s²"
+        return (unit,) * (3 if self.suspension.height == "driven" else 2)
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Where the suspension point should go.
+
+        Raises:
+            SceneError: it has another number of coordinates than are driven.
+        """
+        if self.reference is None or self.reference.q is None:
+            return None
+        if len(self.reference.q) != len(self.actuated):
+            raise SceneError(f"reference.q: has {len(self.reference.q)} values, actuated are {self.actuated}")
+        return self.reference.q
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the rope [m]."""
+        return self.rope.length
+
+    def demands(self, sampled: bool) -> Demands:
+        """Return what the scene asks of its method."""
+        return Demands(None, 0.0, elastic=False, smooth=not sampled, duration=self.duration)
+
+    def model(self) -> Crane:
+        """Return the parameters of the crane.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        moves = self.base_motion
+        return Crane(
+            self.suspension.point(),
+            LockedRope(self.rope.length),
+            self.payload,
+            self.gravity,
+            self.swing_friction,
+            self.payload_drag,
+            base=moves.base(self.seed, self.duration) if moves is not None else None,
+            force=self.payload_force.force() if self.payload_force is not None else None,
+        )
+
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the open-loop inputs; where there are none, held efforts that leave the point where it is.
+
+        Raises:
+            SceneError: there is an input of a height that is fixed.
+        """
+        given, nu = self.inputs, len(self.actuated)
+        if given is None:
+            return self.initial.tip[:nu] if self.suspension.drive == "servo" else (0.0,) * nu
+        if given.tip_z is not None and nu == 2:
+            raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
+        height = Inputs(given.tip_z or Constant(0.0)) if nu == 3 else None
+        return Inputs(given.tip_x, Inputs(given.tip_y, height))

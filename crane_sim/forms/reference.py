@@ -1,0 +1,130 @@
+"""The group `reference` of a scene file: where the driven joints should end, and the path on the way there."""
+
+from math import sqrt
+from typing import Annotated, Any, Literal, Protocol, Self
+
+import numpy as np
+from pydantic import BeforeValidator, TypeAdapter, model_validator
+
+from crane_sim.explain import SceneError
+from crane_sim.forms.groups import Group, picked
+from crane_sim.quantities import Angle
+from crane_sim.references import Path, path_of
+from crane_sim.references.arcs import Arc, Line
+from crane_sim.references.minimum_jerk import MinimumJerk
+from crane_sim.references.obstacle import Obstacle
+from crane_sim.references.pieces import Pieces, reordered
+from crane_sim.references.point_to_point import PointToPoint
+from crane_sim.references.shaping import Shaping, shaped
+from crane_sim.references.trajectory import Trajectory, read_trajectory
+
+KINDS: dict[str, Any] = {
+    "line": Line,
+    "arc": Arc,
+    "point_to_point": PointToPoint,
+    "minimum_jerk": MinimumJerk,
+    "obstacle": Obstacle,
+    "trajectory": Trajectory,
+}
+"""The kinds of path, and what each takes."""
+_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, picked("kind", KINDS, "path")])
+_SHARED = ("of", "shaping")  # keys of a path of any kind, which stand beside the kind's own
+PLACES = ("x", "y", "z")  # of the payload, in the base frame
+
+
+class PathGroup(Group):
+    """A path: what any kind may have, and the kind itself."""
+
+    of: Literal["payload", "joints"] = "payload"
+    shape: Any
+    shaping: Shaping | None = None
+
+
+def _path(value: Any) -> Any:
+    """Return the group read from a file."""
+    if not isinstance(value, dict):
+        return value
+    own = {key: entry for key, entry in value.items() if key not in _SHARED}
+    if own.get("kind") == "trajectory" and "file" in own:
+        own |= read_trajectory(str(own.pop("file")))
+    return {key: value[key] for key in _SHARED if key in value} | {"shape": _SHAPE.validate_python(own)}
+
+
+class ReferenceGroup(Group):
+    """Where the actuated joints should end, and the path that joints or payload should follow; at least one of them."""
+
+    q: tuple[Angle, ...] | None = None
+    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if self.q is None and self.path is None:
+            raise ValueError("needs q, path or both")
+        return self
+
+
+class Follower(Protocol):
+    """What a path asks of a scene's file."""
+
+    @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands."""
+        ...
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of free fall [m/s²]."""
+        ...
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the rope at t = 0 [m]."""
+        ...
+
+
+def path_in(reference: ReferenceGroup | None, file: Follower) -> Path | None:
+    """Return the compiled path of a scene, None where it has none.
+
+    Raises:
+        SceneError: the path's coordinates are not what should follow it, or there is no such motion.
+    """
+    group = reference.path if reference is not None else None
+    if group is None:
+        return None
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is told below
+            pieces = _pieces(group, file)
+    except (ValueError, OverflowError) as error:
+        raise SceneError(f"reference.path: {error}") from None
+    if not all(np.all(np.isfinite(part)) for part in pieces):
+        raise SceneError("reference.path: is not finite: its numbers are too large or too small")
+    return path_of(pieces, group.of == "joints")
+
+
+def _pieces(group: PathGroup, file: Follower) -> Pieces:
+    """Return the motion, shaped where it should be."""
+    pieces = _in_order(group, file.actuated if group.of == "joints" else PLACES)
+    if group.shaping is None:
+        return pieces
+    return shaped(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
+
+
+def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
+    """Return the motion with its coordinates in the order of `names`: all of the joints, the first of the payload's."""
+    pieces = group.shape.pieces()
+    n = pieces.coefficients.shape[1]
+    if n > len(names) or (group.of == "joints" and n < len(names)):
+        raise ValueError(f"has {n} coordinates, {group.of} of this crane: {', '.join(names)}")
+    given = getattr(group.shape, "joint_names", names[:n])
+    if sorted(given) != sorted(names[:n]):
+        raise ValueError(f"joint_names = {', '.join(given)}: must be {', '.join(names[:n])}, in any order")
+    return reordered(pieces, [given.index(name) for name in names[:n]])
+
+
+def _frequency(shaping: Shaping, file: Follower) -> float:
+    """Return the frequency of the swing [rad/s]; `auto` is small swings of a point load on the scene's whole rope."""
+    if shaping.frequency != "auto":
+        return shaping.frequency
+    if not file.gravity > 0.0:
+        raise ValueError(f"shaping.frequency = 'auto': nothing swings at gravity = {file.gravity:g}")
+    return sqrt(file.gravity / file.rope_length)

@@ -1,0 +1,88 @@
+"""Irregular seas: wave spectra, sampled to finite sums of sinusoids, and how a vessel answers them.
+
+Spectra: Pierson and Moskowitz, J. Geophys. Res. 69 (1964); JONSWAP, Hasselmann et al., Dtsch. Hydrogr. Z. A8 (1973);
+both by significant wave height and peak period as in DNV-RP-C205, 3.5.5.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak frequency
+HIGHEST = 5.0  # times the peak frequency, up to which a sea is sampled: 0.2 % of the energy is beyond, and moved below
+
+
+class Sea(NamedTuple):
+    """A long-crested stationary sea."""
+
+    significant_height: float  # m, four times the standard deviation of the elevation
+    peak_period: float  # s
+    gamma: float = 1.0  # peak enhancement of JONSWAP; 1 is Pierson-Moskowitz
+
+
+class Response(NamedTuple):
+    """How one motion of a vessel answers a wave: amplitude per metre of wave and lead in phase, over frequency."""
+
+    frequencies: tuple[float, ...]  # rad/s, increasing
+    amplitudes: tuple[float, ...]  # m/m, or rad/m
+    phases: tuple[float, ...]  # rad
+
+
+class Waves(NamedTuple):
+    """The elevation sum of amplitudes sin(frequencies t + phases), (n,) each."""
+
+    amplitudes: Any  # m
+    frequencies: Any  # rad/s
+    phases: Any  # rad
+
+
+def _form(x: Array, gamma: float) -> Array:
+    """Return a spectrum without units at frequencies x in units of the peak frequency."""
+    width = np.where(x <= 1.0, NARROW, WIDE)
+    peak = np.exp(-0.5 * ((x - 1.0) / width) ** 2)
+    return x**-5 * np.exp(-1.25 * x**-4) * gamma**peak
+
+
+def _energies(gamma: float) -> tuple[Array, Array]:
+    """Return (frequencies in units of the peak's, energy below each of them), without units."""
+    x = np.geomspace(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond
+    form = _form(x, gamma)
+    return x, np.append(0.0, np.cumsum(0.5 * (form[1:] + form[:-1]) * np.diff(x)))
+
+
+def density(sea: Sea, frequencies: Array) -> Array:
+    """Return the one-sided spectral density [m² s/rad] of the elevation at frequencies (n,) [rad/s], greater than 0.
+
+    Its integral is the variance of the elevation, the square of the significant height over 16, whatever gamma is.
+    """
+    peak = 2.0 * np.pi / sea.peak_period
+    total = _energies(sea.gamma)[1][-1]
+    return sea.significant_height**2 / 16.0 * _form(np.asarray(frequencies) / peak, sea.gamma) / (total * peak)
+
+
+def sampled(sea: Sea, count: int, seed: int) -> Waves:
+    """Return `count` sinusoids of equal energy, the same ones for the same seed, whose variance is the spectrum's.
+
+    Each frequency is drawn from its own share of the energy: no two have a common period, and the sum does not repeat.
+    """
+    rng = np.random.default_rng(seed)
+    x, energy = _energies(sea.gamma)
+    shares = (np.arange(count) + rng.random(count)) / count * np.interp(HIGHEST, x, energy)
+    frequencies = np.interp(shares, energy, x) * 2.0 * np.pi / sea.peak_period
+    amplitude = sea.significant_height / 4.0 * np.sqrt(2.0 / count)
+    return Waves(np.full(count, amplitude), frequencies, rng.uniform(0.0, 2.0 * np.pi, count))
+
+
+def answered(waves: Waves, response: Response | float) -> Waves:
+    """Return the vessel's motion, in m or rad, to waves: by a table, its ends held, or by one number per metre.
+
+    Amplitudes are interpolated linearly, phases the short way round.
+    """
+    if not isinstance(response, Response):
+        return waves._replace(amplitudes=waves.amplitudes * response)
+    w = waves.frequencies
+    amplitudes = np.interp(w, response.frequencies, response.amplitudes)
+    leads = np.interp(w, response.frequencies, np.unwrap(response.phases))
+    return Waves(waves.amplitudes * amplitudes, w, waves.phases + leads)

@@ -1,0 +1,196 @@
+"""A suspension point that is driven, as a boom's tip or a laboratory's gantry would be, without a mass of its own.
+
+The drive is ideal, its efforts are the point's accelerations; or it is a servo whose efforts are demanded positions:
+y₀'' = -kd y₀' - kp (y₀ - effort), axis by axis. Both are relative to the base, and what the cable pulls does not move
+the point. Joint coordinates are the point's position and the unit vector from it to the payload: no angles, so no
+direction is singular.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+from crane_sim.cables.rope import span
+from crane_sim.jit import generic, kernel
+from crane_sim.quantities import NonNegative, Positive
+from crane_sim.supports import (
+    corners,
+    demanded,
+    drive_power,
+    driven,
+    entered,
+    posture,
+    shown,
+    shown_acceleration,
+    skeleton,
+    support_acceleration,
+    support_kinetic,
+    support_potential,
+    tip_acceleration,
+    tip_mobility,
+    with_couple,
+    yaw,
+)
+
+Vector = tuple[float, float, float]
+
+
+class Servo(NamedTuple):
+    """A servo that follows demanded positions."""
+
+    kp: Positive  # 1/s²
+    kd: NonNegative  # 1/s
+
+
+class Lift(NamedTuple):
+    """The presence of a vertical drive."""
+
+
+class Point(NamedTuple):
+    """Parameters of the support."""
+
+    servo: Servo | None = None  # None: efforts are accelerations
+    lift: Lift | None = None  # None: the point keeps its height
+
+
+class PointPosture(NamedTuple):
+    """What the state fixes."""
+
+    tip: Vector  # m
+    tip_velocity: Vector  # m/s
+    yaw_rate: float
+
+
+@generic
+def served(servo, demand, q, v):
+    """Return the acceleration [m/s²] of an axis at position q and velocity v: the demand itself without a servo."""
+    return demand
+
+
+@served.register(Servo)
+def _(servo, demand, q, v):
+    return -servo.kd * v - servo.kp * (q - demand)
+
+
+@generic
+def lifted(lift, servo, tau, pose):
+    """Return the vertical acceleration [m/s²]: none without a lift."""
+    return 0.0
+
+
+@lifted.register(Lift)
+def _(lift, servo, tau, pose):
+    return served(servo, tau[2], pose.tip[2], pose.tip_velocity[2])
+
+
+@posture.register(Point)
+def _(support, xs):
+    return PointPosture(xs[:3], xs[3:], 0.0)
+
+
+@support_acceleration.register(Point)
+def _(support, pose, gravity, tau, force):
+    x = served(support.servo, tau[0], pose.tip[0], pose.tip_velocity[0])
+    y = served(support.servo, tau[1], pose.tip[1], pose.tip_velocity[1])
+    return x, y, lifted(support.lift, support.servo, tau, pose)
+
+
+@tip_acceleration.register(Point)
+def _(support, pose, qdd):
+    return qdd, 0.0
+
+
+@tip_mobility.register(Point)
+def _(support, pose, n):
+    return 0.0
+
+
+@with_couple.register(Point)
+def _(support, tau, couple):
+    return tau
+
+
+@drive_power.register(Point)
+def _(support, tau, pose, pull):
+    vx, vy, vz = pose.tip_velocity
+    return -pull[0] * vx - pull[1] * vy - pull[2] * vz
+
+
+@yaw.register(Point)
+def _(support, xs):
+    return 0.0
+
+
+@skeleton.register(Point)
+def _(support, xs):
+    return (xs[:3],)
+
+
+@corners.register(Point)
+def _(support):
+    return 1
+
+
+@support_kinetic.register(Point)
+def _(support, pose):
+    return 0.0
+
+
+@support_potential.register(Point)
+def _(support, pose, gravity):
+    return 0.0
+
+
+@shown.register(Point)
+def _(support, p, x):
+    line = span(posture(support, x[0]), x[1])
+    return (*x[0][:3], *line.n), (*x[0][3:], *_rates(line))
+
+
+@kernel
+def _rates(line):
+    """Return the derivative (3,) [1/s] of a Span's unit vector."""
+    (nx, ny, nz), (vx, vy, vz), rate = line.n, line.velocity, line.rate
+    return (vx - rate * nx) / line.length, (vy - rate * ny) / line.length, (vz - rate * nz) / line.length
+
+
+@shown_acceleration.register(Point)
+def _(support, p, now):
+    line, tip = now.line, now.support
+    (nx, ny, nz), (wx, wy, wz) = line.n, _rates(line)
+    ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
+    along = nx * ax + ny * ay + nz * az + line.length * (wx * wx + wy * wy + wz * wz)
+    x = (ax - along * nx - 2.0 * line.rate * wx) / line.length
+    y = (ay - along * ny - 2.0 * line.rate * wy) / line.length
+    return (*tip, x, y, (az - along * nz - 2.0 * line.rate * wz) / line.length)
+
+
+@entered.register(Point)
+def _(support, p, q, v):
+    inverse, length = 1.0 / sqrt(q[3] * q[3] + q[4] * q[4] + q[5] * q[5]), p.cable.length
+    nx, ny, nz = q[3] * inverse, q[4] * inverse, q[5] * inverse
+    along = nx * v[3] + ny * v[4] + nz * v[5]
+    payload = (q[0] + length * nx, q[1] + length * ny, q[2] + length * nz)
+    x, y = v[0] + length * (v[3] - along * nx), v[1] + length * (v[4] - along * ny)
+    z = v[2] + length * (v[5] - along * nz)
+    return (q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, x, y, z)
+
+
+@driven.register(Point)
+def _(support, p, x):
+    return moved(support.lift, x[0][:3]), moved(support.lift, x[0][3:])
+
+
+@demanded.register(Point)
+def _(support, p, row):
+    return moved(support.lift, row)
+
+
+@generic
+def moved(lift, vector):
+    """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
+    return vector[0], vector[1]
+
+
+@moved.register(Lift)
+def _(lift, vector):
+    return vector[0], vector[1], vector[2]

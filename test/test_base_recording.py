@@ -1,0 +1,51 @@
+"""A crane on a base that moves, as it is recorded: solids aboard, nodes in the world, one frame between the two."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+from test_base_knuckle import CRANE
+from test_description import forward
+
+import crane_sim
+from crane_sim.base_motions import places
+from crane_sim.description import urdf
+from crane_sim.recording.aboard import aboard, ashore, turns
+from crane_sim.recording.pairing import Row
+from crane_sim.recording.session import Session
+
+
+@pytest.fixture(scope="module")
+def run() -> crane_sim.Rollout:
+    """Return a run on a ship."""
+    return crane_sim.simulate(crane_sim.load_scene(CRANE, {"duration": 0.5}))
+
+
+def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
+    """Joint positions place the payload aboard, and the base's frame takes it to the model's in the world."""
+    scene = run.scene
+    base = places(scene.model.base, run.t)
+    for k in (0, len(run.t) - 1):
+        joints = dict(zip(scene.joint_names, run.q[k], strict=True))
+        solid = forward(urdf(scene), joints, "payload_link")
+        found = ashore(solid[None, None], base[k : k + 1])[0, 0]
+        assert found == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
+    assert aboard(ashore(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding
+
+
+def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
+    """The recording holds the base's place and turn in every picture, as the base's definition gives them."""
+    session = Session(run.scene, tmp_path / "ship.rrd")
+    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(len(run.t) - 1)]
+    session.write(rows)
+    session.close({}, 0)
+    chunks = [c for c in RrdReader(tmp_path / "ship.rrd").stream() if c.entity_path == "/tf/base_link"]
+    (batch,) = [chunk.to_record_batch() for chunk in chunks]
+    at = batch["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)
+    turn = batch["Transform3D:quaternion"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 4)
+    base = places(run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period)
+    assert len(at) > 10
+    assert at == pytest.approx(base[:, :3], abs=1e-6)  # the recording keeps single precision
+    assert turn == pytest.approx(turns(base).as_quat(), abs=1e-6)  # likewise

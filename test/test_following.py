@@ -1,0 +1,178 @@
+"""Paths of a scene file: shaped against swing, read from tables, refused in one line."""
+
+from math import pi, sqrt
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from pydantic import TypeAdapter
+from scipy.integrate import solve_ivp
+
+import crane_sim
+from crane_sim.references import references
+from crane_sim.references.minimum_jerk import MinimumJerk
+from crane_sim.references.pieces import Pieces, values
+from crane_sim.references.point_to_point import PointToPoint
+from crane_sim.references.shaping import impulses, shaped
+from crane_sim.references.trajectory import Trajectory
+from crane_sim.scene import load_scene
+
+ROUNDING = 1e-12  # of numbers of the size of one
+SWING = sqrt(9.81 / 1.255)  # rad/s
+MOVE = PointToPoint((0.0,), (1.0,), 0.5, 0.8).pieces()
+FINE = {"rtol": 1e-11, "atol": 1e-13, "method": "DOP853", "max_step": 0.05}
+
+
+def swing_after(pieces: Pieces, frequency: float, damping: float) -> float:
+    """Return the amplitude of s'' + 2 D w s' + w² s = -r'' when the reference r has come to rest."""
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        push = values(pieces, np.array([t]), 2)[0, 0]
+        return [x[1], -push - 2.0 * damping * frequency * x[1] - frequency**2 * x[0]]
+
+    x = np.zeros(2)
+    for first, last in zip(pieces.starts[:-1], pieces.starts[1:], strict=True):  # the acceleration jumps in between
+        x = solve_ivp(rates, (first, np.nextafter(last, first)), x, **FINE).y[:, -1]
+    return float(np.hypot(x[0], (x[1] + damping * frequency * x[0]) / (frequency * sqrt(1.0 - damping**2))))
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+@pytest.mark.parametrize("kind", ["zv", "zvd"])
+def test_a_shaped_reference_leaves_no_swing(kind: Any, damping: float) -> None:
+    """Integrated by scipy, an oscillator that the plain reference sets swinging rests after the shaped one."""
+    assert swing_after(MOVE, SWING, damping) > 1e-3
+    assert swing_after(shaped(MOVE, kind, SWING, damping), SWING, damping) < 1e-9  # the integrator's tolerance, summed
+
+
+def test_zvd_is_flat_where_zv_is_not() -> None:
+    """The residue grows with the square of the frequency's error after ZVD, in proportion to it after ZV."""
+
+    def residue(kind: Any, error: float) -> float:
+        weights, delays = impulses(kind, SWING, 0.05)
+        w, root = SWING * (1.0 + error), sqrt(1.0 - 0.05**2)
+        turns = np.exp((0.05 + 1j * root) * w * np.array(delays))  # each impulse's swing, seen from t = 0
+        return abs(np.dot(weights, turns))
+
+    assert residue("zv", 0.002) / residue("zv", 0.001) == pytest.approx(2.0, rel=0.01)  # terms of the next order
+    assert residue("zvd", 0.002) / residue("zvd", 0.001) == pytest.approx(4.0, rel=0.01)
+    assert residue("zv", 0.0) < ROUNDING and residue("zvd", 0.0) < ROUNDING
+
+
+def test_a_shaped_path_ends_where_the_plain_one_does() -> None:
+    """Shaping a path of two coordinates delays it by half a swing, changes neither end and adds no velocity."""
+    plain = MinimumJerk(((0.0, 1.0), (2.0, -1.0), (3.0, 0.0)), (1.0, 3.0, 4.0)).pieces()
+    late = shaped(plain, "zv", SWING, 0.0)
+    t = np.linspace(0.0, 7.0, 141)
+    expected = 0.5 * (values(plain, t) + values(plain, t - pi / SWING))
+    assert np.max(np.abs(values(late, t) - expected)) < ROUNDING
+    assert late.starts[-1] == pytest.approx(4.0 + pi / SWING, abs=ROUNDING)
+
+
+def path_scene(**path: Any) -> crane_sim.Scene:
+    """Return the knuckle-boom scene with a path."""
+    return load_scene("knuckle_setpoint", {"reference.path": path})
+
+
+POINTS = [
+    {"positions": [0.5, 1.0], "velocities": [0.0, 0.0], "time_from_start": {"sec": 1, "nanosec": 500_000_000}},
+    {"positions": [1.0, 2.0], "velocities": [0.0, 0.0], "time_from_start": {"sec": 3, "nanosec": 0}},
+]
+TABLE: dict[str, Any] = {"kind": "trajectory", "joint_names": ["y", "x"], "points": POINTS}
+CSV = "time,y,x,y_velocity,x_velocity\n1.5,0.5,1,0,0\n3,1,2,0,0\n"
+
+
+@pytest.mark.parametrize("ending", ["yaml", "csv"])
+def test_files_say_what_the_scene_could(tmp_path: File, ending: str) -> None:
+    """A message echoed to a file, or a table, gives the very path of the same points in the scene, joints sorted."""
+    file, t = tmp_path / f"way.{ending}", np.linspace(0.0, 4.0, 41)
+    file.write_text(CSV if ending == "csv" else yaml.safe_dump({"header": {}} | TABLE) + "---\n")
+    written, read = path_scene(**TABLE).path, path_scene(kind="trajectory", file=str(file)).path
+    assert np.array_equal(references(written, t), references(read, t))
+    assert references(read, np.array([9.0]))[0, 0] == pytest.approx([2.0, 1.0], abs=ROUNDING)
+
+
+def test_shaping_takes_its_frequency_from_the_rope() -> None:
+    """`auto` is the frequency of a pendulum of the scene's rope."""
+    scene = path_scene(**TABLE, shaping={"kind": "zvd"})
+    end = 3.0 + 2.0 * pi / sqrt(scene.model.gravity / scene.initial_q[3])
+    assert scene.path.starts[-1] == pytest.approx(end, abs=ROUNDING)
+
+
+ARC = {"kind": "arc", "centre": [0, 0], "radius": 1.0, "from": 0, "to": "90 deg", "duration": 2.0}
+LINE = {"kind": "line", "from": [0, 0], "to": [1, 1], "duration": 1.0}
+WAY = {"kind": "minimum_jerk", "points": [[0, 0], [1, 1], [2, 1]]}
+AROUND = {"kind": "obstacle", "from": [0, 0], "to": [2, 0], "centre": [1, 0], "radius": 0.3, "clearance": 0.1}
+SWIFT = {"kind": "point_to_point", "from": [0, 0], "to": [1, 1], "velocity": 1, "acceleration": 1}
+BAD: list[tuple[Any, str]] = [
+    (3, "reference.path = 3: must be a valid dictionary"),
+    ({"kind": "spiral"}, "kind 'spiral' is unknown; possible: line, arc, point_to_point, minimum_jerk, obstacle"),
+    (ARC | {"radus": 1}, "reference.path: unknown key 'radus', did you mean 'radius'?"),
+    (ARC | {"radius": -1}, "reference.path.radius = -1: must be greater than 0"),
+    (ARC | {"to": "up"}, "to = 'up': an angle is a number of radians"),
+    (ARC | {"duration": 0}, "reference.path.duration = 0: must be greater than 0"),
+    (ARC | {"of": "joints"}, "reference.path: has 2 coordinates, joints of this crane: slew, boom, jib, rope"),
+    (ARC | {"of": "hook"}, "reference.path.of = 'hook': must be 'payload' or 'joints'"),
+    (LINE | {"to": [1]}, "all places need as many coordinates, here are [2, 1]"),
+    (LINE | {"from": [0] * 4, "to": [1] * 4}, "reference.path: has 4 coordinates, payload of this crane: x, y, z"),
+    (LINE | {"profile": "jump"}, "reference.path.profile = 'jump': must be 'sine' or 'smooth'"),
+    (WAY, "needs times, or limits: velocity, acceleration, jerk"),
+    (WAY | {"times": [0, 1]}, "needs as many times as points, here are 2 and 3"),
+    (WAY | {"times": [0, 2, 1]}, "times must increase"),
+    (WAY | {"times": [0, 1, 2], "velocity": 1}, "times leave nothing to start and limits"),
+    (WAY | {"points": [[0, 0], [0, 0]], "velocity": 1}, "two points that follow each other are the same"),
+    (SWIFT | {"velocity": [1, 1, 1]}, "all places need as many coordinates, here are [2, 2, 3]"),
+    (SWIFT | {"acceleration": 0}, "acceleration"),
+    (AROUND, "needs one of both: duration, or limits"),
+    (AROUND | {"duration": 5, "clearance": 0.8}, "from is 1 m from the centre, within radius + clearance = 1.1 m"),
+    (TABLE | {"joint_names": ["x", "q"]}, "reference.path: joint_names = x, q: must be x, y, in any order"),
+    (TABLE | {"points": POINTS[::-1]}, "points[1].time_from_start = 1.5: times must increase"),
+    (TABLE | {"points": [POINTS[0] | {"velocities": [1, 0]}]}, "points[0].velocities = [1.0, 0.0]: a path is at rest"),
+    (TABLE | {"points": [POINTS[0] | {"positions": [1]}]}, "points[0].positions has 1 values, not 2"),
+    ({"kind": "trajectory", "file": "nowhere.csv"}, "file nowhere.csv: does not exist"),
+    (ARC | {"shaping": {"kind": "zvdd"}}, "reference.path.shaping.kind = 'zvdd': must be 'zv' or 'zvd'"),
+    (ARC | {"shaping": {"kind": "zv", "damping": 1}}, "reference.path.shaping.damping = 1: must be less than 1"),
+]
+
+
+@pytest.mark.parametrize(("path", "line"), BAD, ids=lambda case: str(case)[:50])
+def test_a_bad_path_is_refused_in_one_line(path: Any, line: str) -> None:
+    """Every mistake names its culprit, its value and what is possible, in one line."""
+    with pytest.raises(crane_sim.SceneError) as caught:
+        load_scene("knuckle_setpoint", {"reference.path": path})
+    assert line in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_none_is_refused_in_one_line(tmp_path: File) -> None:
+    """A table whose numbers are words is told by its file's name."""
+    (tmp_path / "way.csv").write_text(CSV.replace("3,1", "3,one"))
+    with pytest.raises(crane_sim.SceneError, match=r"way\.csv: is no trajectory: could not convert .* 'one'"):
+        path_scene(kind="trajectory", file=str(tmp_path / "way.csv"))
+
+
+ROWS = {
+    "positions": [[0.0, 1.0], [1.0, 3.0]],
+    "velocities": [[0.0, 0.0], [0.0, 0.0]],
+    "accelerations": [[1, 0], [0, 2]],
+}
+
+
+def table(kinds: int) -> dict[str, Any]:
+    """Return a trajectory from t = 1 s to 3 s that tells so many kinds of rows."""
+    points = [
+        {name: rows[i] for name, rows in list(ROWS.items())[:kinds]} | {"time_from_start": 1.0 + 2.0 * i}
+        for i in range(2)
+    ]
+    return {"joint_names": ["x", "y"], "points": points}
+
+
+@pytest.mark.parametrize(("kinds", "halfway"), [(1, [0.5, 2.0]), (2, [0.5, 2.0]), (3, [0.5625, 2.125])])
+def test_tables_are_interpolated_as_controllers_do(kinds: int, halfway: list[float]) -> None:
+    """Linear, cubic or quintic by what is given; halfway, a quintic adds h² (a0 + a1) / 64 to the mean."""
+    pieces = TypeAdapter(Trajectory).validate_python(table(kinds)).pieces()
+    assert pieces.coefficients.shape[2] == 2 * kinds
+    assert values(pieces, np.array([2.0]))[0] == pytest.approx(halfway, abs=ROUNDING)
+    for k, name in enumerate(list(ROWS)[:kinds]):
+        ends = values(pieces, np.array([1.0, np.nextafter(3.0, 0.0)]), k)
+        assert np.max(np.abs(ends - np.array(ROWS[name]))) < ROUNDING
