@@ -56,7 +56,7 @@ def weigh(typing_context, h, weights, count, ks, x, out):
             def term(j):
                 factor = builder.fmul(args[0], builder.load(builder.gep(factors, [j])))
                 row = builder.load(_part(builder, rows.data, builder.add(builder.mul(j, stride), at), width), align=8)
-                return builder.fmul(_spread(builder, factor, width), row)
+                return _spread(builder, factor, width), row
 
             total = _sum(builder, term, args[2])
             if start is not None:
@@ -70,10 +70,10 @@ def weigh(typing_context, h, weights, count, ks, x, out):
 
 
 def _sum(builder: Any, term: Any, count: Any) -> Any:
-    """Return term(0) + ... + term(count - 1), from left to right; count is at least one."""
-    total = cgutils.alloca_once_value(builder, term(count.type(0)))
+    """Return the sum of the products term(0) ... term(count - 1), from left to right; count is at least one."""
+    total = cgutils.alloca_once_value(builder, builder.fmul(*term(count.type(0))))
     with cgutils.for_range(builder, count, start=count.type(1), intp=count.type) as loop:
-        builder.store(builder.fadd(builder.load(total), term(loop.index)), total)
+        builder.store(builder.fma(*term(loop.index), builder.load(total)), total)
     return builder.load(total)
 
 
