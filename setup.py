@@ -40,6 +40,7 @@ setup(
             "plant_node = crane_sim.ros.plant_node:main",
             "recorder_node = crane_sim.ros.recorder_node:main",
             "controller_node = crane_control.controller_node:main",
+            "tracker_node = crane_control.tracker_node:main",
         ],
         "crane_sim.laws": [f"{name} = crane_control.{name}:build" for name in LAWS],
     },

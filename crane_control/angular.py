@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.suspension import pendulum_of
+from crane_control.drives import accelerated, hanging
+from crane_control.suspension import Positioned, drive_of, pendulum_of
 from crane_sim import system
 from crane_sim.explain import SceneError
 from crane_sim.jit import entry, kernel
@@ -41,9 +42,10 @@ class AngularLaw(NamedTuple):
     kd: float
     velocity: float  # 1: fed forward, 0: not
     acceleration: float
+    drive: Any  # what carries the suspension point
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (2,) demanded at time t [s], joint positions q (6,) and velocities v (6,)."""
+        """Return the efforts (nu,) demanded at time t [s], joint positions q (nq,) and velocities v (nq,)."""
         return demanded(self, t, q, v)
 
 
@@ -70,10 +72,10 @@ def followed(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
-    goal = reference_at(law.path, t)
-    ax, ay = damped(law.length, law.damping, (q[3], q[4], q[5]), (v[3], v[4], v[5]))
-    tip, dtip = (q[0], q[1]), (v[0], v[1])
-    return ax + followed(law, goal, tip, dtip, 0), ay + followed(law, goal, tip, dtip, 1)
+    goal, seen = reference_at(law.path, t), hanging(law.drive, law.length, q, v)
+    ax, ay = damped(law.length, law.damping, seen.n, seen.dn)
+    a = (ax + followed(law, goal, seen.tip, seen.dtip, 0), ay + followed(law, goal, seen.tip, seen.dtip, 1))
+    return accelerated(law.drive, t, seen, a)
 
 
 @entry
@@ -90,7 +92,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
     """
     given = read_settings(Settings, settings)
     pendulum, path = pendulum_of("angular", nominal)
-    if nominal.model.support.servo is not None:
+    drive = drive_of("angular", None, nominal, None)
+    if isinstance(drive, Positioned):
         raise SceneError("suspension.drive = 'servo': the angular law commands accelerations; take drive: acceleration")
     forward = float(given.velocity), float(given.acceleration)
-    return AngularLaw(pendulum.length, path, given.damping, given.kp, given.kd, *forward)
+    return AngularLaw(pendulum.length, path, given.damping, given.kp, given.kd, *forward, drive)

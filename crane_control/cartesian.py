@@ -4,13 +4,15 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.suspension import Servo, drive_of, pendulum_of, suspension_effort, tip_and_payload
-from crane_control.tracking import Gains, Tracker, demanded_tip
+from crane_control.drives import Servo, hanging, suspension_effort
+from crane_control.pacing import Paced, paced, tip_demand
+from crane_control.suspension import drive_of, pendulum_of
+from crane_control.tracking import Gains, Tracker
 from crane_control.vision import Vision, camera
 from crane_sim import system
 from crane_sim.jit import entry
 from crane_sim.laws import read_settings
-from crane_sim.quantities import NonNegative
+from crane_sim.quantities import NonNegative, Positive
 from crane_sim.scene import Scene
 
 DAMPING = 0.2  # of the payload's error, where the scene gives no kd
@@ -19,7 +21,7 @@ DAMPING = 0.2  # of the payload's error, where the scene gives no kd
 class CartesianLaw(NamedTuple):
     """The tracker, and what carries the suspension point to where the tracker wants it."""
 
-    tracker: Tracker
+    tracker: Tracker | Paced
     drive: Any
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
@@ -30,11 +32,21 @@ class CartesianLaw(NamedTuple):
         """Return the law before its first state."""
         return self._replace(tracker=self.tracker.fresh())
 
+    @property
+    def slow_half(self) -> Paced | None:
+        """The tracker, where it has a rate of its own."""
+        return self.tracker if isinstance(self.tracker, Paced) else None
+
+    def fast_half(self) -> "CartesianLaw":
+        """Return the law whose tracker is in another process."""
+        return self._replace(tracker=self.tracker._replace(tracker=None))
+
 
 @system.command.register(CartesianLaw)
 def _(law, t, q, v):
-    tip, dtip, y, dy = tip_and_payload(law.tracker.pendulum.length, q, v)
-    return suspension_effort(law.drive, demanded_tip(law.tracker, t, tip, y, dy), tip, dtip)
+    seen = hanging(law.drive, law.tracker.pendulum.length, q, v)
+    demand = tip_demand(law.tracker, t, seen.tip, seen.y, seen.dy)
+    return suspension_effort(law.drive, t, demand, seen)
 
 
 @entry
@@ -59,6 +71,7 @@ class Settings(NamedTuple):
     servo: Servo | None = None  # of the suspension point, where it is the acceleration that is commanded
     feedforward: Forward = Forward()
     vision: Vision | None = None
+    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own; None: it is asked every period
 
 
 def tracking_law(
@@ -79,15 +92,18 @@ def tracking_law(
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     given = read_settings(Settings, settings)
-    (pendulum, path), drive, forward = pendulum_of(name, nominal), drive_of(given.servo, nominal), given.feedforward
+    (pendulum, path), forward = pendulum_of(name, nominal), given.feedforward
+    base = nominal.model.base if forward.base else None
+    drive = drive_of(name, given.servo, nominal, base)
     velocity = foresees if forward.velocity is None else forward.velocity
-    lag = 0.5 * nominal.period + (0.0 if velocity else drive.kd / drive.kp)
+    hold = nominal.period if given.tracker_rate is None else 1.0 / given.tracker_rate
+    lag = 0.5 * hold + (0.0 if velocity else drive.kd / drive.kp)
     kp = pendulum.gravity / pendulum.length if given.kp is None else given.kp
     kd = 2.0 * DAMPING * sqrt(kp) if given.kd is None else given.kd
     gains = Gains(kp, kd, float(velocity), float(forward.acceleration))
-    base = nominal.model.base if forward.base else None
     tracker = Tracker(pendulum, gains, path, camera(given.vision, nominal), None, base)
-    return CartesianLaw(tracker._replace(learner=learner(tracker, lag)), drive)
+    tracker = tracker._replace(learner=learner(tracker, lag))
+    return CartesianLaw(paced(tracker, given.tracker_rate, nominal.period), drive)
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:

@@ -1,25 +1,36 @@
-"""The node `controller`: answers every joint state with the command of its law, stamped like the state."""
+"""The node `controller`: answers every joint state with the command of its law, stamped like the state.
+
+Of a law with a slow half it is the fast one, which carries out what the node `tracker` demands.
+"""
 
 import sys
 from types import SimpleNamespace
+from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim import load_scene
-from crane_sim.laws import Law, LawError, asked
+from crane_sim.laws import Law, LawError, fast_half, slow_half
 from crane_sim.ros import messages, process
+from crane_sim.ros.answering import attend
+from crane_sim.ros.demands import Demands
 from crane_sim.ros.path_orders import PathOrders
-from crane_sim.ros.process import Fault, Host
-from crane_sim.ros.wire import Frame, JointWire
+from crane_sim.ros.states import State, StateReader
+from crane_sim.ros.wire import JointWire
+from crane_sim.ros.workload import Workload
 from crane_sim.scene import Scene
 
 PARAMETERS = {
     "scene": "knuckle_setpoint",  # catalogue name or path
     "law": "",  # empty: the scene's own
+    "mode": "lockstep",  # lockstep | realtime: wait for a slow half, or hold its last demand
     "expected_recorders": 0,  # subscribers of the commands besides the plant
 }
+
+_FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
 
 
 class ControllerNode:
@@ -31,20 +42,21 @@ class ControllerNode:
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Build the law and try it once, so that its first answer is as quick as the others."""
-        self._node, self._settings = node, settings
+        check(settings)
+        self._settings = settings
         self._scene = scene = chosen_scene(settings)
-        self._law = fresh_law(settings)
-        fresh_law(settings)(0.0, scene.initial_q, scene.initial_v)  # compiles, and leaves our law untouched
-        self._names = list(scene.joint_names)
+        self._law = fast_half(fresh_law(settings))
+        fast_half(fresh_law(settings))(0.0, scene.initial_q, scene.initial_v)  # compiles, our law stays untouched
         self._answered = self._next_reference = 0  # ns
         self.fault = ""
         self._command = b""
-        self._state_wire = JointWire(scene.joint_names, effort=False)
+        self._reader, self._workload = StateReader(node, scene), Workload(node)
         self._command_wire = JointWire(scene.actuated, effort=True)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
         self._orders = PathOrders(node, scene, self._law, self._reference)
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
+        self._demands = self._heard(node)
         self._states = node.create_subscription(
             JointState, "joint_states", self._on_state, messages.DEEP_STREAM, raw=True
         )
@@ -54,10 +66,35 @@ class ControllerNode:
         if not self._states.get_publisher_count():
             return f"a publisher of {self._states.topic_name}"
         number = 1 + self._settings.expected_recorders - self._commands.get_subscription_count()
-        return f"{number} more subscriber(s) of {self._commands.topic_name}" if number > 0 else ""
+        if number > 0:
+            return f"{number} more subscriber(s) of {self._commands.topic_name}"
+        return self._demands.missing() if self._demands else ""
+
+    def heartbeat(self) -> None:
+        """Publish diagnostics when they are due."""
+        if self._workload.silent():
+            warning = self._demands.warning(self._law.slow_half) if self._demands else ""
+            self._workload.tell(warning, self._demands.figures() if self._demands else {})
+
+    def finish(self) -> dict[str, Any]:
+        """Wait until everyone has every command; return what the run's summary says of the law."""
+        self._commands.wait_for_all_acked(Duration(seconds=_FLUSH))
+        demands = {"demands": self._demands.figures()} if self._demands else {}
+        return {"law_us": self._workload.figures()} | demands
+
+    def _heard(self, node: Node) -> Demands | None:
+        half = slow_half(self._law)
+        return Demands(node, half.names, self._settings.mode == "lockstep", self._answer) if half else None
 
     def _on_state(self, data: bytes) -> None:
-        state = self._state_wire.decode(data)
+        state = self._reader.read(data)
+        if state is None:
+            return
+        if state.stamp < self._answered:  # the plant began anew
+            self._law, self._answered, self._next_reference = fast_half(fresh_law(self._settings)), 0, 0
+        self._answer(state)
+
+    def _answer(self, state: State) -> None:
         if state.stamp != self._answered and not self._evaluate(state):
             return
         self._commands.publish(self._command)  # first of all: the plant waits for it
@@ -66,16 +103,12 @@ class ControllerNode:
             messages.set_stamp(self._reference.header.stamp, state.stamp)
             self._references.publish(self._reference)
 
-    def _evaluate(self, state: Frame) -> bool:
-        if state.stamp < self._answered:  # the plant began anew
-            self._law, self._next_reference = fresh_law(self._settings), 0
-        vectors = (state.position, state.velocity) if state.names == self._names else self._sorted(state)
-        if vectors is None:
+    def _evaluate(self, state: State) -> bool:
+        if self._demands and not self._demands.given_to(self._law.slow_half, state):
             return False
-        time = (state.stamp / self._scene.period_ns - 1.0) * self._scene.period  # s, exactly the plant's own time
-        self._law = self._orders.applied(self._law, time)
+        self._law = self._orders.applied(self._law, state.t)
         try:
-            effort = asked(self._law, time, *vectors, len(self._scene.actuated))
+            effort = self._workload.asked(self._law, state, len(self._scene.actuated))
         except LawError as error:
             self.fault = str(error)
             return False
@@ -83,15 +116,11 @@ class ControllerNode:
         self._answered = state.stamp
         return True
 
-    def _sorted(self, state: Frame) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-        """Return position and velocity in the scene's order of joints, or None where joints are missing."""
-        same = sorted(state.names) == sorted(self._names)
-        if not same or not len(state.position) == len(state.velocity) == len(self._names):
-            line = f"joint state of {state.names}, expected position and velocity of {self._names}: ignored"
-            self._node.get_logger().warning(line, throttle_duration_sec=1.0)
-            return None
-        order = [state.names.index(name) for name in self._names]
-        return tuple(state.position[i] for i in order), tuple(state.velocity[i] for i in order)
+
+def check(settings: SimpleNamespace) -> None:
+    """Raise ValueError, one line, for a parameter value that makes no sense."""
+    if settings.mode not in ("lockstep", "realtime"):
+        raise ValueError(f"parameter mode is {settings.mode!r}; it must be lockstep or realtime")
 
 
 def chosen_scene(settings: SimpleNamespace) -> Scene:
@@ -107,21 +136,11 @@ def fresh_law(settings: SimpleNamespace) -> Law:
     return law
 
 
-def serve(host: Host, settings: SimpleNamespace) -> None:
-    """Answer states until told to finish; raises Fault when the law fails."""
-    controller = ControllerNode(host.node, settings)
-    host.wait(controller.missing)
-    host.pipes.report("ready")
-    while not host.stopping:
-        host.spin()
-        if controller.fault:
-            raise Fault(controller.fault)
-    host.pipes.report("done", summary={})
-
-
 def main() -> int:
     """Run the node; see `process.main` for the exit code."""
-    return process.main("controller", PARAMETERS, serve)
+    return process.main(
+        "controller", PARAMETERS, lambda host, settings: attend(host, ControllerNode(host.node, settings))
+    )
 
 
 if __name__ == "__main__":

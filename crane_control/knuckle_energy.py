@@ -135,7 +135,7 @@ def shaped(law, q, v):
     value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), line.length)
     value = value + action.kp[0] * stretch(action.reach, action.target[0] - q[0])[1]
     for i in range(1, 3):
-        value = value + action.kp[i] * stretch(None, action.target[i] - q[i])[1]
+        value = value + 0.5 * action.kp[i] * (action.target[i] - q[i]) ** 2
     for i in range(3):
         rate = rate - action.kd[i] * v[i] * v[i]
     return value, rate + system.power(p, 0.0, x, (0.0, 0.0, 0.0, 0.0))
@@ -157,7 +157,7 @@ class Settings(NamedTuple):
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
-    """Return the law for what it believes of the scene.
+    """Return the plain law for what it believes of the scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

@@ -14,9 +14,9 @@ with V of the plain law for the true m, B = lB²/kdβ + lJ²/kdγ + 1/kdd and W 
    It is (m0 - m) g at the start and always (m̂ - m) a, hence m̂ tends to m.
 2. The law carries (m̂ - m) g too much: V' = -Σ kd q'² + (m̂ - m) g b·q', b = (lB cos β, lJ cos γ, -1) for boom, jib and
    rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂ - m)².
-3. W' ≤ B (m̂ - m)² (¼ g² - a²), which is not positive while a ≥ ½ g. Where it stays zero, m̂ = m and q' = 0, and the
+3. W' ≤ B (m̂ - m)² (¼ g² - a²), which is not positive while a > ½ g. Where it stays zero, m̂ = m and q' = 0, and the
    crane rests on its target, as under the plain law.
-While a < ½ g the payload hardly weighs on the rope, since it falls or is thrown, and the estimate stays as it is. A
+While a ≤ ½ g the payload hardly weighs on the rope, since it falls or is thrown, and the estimate stays as it is. A
 rope cannot push: it is weighed by what the rope can do, and V' needs a winch that is asked for tension only.
 """
 
@@ -67,10 +67,12 @@ class WeighingEnergyLaw(NamedTuple):
         return self._replace(scales=unused(self.nominal))
 
     def lyapunov_of(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
-        """Return W [J] of the proof for the true mass [kg], at joint positions q (nq,), velocities v (nq,) and t [s]."""
-        believed, boom, jib = self.nominal, self.nominal.support.boom, self.nominal.support.jib
+        """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
+        believed, winch = self.nominal, self.action.winch
+        boom, jib = believed.support.boom, believed.support.jib
+        assert winch is not None  # or there would be nothing to weigh with
         value, _ = shaped(EnergyLaw(self.action, believed._replace(load=believed.load._replace(mass=mass))), q, v)
-        damped = boom.length**2 / self.action.kd[1] + jib.length**2 / self.action.kd[2] + 1.0 / self.action.winch.kd
+        damped = boom.length**2 / self.action.kd[1] + jib.length**2 / self.action.kd[2] + 1.0 / winch.kd
         unbalanced = (believed.load.mass - mass) * believed.gravity * exp(-self.rate * t)
         return value + 0.5 * damped / self.rate * unbalanced**2
 
@@ -93,7 +95,7 @@ def weigh(law, t, q, v):
         pull = -add_spring(p.cable.spring, winch[0], line.length)
         filters[0] += share * ((climb - seen[1]) / elapsed + p.gravity - filters[0])
         filters[1] += share * (0.5 * (seen[2] + up) * pull - filters[1])
-    if filters[0] >= LIGHT * p.gravity:
+    if filters[0] > LIGHT * p.gravity:
         mass[0] = max(filters[1] / filters[0], 0.0)
     seen[0], seen[1], seen[2] = t, climb, up
     return mass[0]

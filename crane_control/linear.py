@@ -105,6 +105,7 @@ def regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> t
     exponents = poles if period is None else np.log(poles) / period
     stays = exponents[exponents.real.argmax()]
     if stays.real > -SLOWEST or not np.any(p):
-        line = "no effort damps it, or no weight asks for it"
+        # where everything is weighed, the best law damps all that efforts reach
+        line = "no effort damps it" if np.all(q > 0.0) else "no effort damps it, or no weight asks for it"
         raise SceneError(f"control.law = 'lqr': a motion of {abs(stays.imag):.3g} rad/s about the target stays: {line}")
     return gain, poles

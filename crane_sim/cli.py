@@ -90,10 +90,23 @@ def check(file: str) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
 @as_json_option
 def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
-    """Put what the papers print, and references, beside what is measured here; ITEM: overhead, hardcases, or all."""
+    """Put what the papers print, and references, beside what is measured here.
+
+    ITEM: overhead, hardcases, knuckle, offshore; all when left out.
+    """
     from crane_sim.reproduce import show
 
     show(item, as_json, folder)
+
+
+@app.command()
+@click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
+@as_json_option
+def league(folder: str | None, as_json: bool) -> None:
+    """Try every law on every scene that suits it: errors, swing, efforts (some minutes)."""
+    from crane_sim.league.command import league as played
+
+    played(as_json, folder)
 
 
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})

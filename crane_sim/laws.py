@@ -51,6 +51,43 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
 
 
+class SlowHalf(Protocol):
+    """The half of a law that is asked less often: in a process of its own it tells the fast half what to do."""
+
+    @property
+    def interval(self) -> float:
+        """Time between two instants at which it is asked [s]."""
+        ...
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the n coordinates that it makes demands on."""
+        ...
+
+    @property
+    def demand(self) -> tuple[float, ...]:
+        """What it wants of them (3 n,): positions, velocities, accelerations."""
+        ...
+
+    def due(self, t: float) -> bool:
+        """Return whether the state at time t [s], which the law has not seen yet, asks for a new demand."""
+        ...
+
+    def take(self, demand: tuple[float, ...]) -> None:
+        """Let a demand hold that was found elsewhere."""
+        ...
+
+
+def slow_half(law: Any) -> SlowHalf | None:
+    """Return the slow half of a law that can be two processes, which has one as an attribute; None of others."""
+    return getattr(law, "slow_half", None)
+
+
+def fast_half(law: Any) -> Any:
+    """Return the law with nothing but room for demands as its slow half; the law itself where it is not in halves."""
+    return law if slow_half(law) is None else law.fast_half()
+
+
 class LawError(RuntimeError):
     """A law that failed, or gave something that is not a vector of efforts; one line."""
 

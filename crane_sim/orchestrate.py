@@ -1,4 +1,4 @@
-"""One run over ROS: plant, controller and recorder as OS processes, from start to summary. No rclpy here."""
+"""One run over ROS: plant, law (one or two) and recorder as OS processes, from start to summary. No rclpy here."""
 
 import json
 import signal
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.children import Child, Crew, environment, reserved_domain
+from crane_sim.laws import slow_half
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene
@@ -111,9 +112,13 @@ def _start(
 ) -> None:
     file = {"scene": str(scene_file)}
     common = file | {"expected_recorders": int(bool(wanted))}
-    crew.start("plant", "crane_sim.ros.plant_node", scene.crane, common | settings)
+    split = controller and slow_half(scene.law) is not None
+    crew.start("plant", "crane_sim.ros.plant_node", scene.crane, common | settings | {"expected_trackers": int(split)})
     if controller:
-        crew.start("controller", "crane_control.controller_node", scene.crane, common)
+        crew.start("controller", "crane_control.controller_node", scene.crane, common | {"mode": settings["mode"]})
+    if split:
+        heard = file | {"expected_recorders": int(bool(wanted.get("mcap")))}
+        crew.start("tracker", "crane_control.tracker_node", scene.crane, heard)
     if wanted:
         crew.start("recorder", "crane_sim.ros.recorder_node", scene.crane, file | wanted)
 
@@ -138,10 +143,18 @@ def _conduct(
         plant.order("finish")
         _hear_out(crew, plant, _WIND_UP)
     head = {"scene": scene.name, "law": scene.law_name, "mode": mode, "seed": scene.seed, "steps": plant.step}
-    summary = plant.summary or head
-    if error:
-        summary["error"] = error
+    summary = (plant.summary or head) | _told(crew) | ({"error": error} if error else {})
     return _recorded(crew, summary, wanted)
+
+
+def _told(crew: Crew) -> dict[str, Any]:
+    """Let the law's processes come to their end; return what they add to the summary."""
+    told: dict[str, Any] = {}
+    for child in [child for child in crew.children if child.name in ("controller", "tracker")]:
+        child.order("finish")
+        _hear_out(crew, child, _WIND_UP)
+        told |= child.summary or {}
+    return told
 
 
 def _recorded(crew: Crew, summary: dict[str, Any], wanted: dict[str, object]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _GROUPS = {
     "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
     "motion": ("peak_swing_deg", "residual_swing_deg", "min_rope_tension", "saturated_steps", "energy_audit_error"),
+    "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
     "chosen": ("method", "model", "model_error_estimate"),
 }
 _UNITS = {
@@ -27,7 +28,13 @@ _UNITS = {
     "min_rope_tension": "N",
     "sim_time": "s",
     "model_error_estimate": "m",
+    "tracking_mse": "m²",
+    "tracking_mae": "m",
+    "tracking_peak": "m",
+    "peak_tip_acceleration": "m/s²",
 }
+
+_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
 
 WITHOUT_ROS: dict[str, Any] = {
     "deadline_misses": 0,
@@ -111,6 +118,12 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
     if commands:
         table.add_section()
         table.add_row("commands", ", ".join(f"{count} {name}" for name, count in commands.items()))
+    if demands := summary.get("demands"):
+        held = f"held for up to {_number(demands['longest_hold'])} s"
+        table.add_row("demands", f"{demands['received']} received, {demands['late']} late, {held}")
+    for key, title in _TIMES.items():
+        if key in summary:
+            table.add_row(title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs")
     if summary.get("recording"):
         table.add_row("recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost")
 
@@ -135,4 +148,4 @@ def print_scenes(found: dict[str, str]) -> None:
     width = max(map(len, found), default=0)
     console = Console()
     for name, description in found.items():
-        console.print(f"[bold]{name:<{width}}[/bold]  {escape(description)}", highlight=False, soft_wrap=True)
+        console.print(f"[bold]{name:<{width}}[/bold]  {escape(description.strip())}", highlight=False, soft_wrap=True)

@@ -28,7 +28,7 @@ def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProce
         (["simulate", "--set", "payload.mass=.nan"], "payload.mass = nan: must be a finite number"),
         (["simulate", "--duration", "-1"], "duration = -1.0: must be greater than 0"),
         (["simulate", "--duration", "soon"], "'soon' is not a valid float"),
-        (["simulate", "--law", "magic"], "control.law = 'magic': no such law (known: energy"),
+        (["simulate", "--law", "magic"], "control.law = 'magic': no such law (known: adaptive"),
         (["run", "--mode", "warp"], "--mode = 'warp': possible: lockstep, realtime"),
         (["run", "--rate", "0"], "--rate = 0.0: must be a positive number"),
         (["run", "--domain-id", "999"], "--domain-id = 999: possible: 0 .. 232"),

@@ -24,7 +24,7 @@ def plain(mass: float, believed: float) -> Rollout:
 
 @pytest.mark.parametrize("mass", [0.8, 0.9, 1.1, 1.2])
 def test_the_law_ends_on_its_target_whatever_it_lifts(mass: float) -> None:
-    """With the load 10 or 20 % off the law ends on its target and swings no more than the plain one, even a told one."""
+    """Whatever it lifts, up to 20 % off, the law ends on its target and swings less than the plain one that knows."""
     run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass}))
     error = np.abs(run.q[-1, :4] - np.array(run.scene.reference))
     assert np.degrees(error[:3]).max() < 0.5 and error[3] < 0.01
@@ -56,16 +56,17 @@ def test_the_estimate_comes_to_the_mass_as_the_proof_says(mass: float) -> None:
 
 @pytest.mark.parametrize("mass", [0.8, 1.2])
 def test_w_never_rises(mass: float) -> None:
-    """The energy that the proof shapes, what is left to weigh included, only falls when commands come quickly."""
-    run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass, "control.period": 0.001, "duration": 15.0}))
+    """The energy of the proof falls all the time, where the plain law's energy alone rises with what is not weighed."""
+    run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass, "duration": 15.0}))
     law: Any = run.scene.law
-    rows = zip(run.t, run.q, run.v, strict=True)
-    w = np.array([law.lyapunov_of(mass, t, tuple(q), tuple(v)) for t, q, v in rows])
-    assert np.max(np.diff(w)) < 1e-7 * w[0]  # held for a millisecond, efforts are late by half of one
-    assert w[-1] < 0.02 * w[0]
-    # what is left to weigh pays for the rise of the plain law's energy
-    rest = w[0] - law.lyapunov_of(mass, 1e9, tuple(run.q[0]), tuple(run.v[0]))
-    assert rest == pytest.approx(0.5 * (25.0 / 30.0 + 16.0 / 50.0 + 0.1) / 2.0 * ((1.0 - mass) * G) ** 2)
+    joints = [(tuple(q), tuple(v)) for q, v in zip(run.q, run.v, strict=True)]
+    w = np.array([law.lyapunov_of(mass, t, *state) for t, state in zip(run.t, joints, strict=True)])
+    plain_energy = np.array([law.lyapunov_of(mass, 1e9, *state) for state in joints])  # all is weighed by then
+    assert np.all(np.diff(w) < 0.0)
+    assert w[-1] < 0.06 * w[0]
+    assert np.max(plain_energy - np.minimum.accumulate(plain_energy)) > 0.01
+    rest = 0.5 * (25.0 / 30.0 + 16.0 / 50.0 + 1.0 / 10.0) / 2.0 * ((1.0 - mass) * G) ** 2
+    assert w[0] - plain_energy[0] == pytest.approx(rest)
 
 
 def test_the_compiled_loop_and_a_law_asked_from_outside_are_one() -> None:
@@ -83,16 +84,15 @@ def test_the_compiled_loop_and_a_law_asked_from_outside_are_one() -> None:
 def test_a_payload_that_does_not_weigh_on_the_rope_teaches_nothing() -> None:
     """While the payload falls the estimate stays, and a winch that is asked to push is taken to do nothing."""
     law: Any = fresh(crane_sim.load_scene(SCENE).law)
-    q, h = (0.0, 0.5, -0.2, 2.0, 0.0, 0.0), 0.01
-    for k in range(100):  # a second in which the payload falls freely from a crane at rest
-        efforts = law(k * h, q, (0.0, 0.0, 0.0, G * k * h, 0.0, 0.0))
-        fallen, filtered = efforts[3], law.scales.filters
-        assert law.scales.winch[0] == min(fallen, 0.0)
-    assert filtered[0] == pytest.approx(G * exp(-2.0 * 0.99))
-    assert filtered[0] < 0.5 * G and law.scales.mass[0] > 0.0
-    before = law.scales.mass[0]
+    q, h, masses = (0.0, 0.5, -0.2, 2.0, 0.0, 0.0), 0.01, []
+    for k in range(100):  # a second in which the payload falls freely below a crane at rest
+        law(k * h, q, (0.0, 0.0, 0.0, G * k * h, 0.0, 0.0))
+        masses.append(law.scales.mass[0])
+    assert law.scales.filters[0] == pytest.approx(G * exp(-2.0 * 0.99))
+    felt_half = 35  # commands until exp(-2 t) is a half
+    assert len(set(masses[:felt_half])) == felt_half and set(masses[felt_half:]) == {masses[felt_half - 1]}
     assert law(1.0, (*q[:3], 0.2, 0.0, 0.0), (0.0, 0.0, 0.0, -20.0, 0.0, 0.0))[3] > 0.0
-    assert law.scales.winch[0] == 0.0 and law.scales.mass[0] != before
+    assert law.scales.winch[0] == 0.0
 
 
 def test_the_reach_bounds_the_slew_alone() -> None:
@@ -127,11 +127,11 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"rope": {"drive": "locked"}, "reference.q": [0.1, 0.2, 0.3]}, "possible: rope.drive = 'force'"),
+        ({"rope": {"drive": "locked"}}, "possible: rope.drive = 'force'"),
         ({"control.period": "continuous"}, "a law that weighs the load has memory; give a period"),
         ({"gravity": 0.0}, "without weight there is nothing to weigh"),
         ({"control.adaptation": {"rate": 0.0}}, "control.adaptation.rate = 0.0: must be greater than 0"),
-        ({"control.adaptation": {"speed": 1.0}}, "control.adaptation.speed"),
+        ({"control.adaptation": {"speed": 1.0}}, "control.adaptation: unknown key 'speed'"),
         ({"control.reach": -1.0}, "control.reach = -1.0: must be greater than 0"),
     ],
     ids=["locked", "continuous", "gravity", "rate", "speed", "reach"],

@@ -1,4 +1,4 @@
-"""The energy law: its formula, the energy it shapes, and closed loops that only lose it."""
+"""The energy law: its formula, the energy it shapes, and closed loops that only lose it; what LQR cannot reach."""
 
 import json
 from math import cos
@@ -80,6 +80,13 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
     assert error[1] == pytest.approx(np.degrees(9.81 * 5 * 0.01 * cos(run.q[-1, 1]) / 10.0), abs=0.05)
     assert error[2] == pytest.approx(np.degrees(9.81 * 4 * 0.01 * cos(run.q[-1, 2]) / 10.0), abs=0.05)
     assert 1.8 < error[1] < 2.2
+
+
+def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
+    """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
+    target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
+    with pytest.raises(crane_sim.SceneError, match=r"a motion of 2\.56 rad/s .* stays: no effort damps it$"):
+        crane_sim.load_scene("knuckle_setpoint", target)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-NODES = ("plant_node", "controller_node", "recorder_node", "crane")
+NODES = ("plant_node", "controller_node", "tracker_node", "recorder_node", "crane")
 
 
 def test_the_manifest_is_an_ament_python_package() -> None:

@@ -4,13 +4,15 @@ from collections.abc import Callable
 from typing import Any
 
 from crane_sim.explain import SceneError, unknown_key
-from crane_sim.reproduce import hardcases, overhead
+from crane_sim.reproduce import hardcases, knuckle, offshore, overhead
 from crane_sim.reproduce.page import save
 from crane_sim.reproduce.table import print_json, print_tables
 
 ITEMS: dict[str, Callable[[], list[Any]]] = {
     "overhead": overhead.rows,
     "hardcases": hardcases.rows,
+    "knuckle": knuckle.rows,
+    "offshore": offshore.rows,
 }
 """Every item and the function that measures its rows."""
 

@@ -40,6 +40,7 @@ _SOURCES = {
     "applied_effort": _Source(JointState, _STREAM),
     "joint_commands": _Source(JointState, _STREAM),
     "joint_trajectory": _Source(JointTrajectory, _STREAM),
+    "tip_demand": _Source(JointTrajectory, _STREAM),
     "payload_pose": _Source(PoseStamped, _SENSOR),
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),

@@ -1,6 +1,7 @@
 """Topic names, QoS profiles and message helpers that the nodes share."""
 
 from collections.abc import Mapping, Sequence
+from typing import cast
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -44,6 +45,19 @@ def reference_message(names: Sequence[str], positions: Sequence[float]) -> Joint
     """Return a trajectory of one point: the constant reference of the named joints."""
     point = JointTrajectoryPoint(positions=list(positions), velocities=[0.0] * len(names))
     return JointTrajectory(joint_names=list(names), points=[point])
+
+
+def demand_message(names: Sequence[str]) -> JointTrajectory:
+    """Return a trajectory of one point: what the named coordinates should do now."""
+    return JointTrajectory(joint_names=list(names), points=[JointTrajectoryPoint()])
+
+
+def set_demand(message: JointTrajectory, ns: int, demand: Sequence[float]) -> None:
+    """Write positions, velocities, accelerations (3 n,) and their stamp into a demand's message."""
+    n = len(demand) // 3
+    point = cast(Sequence[JointTrajectoryPoint], message.points)[0]
+    point.positions, point.velocities, point.accelerations = demand[:n], demand[n : 2 * n], demand[2 * n :]
+    set_stamp(message.header.stamp, ns)
 
 
 def diagnostics(source: str, warning: str, values: Mapping[str, object]) -> DiagnosticArray:

@@ -22,6 +22,7 @@ PARAMETERS = {
     "rate": 1.0,  # realtime: simulated seconds per second
     "commanded": False,  # leave the scene's own law and inputs out: another node commands every period
     "expected_controllers": 1,
+    "expected_trackers": 0,  # slow halves of laws, which hear the states and command nothing
     "expected_recorders": 0,
     "command_timeout": 0.5,  # s without a command until realtime applies zero effort; 0: never
     "step_timeout": 0.5,  # s without a command until lockstep sends its state again
@@ -69,9 +70,9 @@ class PlantNode:
             self._host.node.get_logger().info(json.dumps(summary))
 
     def _missing(self) -> str:
-        recorders = self._settings.expected_recorders
+        recorders, trackers = self._settings.expected_recorders, self._settings.expected_trackers
         controllers = self._settings.expected_controllers if self._stepper.scene.sampled else 0
-        return self._topics.missing(controllers + recorders, recorders) or self._pace.missing()
+        return self._topics.missing(controllers + trackers + recorders, recorders) or self._pace.missing()
 
     def _chosen_pace(self) -> Pace:
         if self._settings.mode == "realtime":
@@ -88,7 +89,7 @@ def check(settings: SimpleNamespace) -> None:
     for name, bound in (("rate", 0.0), ("step_timeout", 0.0)):
         if not getattr(settings, name) > bound:
             raise ValueError(f"parameter {name} is {getattr(settings, name)}; it must be positive")
-    for name in ("expected_controllers", "expected_recorders", "command_timeout", "resends"):
+    for name in ("expected_controllers", "expected_trackers", "expected_recorders", "command_timeout", "resends"):
         if not getattr(settings, name) >= 0:
             raise ValueError(f"parameter {name} is {getattr(settings, name)}; it must not be negative")
 

@@ -1,0 +1,1 @@
+"""Every law on every scene that suits it, as one table: `crane league`."""

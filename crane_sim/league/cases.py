@@ -1,0 +1,175 @@
+"""The trials of the league and who takes part: catalogue scenes, and what of them is changed, as data.
+
+Laws are told nothing of disturbances, nor of masses and lengths that are not what the catalogue says: they believe the
+catalogue's scene on a base at rest. Every trial has a base that can move and a gust that can blow, mostly by nothing,
+so that all trials of a crane and a law are one compiled type.
+"""
+
+from typing import Any, Literal, NamedTuple
+
+SEEDS = tuple(range(100, 110))
+"""Seeds of seas and of a camera's noise that nothing in the catalogue uses: no law is tuned to them."""
+COLUMNS = (
+    "set-point", "obstacle", "resonant base", "irregular sea", "mass -20 %", "mass +20 %",
+    "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
+)  # fmt: skip
+"""What is asked of the laws."""
+SEA, NOISE = "base_motion.sea.seed", "control.vision.seed"
+LIGHT, HEAVY, SHORT, LONG = 0.8, 1.2, 0.95, 1.05
+
+
+class Borrowed(NamedTuple):
+    """A group that a scene takes from another one of the catalogue."""
+
+    scene: str
+    changes: dict[str, Any] = {}  # by dotted key, within the group
+
+
+class Trial(NamedTuple):
+    """What is asked of all laws of a crane in one column."""
+
+    column: str
+    scene: str  # of the catalogue
+    told: dict[str, Any] = {}  # changes of the scene by dotted key that the laws know of
+    untold: dict[str, Any] = {}  # changes that they do not know of
+    scaled: dict[str, float] = {}  # numbers of the scene, by what part of what the laws believe
+    seeded: str = ""  # the dotted key that takes SEEDS
+
+
+class Contender(NamedTuple):
+    """A law, or a way to do without one."""
+
+    name: str
+    law: str
+    home: str = ""  # scene whose settings it takes; "": the trial's own, where that has the law
+    settings: dict[str, Any] = {}  # on top
+    believes: dict[str, Any] = {}  # besides the catalogue's scene, by dotted key
+
+
+class Group(NamedTuple):
+    """The contenders on a crane, their trials, and where the payload should be: on the path, or at the target."""
+
+    name: str
+    goal: Literal["path", "target"]
+    contenders: tuple[Contender, ...]
+    trials: tuple[Trial, ...]
+
+
+def gust(force: float) -> dict[str, Any]:
+    """Return a wind that rises to this force [N] within a second, holds for three, and falls again."""
+    return {"kind": "table", "times": [12.0, 13.0, 16.0, 17.0], "values": [0.0, force, force, 0.0]}
+
+
+def wind(force: float) -> dict[str, Any]:
+    """Return a gust [N] along x, of cranes whose payload takes a force."""
+    return {"payload_force": {"x": gust(force)}}
+
+
+def pushed(force: float) -> dict[str, Any]:
+    """Return a gust [N] along x, of overhead cranes."""
+    return {"forces": [{"node": 1, "axis": "x", "force": gust(force)}]}
+
+
+def shaken(axis: str, amplitude: float, frequency: float) -> dict[str, Any]:
+    """Return a base that swings along an axis, by this amplitude [m] and frequency [rad/s]."""
+    return {"base_motion": {axis: {"amplitude": amplitude, "frequency": frequency}}}
+
+
+STILL = shaken("sway", 0.0, 0.0) | wind(0.0)
+FIRM = shaken("surge", 0.0, 0.0) | pushed(0.0)
+AFLOAT = {"base_motion": Borrowed("pendulum_sea", {"sea.components": 20})}
+PITCHING = {
+    "base_motion": {
+        "sea": {
+            "significant_height": 0.4,
+            "peak_period": 4.0,
+            "components": 20,
+            "response": {
+                "heave": {"frequencies": [0.8, 1.5, 2.2, 3.0], "amplitudes": [1.0, 0.6, 0.2, 0.02]},
+                "surge": {"frequencies": [0.8, 1.5, 2.5], "amplitudes": [0.6, 0.3, 0.05]},
+                "pitch": {"frequencies": [0.8, 1.2, 1.8, 3.0], "amplitudes": [0.02, 0.06, 0.02, 0.002]},
+            },
+        }
+    }
+}
+"""The sea of the scene `pendulum_sea` from ahead, for cranes in the plane."""
+
+
+def tracked(scene: str, told: dict[str, Any]) -> tuple[Trial, ...]:
+    """Return what is asked of a payload of 4 kg that is carried around the obstacle."""
+    return (
+        Trial("obstacle", scene, told, STILL),
+        Trial("irregular sea", scene, told, STILL | AFLOAT, seeded=SEA),
+        Trial("mass -20 %", scene, told, STILL, {"payload.mass": LIGHT}),
+        Trial("mass +20 %", scene, told, STILL, {"payload.mass": HEAVY}),
+        Trial("gust", scene, told, STILL | wind(2.0)),
+    )
+
+
+def brought(scene: str, told: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str) -> list[Trial]:
+    """Return what is asked of a crane that is brought to a target; others: what happens in further columns."""
+    return [
+        Trial("set-point", scene, told, still),
+        Trial("mass -20 %", scene, told, still, {mass: LIGHT}),
+        Trial("mass +20 %", scene, told, still, {mass: HEAVY}),
+        *(Trial(name, scene, told, still | do, seeded=SEA if "sea" in name else "") for name, do in others.items()),
+    ]
+
+
+FOLLOWING = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
+"""The angular law without damping: the suspension point follows the path, and nobody looks at the payload."""
+SHAPED = "reference.path.shaping.kind"
+BLIND = (
+    Contender("open loop", "angular", settings=FOLLOWING),
+    Contender("open loop, ZV", "angular", settings=FOLLOWING, believes={SHAPED: "zv"}),
+    Contender("open loop, ZVD", "angular", settings=FOLLOWING, believes={SHAPED: "zvd"}),
+)
+LOOKING = tuple(Contender(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
+ENERGY, LQR = Contender("energy", "energy"), Contender("lqr", "lqr")
+OF_KNUCKLE = (
+    ENERGY,
+    Contender("energy, weighing", "energy", home="knuckle_unknown_load"),
+    Contender("lqr", "lqr", home="knuckle_lqr"),
+)
+STEP = {
+    "duration": 30.0,
+    "reference.path": {"kind": "minimum_jerk", "points": [[1.35, 0.0], [1.35, -1.0]], "times": [1.0, 5.0]},
+}
+"""A metre in less than two periods of the swing: a path, since the pendulum's laws follow one."""
+PENDULUM = (
+    Trial("set-point", "offshore_obstacle", STEP, STILL),
+    *tracked("offshore_obstacle", {}),
+    Trial("resonant base", "offshore_resonant", {}, wind(0.0)),
+    Trial("rope -5 %", "offshore_obstacle", {}, STILL, {"rope.length": SHORT}),
+    Trial("rope +5 %", "offshore_obstacle", {}, STILL, {"rope.length": LONG}),
+    Trial("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
+)
+BOOM = (
+    *tracked("knuckle_tracking", {"reference": Borrowed("offshore_obstacle")}),
+    Trial("resonant base", "knuckle_tracking", {}, wind(0.0)),
+)
+KNUCKLE = brought(
+    "knuckle_setpoint",
+    {},
+    STILL,
+    {
+        "resonant base": shaken("sway", 0.02, 2.557),  # a swing on 1.5 m
+        "irregular sea": {"base_motion": Borrowed("knuckle_sea")},
+        "gust": wind(0.5),
+    },
+    "payload.mass",
+)
+ROLLED = {"resonant base": shaken("surge", 0.02, 2.215), "irregular sea": PITCHING, "gust": pushed(5.0)}  # on 2 m
+TROLLEY = (
+    *brought("overhead_energy", {}, FIRM, ROLLED, "cable.node_masses"),
+    Trial("rope -5 %", "overhead_energy", {}, FIRM, {"cable.lengths": SHORT}),
+    Trial("rope +5 %", "overhead_energy", {}, FIRM, {"cable.lengths": LONG}),
+)
+HOIST = brought("overhead_hoist_energy", {"control.period": 0.01}, FIRM, ROLLED, "cable.node_masses")
+GROUPS = (
+    Group("pendulum", "path", (*BLIND, *LOOKING), PENDULUM),
+    Group("knuckle boom, tracking", "path", LOOKING, BOOM),
+    Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE)),
+    Group("overhead, trolley", "target", (ENERGY, LQR), TROLLEY),
+    Group("overhead, trolley and hoist", "target", (ENERGY, LQR), tuple(HOIST)),
+)
