@@ -73,8 +73,18 @@ def _sum(builder: Any, term: Any, count: Any) -> Any:
     """Return the sum of the products term(0) ... term(count - 1), from left to right; count is at least one."""
     total = cgutils.alloca_once_value(builder, builder.fmul(*term(count.type(0))))
     with cgutils.for_range(builder, count, start=count.type(1), intp=count.type) as loop:
-        builder.store(builder.fma(*term(loop.index), builder.load(total)), total)
+        builder.store(_fused(builder, *term(loop.index), builder.load(total)), total)
     return builder.load(total)
+
+
+def _fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, floats or vectors of them, each rounded once."""
+    if not isinstance(a.type, ir.VectorType):
+        return builder.fma(a, b, c)
+    name = f"llvm.fma.v{a.type.count}f64"
+    return builder.call(
+        cgutils.get_or_insert_function(builder.module, ir.FunctionType(a.type, [a.type] * 3), name), [a, b, c]
+    )
 
 
 def _part(builder: Any, first: Any, index: Any, width: int) -> Any:
