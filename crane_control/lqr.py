@@ -5,6 +5,9 @@ of the motion between two commands, with the same weights; a continuous one the 
 
 The weights are those of Bryson's rule where the scene gives none: a deviation of 0.2 m or 0.05 rad, a velocity of
 0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1 rad/s² weigh the same.
+
+Where the scene has a path of the joints, these follow it: z* is then the target with the path's positions and velocities
+of the actuated joints in place of its own.
 """
 
 from collections.abc import Mapping
@@ -21,6 +24,7 @@ from crane_sim.explain import SceneError
 from crane_sim.jit import entry, generic, routine
 from crane_sim.laws import read_settings
 from crane_sim.quantities import NonNegative, Positive
+from crane_sim.references import Path, reference_at
 from crane_sim.scene import Scene
 
 DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
@@ -40,48 +44,64 @@ class LqrLaw(NamedTuple):
 
     channels: Channel | None
     target: Any  # (nq,)
+    path: Path | None  # of the actuated joints, to the target
     poles: Any  # closed-loop eigenvalues (complex): s [1/s] of a continuous law, z of a sampled one
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q and velocities v, nq or more."""
-        return demanded(self, np.array(q), np.array(v))
+        return demanded(self, t, np.array(q), np.array(v))
 
 
 @generic
-def feedback(channel, target, q, v):
+def led(path, effort, gain, target, t):
+    """Return the effort with the target moved along a path at time t [s]; as it is without one."""
+    return effort
+
+
+@led.register(Path)
+def _(path, effort, gain, target, t):
+    (x, rate, _), n = reference_at(path, t), len(target)
+    for i in range(len(x)):
+        effort = effort + gain[i] * (x[i] - target[i]) + gain[n + i] * rate[i]
+    return effort
+
+
+@generic
+def feedback(channel, law, t, q, v):
     """Return the efforts of a list of channels as a tuple."""
     return ()
 
 
 @feedback.register(Channel)
-def _(channel, target, q, v):
-    effort, n = channel.effort, len(target)
+def _(channel, law, t, q, v):
+    target, n = law.target, len(law.target)
+    effort = led(law.path, channel.effort, channel.gain, target, t)
     for i in range(n):
         effort = effort - channel.gain[i] * (seen(q, i, n) - target[i]) - channel.gain[n + i] * seen(v, i, n)
-    return (effort, *feedback(channel.rest, target, q, v))
+    return (effort, *feedback(channel.rest, law, t, q, v))
 
 
 @system.command.register(LqrLaw)
 def _(law, t, q, v):
-    return feedback(law.channels, law.target, q, v)
+    return feedback(law.channels, law, t, q, v)
 
 
 @system.effort.register(LqrLaw)
 def _(u, p, t, x):
-    return observed(u, p, x)
+    return observed(u, p, t, x)
 
 
 @routine
-def observed(law, p, x):
-    """Return the efforts (nu,) of the law in state x of model p; one piece, which the stages of a step call."""
+def observed(law, p, t, x):
+    """Return the efforts (nu,) of the law in state x of model p at time t; one piece, which the stages of a step call."""
     q, v = system.joints(p, x)
-    return feedback(law.channels, law.target, q, v)
+    return feedback(law.channels, law, t, q, v)
 
 
 @entry
-def demanded(law, q, v):
+def demanded(law, t, q, v):
     """Compiled `command` for calls from Python."""
-    return feedback(law.channels, law.target, q, v)
+    return feedback(law.channels, law, t, q, v)
 
 
 class Settings(NamedTuple):
@@ -109,7 +129,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     channels = None
     for effort, row in zip(efforts[::-1], full[::-1], strict=True):
         channels = Channel(float(effort), row.copy(), channels)
-    return LqrLaw(channels, target, poles)
+    path = nominal.path if nominal.path is not None and nominal.path.of_joints else None
+    return LqrLaw(channels, target, path, poles)
 
 
 def _weights(given: Settings, scene: Scene, b: Array) -> tuple[Array, Array]:

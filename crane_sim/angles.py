@@ -5,6 +5,7 @@ summed in pairs, so that fewer operations wait for each other. Library functions
 vectorisation.
 """
 
+from crane_sim.fused import fused
 from crane_sim.jit import kernel
 
 _TWO_OVER_PI = 0.6366197723675814
@@ -19,20 +20,20 @@ def sincos(angle):
     Beyond 1e15 rad, where neighbouring doubles are a radian apart, what is returned means nothing.
     """
     k = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
-    first = angle - k * _HALF_PI
+    first = fused(k, -_HALF_PI, angle)
     rest = k * _HALF_PI_REST
     x = first - rest
     y = (first - x) - rest
     z = x * x
     z2, v = z * z, z * x
-    low = 8.33333333332248946124e-03 + z * -1.98412698298579493134e-04
-    r = low + z2 * ((2.75573137070700676789e-06 + z * -2.50507602534068634195e-08) + z2 * 1.58969099521155010221e-10)
-    s = x - (((z * (0.5 * y) - y) + v * 1.66666666666666324348e-01) - (z * v) * r)
-    low = 4.16666666666666019037e-02 + z * -1.38888888888741095749e-03
-    middle = 2.48015872894767294178e-05 + z * -2.75573143513906633035e-07
-    r = low + z2 * (middle + z2 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
-    w = 1.0 - 0.5 * z
-    c = w + ((((1.0 - w) - 0.5 * z) - x * y) + z2 * r)
+    low = fused(z, -1.98412698298579493134e-04, 8.33333333332248946124e-03)
+    high = fused(z2, 1.58969099521155010221e-10, fused(z, -2.50507602534068634195e-08, 2.75573137070700676789e-06))
+    s = x - fused(v, fused(z, -fused(z2, high, low), 1.66666666666666324348e-01), fused(z, 0.5 * y, -y))
+    low = fused(z, -1.38888888888741095749e-03, 4.16666666666666019037e-02)
+    middle = fused(z, -2.75573143513906633035e-07, 2.48015872894767294178e-05)
+    high = fused(z2, fused(z, -1.13596475577881948265e-11, 2.08757232129817482790e-09), middle)
+    w = fused(z, -0.5, 1.0)
+    c = w + fused(z2, fused(z2, high, low), fused(-x, y, fused(z, -0.5, 1.0 - w)))
     quarter = int(k)  # of a turn, with its sign
     s, c = (c, s) if quarter & 1 else (s, c)
     s = -s if quarter & 2 else s

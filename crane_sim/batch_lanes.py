@@ -7,7 +7,6 @@ from math import isfinite
 
 import numpy as np
 
-from crane_sim import system
 from crane_sim.batch_loops import Sampled, demanded, note, started
 from crane_sim.integrators import NOT_FINITE, OK, Flow, stages, start, state_at, step
 from crane_sim.integrators.flow import even_step
@@ -49,8 +48,8 @@ def pass_lanes(method, cranes, clock, places, first, last):
                     i += 1
                 for j in range(LANES):  # the loop that becomes vector instructions
                     crane, x = picked(cranes, block + j), lane(like[0], xs, j)
-                    x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h)
-                    put_lane(xs, j, system.project(crane.model, x))
+                    x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
+                    put_lane(xs, j, x)
                 t, taken = after, taken + 1
         for j in range(LANES):
             crane, x, u = picked(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
@@ -90,7 +89,7 @@ def _(source, efforts):
 @routine
 def sample(method, crane, x, efforts, t, time, rows, i):
     """Write row i, the state at `time`, of a crane that is in state x at time t."""
-    u, flow = driving(crane.source, efforts), start(t, x, None)
+    u, flow = driving(crane.source, efforts), start(crane.model, t, x, None)
     write(rows, i, crane.model, time, state_at(method, crane.model, u, flow, time), u)
 
 
@@ -99,6 +98,6 @@ def end_lane(method, crane, x, efforts, clock, places, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and note how its run went."""
     end, rows, u = clock.steps * clock.period, places.rows[i], driving(crane.source, efforts)
     status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
-    flow = Flow(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None)
+    flow = Flow(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None, None)
     finish(method, crane.model, u, flow, end, rows, clock.times, rows[: len(clock.times)], sampled)
     note(crane.model, clock, places, i, flow, clock.steps)

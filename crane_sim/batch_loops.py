@@ -49,7 +49,7 @@ def pass_cranes(cranes, clock, places, first, last):
     """Pass the whole time of cranes `first` to `last` (not included), one after the other."""
     for i in range(first, last):
         method, p, source = picked(cranes, i)
-        flow = start(0.0, started(p, places, i), record(system.switching(p)))
+        flow = start(p, 0.0, started(p, places, i), record(system.switching(p)))
         flow, passed = passed_through(source, method, p, flow, clock, places.rows[i])
         note(p, clock, places, i, flow, passed)
 

@@ -35,7 +35,7 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
     if first["type"] == "too_long":
         context = first.get("ctx", {})
         return _at(where, f"has {context['actual_length']} values, at most {context['max_length']} are possible")
-    if first["type"] == "value_error" and message.startswith("unknown key"):
+    if first["type"] == "value_error" and (message.startswith("unknown key") or isinstance(first["input"], dict)):
         return _at(where, message)
     message = message.replace("Input should be", "must be").replace("a valid number, unable to parse string as ", "")
     return _at(where, f"= {_shorten(first['input'])}: {message}", joint=" ")

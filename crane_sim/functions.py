@@ -23,7 +23,7 @@ SceneSource = Scene | str | Path | Mapping[str, Any]
 def joint_acceleration(p, t, q, v, u):
     """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
     switches = system.switching(p)
-    flow = settled(switches, p, u, start(t, system.state(p, t, q, v), record(switches)))
+    flow = settled(switches, p, u, start(p, t, system.state(p, t, q, v), record(switches)))
     return system.acceleration(p, t, flow.x, u)
 
 

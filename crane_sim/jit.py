@@ -1,4 +1,4 @@
-"""Compiled kernels: the only file that imports numba, beside the algebra of states, arrays and lanes.
+"""Compiled kernels: the only file that imports numba, beside the algebra of states, arrays and lanes below it.
 
 A scene's physics is a tree of NamedTuples, and a `generic` function picks the body that fits the type of its first
 argument, at compile time. Numba therefore compiles exactly what a scene is made of, an absent part (None) costs

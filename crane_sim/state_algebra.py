@@ -1,11 +1,10 @@
 """Arithmetic on states: floats, and tuples of states nested to any depth, held in registers by compiled code.
 
 A structural zero of a tableau is None: it is seen by type, so it costs no arithmetic. Sums run left to right over the
-stages and meet the state last, in Python and in compiled code alike. The compiled forms are written as LLVM
-instructions, one for each float: going through numba's front end for every tuple length takes seconds.
+stages and meet the state last, in Python and in compiled code alike. The compiled forms are LLVM instructions
+(`state_floats`), one for each float: going through numba's front end for every tuple length takes seconds.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,18 @@ from numba.core import types
 from numba.cpython.unsafe.tuple import tuple_setitem as _tuple_setitem
 from numba.extending import overload
 
-from crane_sim.array_algebra import add_arrays, add_scaled_arrays, combine_rows, dense, move_rows, scale_array
-from crane_sim.jit import OPTIONS, intrinsic
+from crane_sim.array_algebra import (
+    add_arrays,
+    add_scaled_arrays,
+    array_square,
+    dense,
+    move_rows,
+    rows_square,
+    scale_array,
+)
+from crane_sim.fused import fused
+from crane_sim.jit import LEAN, OPTIONS
+from crane_sim.state_floats import add_floats, add_scaled_floats, combine_floats, leaves_of_floats, scale_floats
 
 tuple_setitem: Any = _tuple_setitem
 State = Any
@@ -32,8 +41,10 @@ def scale(a: float, x: State) -> State:
 
 
 def add_scaled(x: State, a: float, y: State) -> State:
-    """Return x + a y."""
-    return tuple(add_scaled(b, a, c) for b, c in zip(x, y, strict=True)) if isinstance(x, tuple) else x + a * y
+    """Return x + a y, each float of a tuple rounded once."""
+    if isinstance(x, tuple):
+        return tuple(add_scaled(b, a, c) for b, c in zip(x, y, strict=True))
+    return x + a * y if isinstance(x, np.ndarray) else fused(a, y, x)
 
 
 def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
@@ -45,8 +56,8 @@ def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> S
     return total
 
 
-def moved(x: State, h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
-    """Return x + the sum of `combine`."""
+def moved(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
+    """Return x + the sum of `combine`; of arrays, ks.rows being the derivatives, `out` is filled with it."""
     return add(x, combine(h, row, ks))
 
 
@@ -57,6 +68,13 @@ def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> f
         ratio = a / (atol + rtol * max(abs(b), abs(c)))
         total += ratio * ratio
     return total
+
+
+def error_square(
+    h: float, row: tuple[float | None, ...], ks: Any, x: State, y: State, rtol: float, atol: float
+) -> float:
+    """Return the `weighted_square` of the sum of `combine`; ks as of `moved`."""
+    return weighted_square(combine(h, row, ks), x, y, rtol, atol)
 
 
 def leaves(x: State) -> tuple[float, ...]:
@@ -81,81 +99,6 @@ def dimension(x: State) -> int:
     return len(leaves(x))
 
 
-def _is_tuple(kind: Any) -> bool:
-    return isinstance(kind, types.BaseTuple)
-
-
-def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], *parts: Any) -> Any:
-    """Return the state of type `kind` whose floats are the operation of the floats of `parts`."""
-    if not _is_tuple(kind):
-        return operation(*parts)
-    found = []
-    for i, inner in enumerate(kind):
-        found.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
-    return context.make_tuple(builder, kind, found)
-
-
-@intrinsic
-def _add(typing_context, x, y):
-    def generate(context, builder, signature, args):
-        return _each(context, builder, x, builder.fadd, *args)
-
-    return x(x, y), generate
-
-
-@intrinsic
-def _scale(typing_context, a, x):
-    def generate(context, builder, signature, args):
-        return _each(context, builder, x, lambda leaf: builder.fmul(args[0], leaf), args[1])
-
-    return x(a, x), generate
-
-
-@intrinsic
-def _add_scaled(typing_context, x, a, y):
-    def generate(context, builder, signature, args):
-        def operation(b, c):
-            return builder.fadd(b, builder.fmul(args[1], c))
-
-        return _each(context, builder, x, operation, args[0], args[2])
-
-    return x(x, a, y), generate
-
-
-@intrinsic
-def _combine(typing_context, h, row, ks):
-    used = [j for j, entry in enumerate(row) if isinstance(entry, types.Float)]
-
-    def generate(context, builder, signature, args):
-        factors = [builder.fmul(args[0], builder.extract_value(args[1], j)) for j in used]
-
-        def operation(*slopes):
-            total = builder.fmul(factors[0], slopes[0])
-            for factor, slope in zip(factors[1:], slopes[1:], strict=True):
-                total = builder.fadd(total, builder.fmul(factor, slope))
-            return total
-
-        stages = [builder.extract_value(args[2], j) for j in used]
-        return _each(context, builder, ks[0], operation, *stages)
-
-    return ks[0](h, row, ks), generate
-
-
-@intrinsic
-def _leaves(typing_context, x):
-    def count(kind: Any) -> int:
-        return sum(count(part) for part in kind) if _is_tuple(kind) else 1
-
-    kind = types.UniTuple(types.float64, count(x))
-
-    def generate(context, builder, signature, args):
-        found = []
-        _each(context, builder, x, lambda leaf: found.append(leaf) or leaf, args[0])
-        return context.make_tuple(builder, kind, found)
-
-    return kind(x), generate
-
-
 def _for_arrays_or_tuples(function: Any, position: int, arrays: Any, tuples: Any) -> None:
     """Compile `function` as `arrays` where the argument at `position` is an array, else as `tuples`."""
 
@@ -165,29 +108,39 @@ def _for_arrays_or_tuples(function: Any, position: int, arrays: Any, tuples: Any
     overload(function, strict=False, jit_options=OPTIONS)(choose)
 
 
-_for_arrays_or_tuples(add, 0, lambda x, y: add_arrays(x, y), lambda x, y: _add(x, y))
-_for_arrays_or_tuples(scale, 1, lambda a, x: scale_array(a, x), lambda a, x: _scale(a, x))
-_for_arrays_or_tuples(add_scaled, 0, lambda x, a, y: add_scaled_arrays(x, a, y), lambda x, a, y: _add_scaled(x, a, y))
-_for_arrays_or_tuples(leaves, 0, lambda x: x, lambda x: _leaves(x))
-_for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(_leaves(x)))
+_for_arrays_or_tuples(add, 0, lambda x, y: add_arrays(x, y), lambda x, y: add_floats(x, y))
+_for_arrays_or_tuples(scale, 1, lambda a, x: scale_array(a, x), lambda a, x: scale_floats(a, x))
+_for_arrays_or_tuples(
+    add_scaled, 0, lambda x, a, y: add_scaled_arrays(x, a, y), lambda x, a, y: add_scaled_floats(x, a, y)
+)
+_for_arrays_or_tuples(leaves, 0, lambda x: x, lambda x: leaves_of_floats(x))
+_for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(leaves_of_floats(x)))
 
 
 @overload(combine, jit_options=OPTIONS)
 def _compiled_combine(h, row, ks):
-    if isinstance(ks, types.Array):
-        return lambda h, row, ks: combine_rows(h, dense(row), ks)
-    return lambda h, row, ks: _combine(h, row, ks)
+    return lambda h, row, ks: combine_floats(h, row, ks)
 
 
-@overload(moved, jit_options=OPTIONS)
-def _compiled_moved(x, h, row, ks):
+@overload(error_square, jit_options=LEAN)
+def _compiled_error_square(h, row, ks, x, y, rtol, atol):
     if isinstance(x, types.Array):
-        return lambda x, h, row, ks: move_rows(x, h, dense(row), ks)
-    return lambda x, h, row, ks: _add(x, _combine(h, row, ks))
+        return lambda h, row, ks, x, y, rtol, atol: rows_square(h, dense(row), ks.rows, x, y, rtol, atol)
+    return lambda h, row, ks, x, y, rtol, atol: weighted_square(combine_floats(h, row, ks), x, y, rtol, atol)
 
 
-@overload(weighted_square, jit_options=OPTIONS)
+@overload(moved, jit_options=LEAN)
+def _compiled_moved(x, h, row, ks, out):
+    if isinstance(x, types.Array):
+        return lambda x, h, row, ks, out: move_rows(x, h, dense(row), ks.rows, out)
+    return lambda x, h, row, ks, out: add_floats(x, combine_floats(h, row, ks))
+
+
+@overload(weighted_square, jit_options=LEAN)
 def _weighted_square(e, x, y, rtol, atol):
+    if isinstance(e, types.Array):
+        return lambda e, x, y, rtol, atol: array_square(e, x, y, rtol, atol)
+
     def total_of_leaves(e, x, y, rtol, atol):
         es, xs, ys, total = leaves(e), leaves(x), leaves(y), 0.0
         for i in range(len(es)):

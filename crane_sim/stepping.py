@@ -29,7 +29,7 @@ def _(law, t, q, v):
 @entry
 def begin(p, q, v):
     """Return (flow, q, v) at rest on the initial joint positions and velocities, at t = 0."""
-    flow = start(0.0, system.project(p, system.state(p, 0.0, q, v)), record(system.switching(p)))
+    flow = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), record(system.switching(p)))
     return flow, *system.joints(p, flow.x)
 
 

@@ -80,7 +80,7 @@ def solve_shifted(p, factors, b):
 
 @generic
 def project(p, x):
-    """Return the state put back on what the model holds exactly; integrators call it after every step."""
+    """Return the state put back on what the model holds exactly, an array in place; integrators do so after steps."""
     return x
 
 

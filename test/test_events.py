@@ -61,7 +61,7 @@ def _(p, t, x, u, which):
 @entry
 def thrown(p, x, end):
     """Return the flow from (0, x) to `end`, or to the ceiling."""
-    return reach(RK8(STEP), p, (), start(0.0, x, record(system.switching(p))), end, end)
+    return reach(RK8(STEP), p, (), start(p, 0.0, x, record(system.switching(p))), end, end)
 
 
 def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:

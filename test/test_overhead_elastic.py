@@ -58,7 +58,7 @@ def scene_of_case(spec: Any) -> crane_sim.Scene:
 def passed(method, p, q, v, u, times, nodes):
     """Return (flow at the last of the times, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
     x = system.state(p, 0.0, q, v)
-    flow = settled(system.switching(p), p, u, start(0.0, x, record(system.switching(p))))
+    flow = settled(system.switching(p), p, u, start(p, 0.0, x, record(system.switching(p))))
     for i in range(len(times)):
         flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
         system.points(p, times[i], state_at(method, p, u, flow, times[i]), nodes[i])

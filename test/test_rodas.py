@@ -10,7 +10,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import OK, reach, rodas, start, state_at, step
+from crane_sim.integrators import OK, reach, rodas, scratch, start, state_at, step
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.runge_kutta import dense
@@ -37,14 +37,14 @@ X0 = np.array([1.0, 0.0, 0.0])
 def steps(method, p, x, n, h):
     """Return the state after n steps of size h from t = 0."""
     for i in range(n):
-        x = step(method, p, i * h, x, (), h)
+        x = step(method, p, i * h, x, (), h, scratch(x, p))
     return x
 
 
 @entry
 def integrate(method, p, x, end):
     """Return the flow from (0, x) to `end`, and the state in the middle of its last step."""
-    flow = reach(method, p, (), start(0.0, x, None), end, end)
+    flow = reach(method, p, (), start(p, 0.0, x, None), end, end)
     return flow, state_at(method, p, (), flow, 0.5 * (flow.t0 + flow.t))
 
 

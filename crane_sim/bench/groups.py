@@ -50,7 +50,7 @@ def march_array(p, x, u, evaluations):
 def pass_time(method, p, x, u, end):
     """Return the integration at time `end` [s] that began with state x at 0."""
     switches = system.switching(p)
-    return reach(method, p, u, settled(switches, p, u, start(0.0, x, record(switches))), end, end)
+    return reach(method, p, u, settled(switches, p, u, start(p, 0.0, x, record(switches))), end, end)
 
 
 class Subject(NamedTuple):

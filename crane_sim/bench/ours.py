@@ -23,7 +23,7 @@ from crane_sim.stepping import begin
 
 NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = ladder(1.0, 1e-5, 8)  # s
-TOLERANCES = ladder(1e-1, 1e-13, 4)  # relative; the absolute one is a hundredth of it
+TOLERANCES = ladder(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
 FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3}
 ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "rodas": Rodas}
 METHODS = (*FIXED, *ADAPTIVE)
@@ -33,9 +33,9 @@ METHODS = (*FIXED, *ADAPTIVE)
 def passed(method, p, source, q, v, end, times):
     """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
     x = system.project(p, system.state(p, 0.0, q, v))
-    flow = start(0.0, x, record(system.switching(p)))
+    flow = start(p, 0.0, x, record(system.switching(p)))
     for _ in range(times):
-        fresh = start(0.0, x, record(system.switching(p)))
+        fresh = start(p, 0.0, x, record(system.switching(p)))
         flow = reach(method, p, source, settled(system.switching(p), p, source, fresh), end, horizon(method, end))
     return flow, state_at(method, p, source, flow, end)
 

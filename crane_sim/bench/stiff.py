@@ -49,7 +49,7 @@ class Trial(NamedTuple):
 @entry
 def passed(method, p, x, u, end):
     """Return the flow from (0, x) to `end`."""
-    return reach(method, p, u, start(0.0, x, None), end, end)
+    return reach(method, p, u, start(p, 0.0, x, None), end, end)
 
 
 @entry

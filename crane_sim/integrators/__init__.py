@@ -5,7 +5,19 @@ size) and, when it controls its error, `advance` (one accepted step of a size it
 """
 
 from crane_sim.integrators.events import CHATTER, STOPPED, Seen, located, record, settled
-from crane_sim.integrators.flow import NOT_FINITE, OK, STALLED, Flow, advance, horizon, stages, start, state_at, step
+from crane_sim.integrators.flow import (
+    NOT_FINITE,
+    OK,
+    STALLED,
+    Flow,
+    advance,
+    horizon,
+    scratch,
+    stages,
+    start,
+    state_at,
+    step,
+)
 from crane_sim.jit import kernel
 from crane_sim.system import switching
 
@@ -22,6 +34,7 @@ __all__ = [
     "located",
     "reach",
     "record",
+    "scratch",
     "settled",
     "stages",
     "start",

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
-from crane_sim.jit import generic, kernel
+from crane_sim.integrators.flow import Scratch, advance, found, horizon, stages, stride
+from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
+from crane_sim.jit import lean_generic, lean_kernel
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import combine, dimension, moved, weighted_square
+from crane_sim.state_algebra import dimension, error_square, moved
 
 # fmt: off
 A = (
@@ -73,9 +73,9 @@ class RK8(NamedTuple):
         return 2.9 / frequency
 
 
-@generic
-def slopes(k1, p, t, x, u, h):
-    """Return the derivatives of all twelve stages, the first one given as `opening` returns it."""
+@lean_generic
+def slopes(scratch, k1, p, t, x, u, h):
+    """Return the derivatives of all twelve stages, the first one given as `opening` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -90,24 +90,25 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
 
 
-@slopes.register(Stages)
-def _(ks, p, t, x, u, h):
-    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
+@slopes.register(Scratch)
+def _(scratch, k1, p, t, x, u, h):
+    fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
+    return scratch
 
 
-@kernel
+@lean_kernel
 def _error(ks, x, y, h, rtol, atol):
     """Return the error of a step relative to the tolerance, from both embedded orders."""
-    e5 = weighted_square(combine(h, E5, ks), x, y, rtol, atol)
-    e3 = weighted_square(combine(h, E3, ks), x, y, rtol, atol)
+    e5 = error_square(h, E5, ks, x, y, rtol, atol)
+    e3 = error_square(h, E3, ks, x, y, rtol, atol)
     return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # not a number stays one
 
 
 @attempt.register(DOP853)
-def _(method, k1, p, t, x, u, h):
-    ks = slopes(k1, p, t, x, u, h)
-    y = moved(x, h, B, ks)
-    return y, _error(ks, x, y, h, method.rtol, method.atol)
+def _(method, scratch, k1, p, t, x, u, h, out):
+    ks = slopes(scratch, k1, p, t, x, u, h)
+    y = moved(x, h, B, ks, out)
+    return y, _error(ks, x, found(out, y), h, method.rtol, method.atol)
 
 
 @error_order.register(DOP853)
@@ -125,19 +126,19 @@ def _(method, end):
     return inf
 
 
-@kernel
-def _stepped(p, t, x, u, h):
-    return moved(x, h, B, slopes(opening(x, p, t, u, STAGES), p, t, x, u, h))
+@lean_kernel
+def _stride(p, t, x, u, h, scratch, out):
+    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
-@step.register(DOP853)
-def _(method, p, t, x, u, h):
-    return _stepped(p, t, x, u, h)
+@stride.register(DOP853)
+def _(method, p, t, x, u, h, scratch, out):
+    return _stride(p, t, x, u, h, scratch, out)
 
 
-@step.register(RK8)
-def _(method, p, t, x, u, h):
-    return _stepped(p, t, x, u, h)
+@stride.register(RK8)
+def _(method, p, t, x, u, h, scratch, out):
+    return _stride(p, t, x, u, h, scratch, out)
 
 
 @stages.register(DOP853)

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
-from crane_sim.jit import generic
+from crane_sim.integrators.flow import Scratch, advance, found, horizon, stages, stride
+from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
+from crane_sim.jit import lean_generic
 from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import combine, dimension, moved, weighted_square
+from crane_sim.state_algebra import dimension, error_square, moved
 
 B = (35 / 384, None, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, None)
 A = (
@@ -38,9 +38,9 @@ class DOPRI5(NamedTuple):
     atol: NonNegative = 1e-10
 
 
-@generic
-def slopes(k1, p, t, x, u, h):
-    """Return the derivatives of all seven stages, the first one given as `opening` returns it."""
+@lean_generic
+def slopes(scratch, k1, p, t, x, u, h):
+    """Return the derivatives of all seven stages, the first one given as `opening` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -49,16 +49,17 @@ def slopes(k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
 
 
-@slopes.register(Stages)
-def _(ks, p, t, x, u, h):
-    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
+@slopes.register(Scratch)
+def _(scratch, k1, p, t, x, u, h):
+    fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
+    return scratch
 
 
 @attempt.register(DOPRI5)
-def _(method, k1, p, t, x, u, h):
-    ks = slopes(k1, p, t, x, u, h)
-    y = moved(x, h, B, ks)
-    return y, sqrt(weighted_square(combine(h, E, ks), x, y, method.rtol, method.atol) / dimension(x))
+def _(method, scratch, k1, p, t, x, u, h, out):
+    ks = slopes(scratch, k1, p, t, x, u, h)
+    y = moved(x, h, B, ks, out)
+    return y, sqrt(error_square(h, E, ks, x, found(out, y), method.rtol, method.atol) / dimension(x))
 
 
 @error_order.register(DOPRI5)
@@ -76,9 +77,9 @@ def _(method, end):
     return inf
 
 
-@step.register(DOPRI5)
-def _(method, p, t, x, u, h):
-    return moved(x, h, B, slopes(opening(x, p, t, u, STAGES), p, t, x, u, h))
+@stride.register(DOPRI5)
+def _(method, p, t, x, u, h, scratch, out):
+    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(DOPRI5)

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.flow import OK, Flow, stages, state_at
+from crane_sim.integrators.flow import OK, Flow, Scratch, stages, state_at
 from crane_sim.integrators.looks import LOOKS, ends, suspect
 from crane_sim.jit import generic, kernel, routine
-from crane_sim.system import Switching, guard, switched, switching, workspace
+from crane_sim.system import Switching, guard, switched, switching
 
 STOPPED = 100
 """From here on a flow's status tells that guard number `status - STOPPED` failed and the model ends with it."""
@@ -26,6 +26,17 @@ class Seen(NamedTuple):
 
     total: int
     rows: Any  # (capacity, 2)
+
+
+@generic
+def work_of(scratch):
+    """Return the model's workspace, None where it needs none."""
+    return None
+
+
+@work_of.register(Scratch)
+def _(scratch):
+    return scratch.work
 
 
 @generic
@@ -62,7 +73,7 @@ def _(switches, method, p, u, flow):
         return flow
     low, high, n = bracket(method, p, u, flow)
     n += flow.evaluations
-    seen = Flow(flow.t0, flow.x0, flow.t, flow.x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen)
+    seen = Flow(flow.t0, flow.x0, flow.t, flow.x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch)
     return seen if low == high else cut_back(method, p, u, seen, low, high)
 
 
@@ -77,7 +88,7 @@ def noted(seen, t, event):
 @routine
 def switched_flow(p, u, flow):
     """Return the flow after all switches at its present instant."""
-    x, status, seen, h, work = flow.x, flow.status, flow.seen, flow.h, workspace(p)
+    x, status, seen, h, work = flow.x, flow.status, flow.seen, flow.h, work_of(flow.scratch)
     value, which, n = guard(p, flow.t, x, u, work)
     switches = 0
     while value < 0.0 and status == OK:
@@ -89,7 +100,7 @@ def switched_flow(p, u, flow):
         value, which, more = guard(p, flow.t, x, u, work)
         n += more
     n, taken, rejected = flow.evaluations + n, flow.steps, flow.rejected
-    return Flow(flow.t0, flow.x0, flow.t, x, h, n, taken, rejected, status, seen)
+    return Flow(flow.t0, flow.x0, flow.t, x, h, n, taken, rejected, status, seen, flow.scratch)
 
 
 @kernel
@@ -113,8 +124,8 @@ def bracket(method, p, u, flow):
     states, and what seems to fail there is asked again at the true one. So a guard that recovers within the step is
     seen if it fails at one of these instants, which is sure where it stays negative for 1 / LOOKS of the step.
     """
-    work, positions = workspace(p), switching(p).positions
-    slopes = ends(flow.x, p, u, flow, positions, work)
+    work, positions = work_of(flow.scratch), switching(p).positions
+    slopes = ends(flow.scratch, p, u, flow, positions)
     j, n = suspect(p, u, flow, slopes, work, 1)
     n += 0 if positions > 0 else 2
     while j < LOOKS:
@@ -132,7 +143,7 @@ def bracket(method, p, u, flow):
 @routine
 def crossing(method, p, u, flow, low, high):
     """Return (the first time after `low` when a guard is found to fail, evaluations): false position and halving."""
-    work = workspace(p)
+    work = work_of(flow.scratch)
     g_low, n = probed(method, p, u, flow, low, work)
     g_high, more = probed(method, p, u, flow, high, work)
     for probe in range(2, PROBES):
@@ -158,5 +169,5 @@ def cut_back(method, p, u, flow, low, high):
     t, more = crossing(method, p, u, flow, low, high)
     n = flow.evaluations + more + stages(method)
     x = state_at(method, p, u, flow, t)
-    cut = Flow(flow.t0, flow.x0, t, x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen)
+    cut = Flow(flow.t0, flow.x0, t, x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch)
     return switched_flow(p, u, cut)

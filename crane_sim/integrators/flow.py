@@ -3,11 +3,34 @@
 from math import ceil, isfinite
 from typing import Any, NamedTuple
 
-from crane_sim.jit import generic, kernel, routine
+import numpy as np
+
+from crane_sim.jit import generic, kernel, lean_generic, routine
 from crane_sim.state_algebra import weighted_square
-from crane_sim.system import project
+from crane_sim.system import project, workspace
 
 OK, STALLED, NOT_FINITE = 0, 1, 2
+MOST_STAGES = 12
+
+
+class Scratch(NamedTuple):
+    """Where steps of an array state (n,) keep what they compute: made once for a run, worth nothing between steps."""
+
+    rows: (
+        Any  # (MOST_STAGES + 4, n): the derivatives at the stages, after the last one the state at a stage; last looks
+    )
+    work: Any  # the model's workspace
+
+
+@generic
+def scratch(x, p):
+    """Return what steps of a state like x keep their intermediate results in: nothing where x is a tuple."""
+    return None
+
+
+@scratch.register(np.ndarray)
+def _(x, p):
+    return Scratch(np.empty((MOST_STAGES + 4, len(x))), workspace(p))
 
 
 class Flow(NamedTuple):
@@ -23,21 +46,62 @@ class Flow(NamedTuple):
     rejected: int = 0
     status: int = OK
     seen: Any = None  # events, of a model that switches
+    scratch: Any = None
 
 
 @kernel
-def start(t, x, seen):
-    """Return the Flow that begins with state x at time t, with an empty record of events."""
-    return Flow(t, x, t, x, 0.0, 0, 0, 0, OK, seen)
+def start(p, t, x, seen):
+    """Return the Flow of model p that begins with state x at time t, with an empty record of events."""
+    return Flow(t, x, t, x, 0.0, 0, 0, 0, OK, seen, scratch(x, p))
 
 
 @generic
-def step(method, p, t, x, u, h):
-    """Return the state one step of size h after (t, x)."""
+def blank(x):
+    """Return what a step from x writes its result into: a new array where x is one."""
+    return x
+
+
+@blank.register(np.ndarray)
+def _(x):
+    return np.empty_like(x)
+
+
+@generic
+def received(out, x):
+    """Return the new state: what `out` was filled with where that is an array, else x."""
+    return x
+
+
+@received.register(np.ndarray)
+def _(out, x):
+    return out
+
+
+@lean_generic
+def found(out, x):
+    """Return what `received` does, to lean pieces."""
+    return x
+
+
+@found.register(np.ndarray)
+def _(out, x):
+    return out
+
+
+@lean_generic
+def stride(method, p, t, x, u, h, scratch, out):
+    """Return the state one step of size h after (t, x), of an explicit method; an array is written into `out`."""
     raise NotImplementedError
 
 
 @generic
+def step(method, p, t, x, u, h, scratch):
+    """Return the state one step of size h after (t, x), put back on what the model holds exactly."""
+    out = blank(x)
+    return project(p, received(out, stride(method, p, t, x, u, h, scratch, out)))
+
+
+@lean_generic
 def stages(method):
     """Return the number of evaluations in one step."""
     raise NotImplementedError
@@ -52,19 +116,18 @@ def even_step(largest, t, end):
 
 
 @kernel
-def stepped(p, flow, t, x, h, evaluations):
+def stepped(flow, t, x, h, evaluations):
     """Return the flow after a fixed step of size h to state x at time t."""
-    x = project(p, x)
     status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
     n = flow.evaluations + evaluations
-    return Flow(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen)
+    return Flow(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen, flow.scratch)
 
 
 @generic
 def advance(method, p, u, flow, end):
     """Return the flow one accepted step further, not past `end`. A fixed method divides the way there evenly."""
     h, t = even_step(method.step, flow.t, end)
-    return stepped(p, flow, t, step(method, p, flow.t, flow.x, u, h), h, stages(method))
+    return stepped(flow, t, step(method, p, flow.t, flow.x, u, h, flow.scratch), h, stages(method))
 
 
 @generic
@@ -78,4 +141,4 @@ def state_at(method, p, u, flow, t):
     """Return the state at a time t within the last step, by a step of its own: the flow stays as it is."""
     if t == flow.t:
         return flow.x
-    return project(p, step(method, p, flow.t0, flow.x0, u, t - flow.t0))
+    return step(method, p, flow.t0, flow.x0, u, t - flow.t0, flow.scratch)

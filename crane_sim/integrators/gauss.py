@@ -11,7 +11,7 @@ from crane_sim.integrators.flow import advance, even_step, stages, step, stepped
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import Positive
 from crane_sim.state_algebra import add, add_scaled, scale, weighted_square
-from crane_sim.system import rhs
+from crane_sim.system import project, rhs
 
 ROOT = sqrt(15.0)
 A = (
@@ -67,8 +67,8 @@ def collocated(p, t, x, u, h):
 
 
 @step.register(Gauss3)
-def _(method, p, t, x, u, h):
-    return collocated(p, t, x, u, h)[0]
+def _(method, p, t, x, u, h, scratch):
+    return project(p, collocated(p, t, x, u, h)[0])
 
 
 @stages.register(Gauss3)
@@ -80,4 +80,4 @@ def _(method):
 def _(method, p, u, flow, end):
     h, t = even_step(method.step, flow.t, end)
     x, sweeps = collocated(p, flow.t, flow.x, u, h)
-    return stepped(p, flow, t, x, h, 1 + 3 * sweeps)
+    return stepped(flow, t, project(p, x), h, 1 + 3 * sweeps)

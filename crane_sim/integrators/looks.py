@@ -6,43 +6,44 @@ interpolation needs but the velocities, which stand in the states at both ends: 
 
 import numpy as np
 
+from crane_sim.integrators.flow import MOST_STAGES, Scratch
 from crane_sim.jit import generic, kernel, lean_generic, lean_routine
 from crane_sim.state_algebra import add, add_scaled, replaced, scale
 from crane_sim.system import fill, guard, rhs
 
+FIRST, SECOND, BETWEEN = MOST_STAGES + 1, MOST_STAGES + 2, MOST_STAGES + 3  # rows of a scratch
 LOOKS = 4
 """Instants of a step at which the guards are looked at; the last one is its end."""
 
 
 @generic
-def ends(x, p, u, flow, positions, work):
-    """Return the derivatives at both ends of the last step, all or only of the positions; of arrays x as rows (3, n).
+def ends(scratch, p, u, flow, positions):
+    """Return the derivatives at both ends of the last step, all or only of the positions; of arrays as rows.
 
-    The third row is to be filled with a state between.
+    These are the rows from `MOST_STAGES` + 1 on; the third one is to be filled with a state between.
     """
     if positions > 0:
         return coasting(flow.x0, positions), coasting(flow.x, positions)
     return rhs(p, flow.t0, flow.x0, u), rhs(p, flow.t, flow.x, u)
 
 
-@ends.register(np.ndarray)
-def _(x, p, u, flow, positions, work):
-    board = np.empty((3, len(x)))
-    fill_ends(board, p, u, flow, positions, work)
-    return board
+@ends.register(Scratch)
+def _(scratch, p, u, flow, positions):
+    fill_ends(scratch.rows, p, u, flow, positions, scratch.work)
+    return scratch.rows
 
 
 @lean_routine
 def fill_ends(board, p, u, flow, positions, work):
-    """Write the two derivatives of `ends` into the first two rows of the board."""
+    """Write the two derivatives of `ends` into their rows of the board."""
     if positions > 0:
         for i in range(len(flow.x)):
             moves = i < positions
-            board[0, i] = flow.x0[positions + i] if moves else 0.0
-            board[1, i] = flow.x[positions + i] if moves else 0.0
+            board[FIRST, i] = flow.x0[positions + i] if moves else 0.0
+            board[SECOND, i] = flow.x[positions + i] if moves else 0.0
     else:
-        fill(p, flow.t0, flow.x0, u, board[0], work)
-        fill(p, flow.t, flow.x, u, board[1], work)
+        fill(p, flow.t0, flow.x0, u, board[FIRST], work)
+        fill(p, flow.t, flow.x, u, board[SECOND], work)
 
 
 @kernel
@@ -68,9 +69,9 @@ def _(x, p, u, flow, slopes, s, work):
     h = flow.t - flow.t0
     for i in range(len(x)):
         rise = x[i] - flow.x0[i]
-        bend = (s - 1.0) * h * slopes[0, i] + s * h * slopes[1, i] + (1.0 - 2.0 * s) * rise
-        slopes[2, i] = flow.x0[i] + s * rise + s * (s - 1.0) * bend
-    return guard(p, flow.t0 + s * h, slopes[2], u, work)
+        bend = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * rise
+        slopes[BETWEEN, i] = flow.x0[i] + s * rise + s * (s - 1.0) * bend
+    return guard(p, flow.t0 + s * h, slopes[BETWEEN], u, work)
 
 
 @lean_routine

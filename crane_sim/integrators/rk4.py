@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.flow import stages, step
-from crane_sim.integrators.runge_kutta import Stages, dense, filled, opening, slope
-from crane_sim.jit import generic
+from crane_sim.integrators.flow import Scratch, stages, stride
+from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
+from crane_sim.jit import lean_generic
 from crane_sim.quantities import Positive
 from crane_sim.state_algebra import moved
 
@@ -27,22 +27,23 @@ class RK4(NamedTuple):
         return 1.4 / frequency
 
 
-@generic
-def slopes(k1, p, t, x, u, h):
-    """Return the derivatives of all four stages, the first one given as `opening` returns it."""
+@lean_generic
+def slopes(scratch, k1, p, t, x, u, h):
+    """Return the derivatives of all four stages, the first one given as `opening` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
 
 
-@slopes.register(Stages)
-def _(ks, p, t, x, u, h):
-    return filled(ks, p, t, x, u, h, _DENSE, _NODES)
+@slopes.register(Scratch)
+def _(scratch, k1, p, t, x, u, h):
+    fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
+    return scratch
 
 
-@step.register(RK4)
-def _(method, p, t, x, u, h):
-    return moved(x, h, B, slopes(opening(x, p, t, u, 4), p, t, x, u, h))
+@stride.register(RK4)
+def _(method, p, t, x, u, h, scratch, out):
+    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(RK4)

@@ -14,11 +14,11 @@ import numpy as np
 
 from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
 from crane_sim.integrators.flow import advance, horizon, stages, step
-from crane_sim.integrators.runge_kutta import dense, first
+from crane_sim.integrators.runge_kutta import dense
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.state_algebra import weighted_square
-from crane_sim.system import factored, fill, linearised, rhs, solve_shifted, workspace
+from crane_sim.system import factored, fill, linearised, project, rhs, solve_shifted, workspace
 
 # fmt: off
 GAMMA = 0.21193756319429014
@@ -109,9 +109,17 @@ def reach_stage(s, x, ks, y):
 
 
 @attempt.register(Rodas)
-def _(method, k1, p, t, x, u, h):
-    y, error = increments(p, t, x, u, h, first(k1))
-    return y, sqrt(weighted_square(error, x, y, method.rtol, method.atol) / len(x))
+def _(method, scratch, k1, p, t, x, u, h, out):
+    return None, measured(method, p, t, x, u, h, scratch.rows[0], out)
+
+
+@routine
+def measured(method, p, t, x, u, h, now, out):
+    """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
+    y, error = increments(p, t, x, u, h, now)
+    for i in range(len(x)):
+        out[i] = y[i]
+    return sqrt(weighted_square(error, x, y, method.rtol, method.atol) / len(x))
 
 
 @error_order.register(Rodas)
@@ -130,8 +138,8 @@ def _(method, end):
 
 
 @step.register(Rodas)
-def _(method, p, t, x, u, h):
-    return increments(p, t, x, u, h, rhs(p, t, x, u))[0]
+def _(method, p, t, x, u, h, scratch):
+    return project(p, increments(p, t, x, u, h, rhs(p, t, x, u))[0])
 
 
 @stages.register(Rodas)

@@ -5,21 +5,13 @@ The stages of tuple states are written out, one call each, so that they stay in 
 the rows of one array, filled in a loop.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
 from crane_sim.array_algebra import weigh
-from crane_sim.jit import generic, kernel, lean_routine
+from crane_sim.integrators.flow import Scratch
+from crane_sim.jit import kernel, lean_generic, lean_routine
 from crane_sim.state_algebra import add, combine
-from crane_sim.system import fill, rhs, workspace
-
-
-class Stages(NamedTuple):
-    """The stages of a step of an array state."""
-
-    rows: Any  # (stages + 1, n): their derivatives, and last the state at a stage
-    work: Any  # the model's workspace
+from crane_sim.system import fill, rhs
 
 
 def dense(rows):
@@ -30,28 +22,15 @@ def dense(rows):
     return matrix
 
 
-@generic
-def opening(x, p, t, u, count):
-    """Return the derivative at (t, x): the first of `count` stages."""
+@lean_generic
+def opening(scratch, p, t, x, u):
+    """Return the derivative at (t, x), the first of the stages; where there is a scratch, in the first of its rows."""
     return rhs(p, t, x, u)
 
 
-@opening.register(np.ndarray)
-def _(x, p, t, u, count):
-    ks = Stages(np.empty((count + 1, len(x))), workspace(p))
-    fill(p, t, x, u, ks.rows[0], ks.work)
-    return ks
-
-
-@generic
-def first(k1):
-    """Return the first derivative of what `opening` returned."""
-    return k1
-
-
-@first.register(Stages)
-def _(ks):
-    return ks.rows[0]
+@opening.register(Scratch)
+def _(scratch, p, t, x, u):
+    fill(p, t, x, u, scratch.rows[0], scratch.work)
 
 
 @kernel
@@ -60,20 +39,11 @@ def slope(p, t, x, u, h, row, node, ks):
     return rhs(p, t + node * h, add(x, combine(h, row, ks)), u)
 
 
-@kernel
-def filled(ks, p, t, x, u, h, a, c):
-    """Return the derivatives at all stages of a dense tableau a, c, given what `opening` returned."""
-    fill_stages(ks, p, t, x, u, h, a, c)
-    return ks.rows[: len(a)]
-
-
 @lean_routine
-def fill_stages(ks, p, t, x, u, h, a, c):
-    """Fill the stages after the first one."""
-    rows, count = ks.rows, len(a)
+def fill_stages(scratch, p, t, x, u, h, a, c):
+    """Fill the stages after the first one, of a dense tableau a, c."""
+    rows, count = scratch.rows, len(a)
     y = rows[count]
     for s in range(1, count):
-        weigh(h, a[s], s, rows, y)
-        for i in range(len(x)):
-            y[i] += x[i]
-        fill(p, t + c[s] * h, y, u, rows[s], ks.work)
+        weigh(h, a[s], s, rows, x, y)
+        fill(p, t + c[s] * h, y, u, rows[s], scratch.work)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.jit import lean_generic, lean_kernel, routine
 
 
 class Chain(NamedTuple):
@@ -26,14 +26,14 @@ class Rods(NamedTuple):
     inertia: Any  # kg m²
 
 
-ROWS = 10
+ROWS = 11
 """Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in columns 0 to N - 1."""
 SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
 BELOW = 4  # 1/kg, one over the mass of the node below each link
 TENSION = 5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it; then N
 TURNING = 6  # m/s², the relative acceleration of its ends across it that needs no tension; then rad/s²
-PIVOT = 7  # one over the pivots of the elimination
-ALONG, ACROSS = 8, 9  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+EASE, SHARE = 7, 8  # 1/kg, compliance of the links against their own tension; of the elimination
+ALONG, ACROSS = 9, 10  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
 
 
 @routine
@@ -94,28 +94,61 @@ def bends(w):
         w[ACROSS, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[BELOW, k]
 
 
-@lean_routine
+@lean_kernel
+def eases(w, top):
+    """Fill the row EASE, and take the first link's hoist into what its tension has to supply."""
+    give, pay, run, _ = top
+    for k in range(1, w.shape[1] - 1):
+        w[EASE, k] = w[BELOW, k - 1] + w[BELOW, k]
+    w[EASE, 0] = w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay
+    w[TENSION, 0] -= run
+    if pay < 0.0:  # a massless winch: the first tension is given, and the first link's equation only says so
+        w[EASE, 0], w[TENSION, 0] = 1.0, run
+        w[TENSION, 1] += w[ALONG, 0] * run
+
+
+@lean_kernel
+def eliminated(w, k, known, less, more):
+    """Eliminate row k of the system; return what that takes from the next row's pivot and adds to its right side.
+
+    Args:
+        w: work array.
+        k: of the row.
+        known: by which rows k and the next one know each other.
+        less, more: what the row before has taken and added.
+    """
+    pivot, right = w[EASE, k] - less, w[TENSION, k] + more
+    inverse = 1.0 / pivot
+    w[TENSION, k], w[SHARE, k] = right * inverse, known * inverse
+    return known * known / pivot, w[SHARE, k] * right
+
+
+@lean_kernel
 def solve_tensions(w, top):
-    """Eliminate downwards, substitute upwards; arguments as of `solve_links`."""
-    n, (give, pay, run, _) = w.shape[1] - 1, top
+    """Eliminate from both ends to the middle and substitute back; arguments as of `solve_links`.
+
+    The two halves do not wait for each other, so the processor works on both at once; the pivots are those of a
+    positive definite matrix, whichever order they are taken in.
+    """
+    n = w.shape[1] - 1
     bends(w)
-    pivot = 1.0 / (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay)
-    known = w[ALONG, 0]  # by which the first row knows the second tension
-    right = w[TENSION, 0] - run
-    if pay < 0.0:  # a massless winch: the first tension is given
-        pivot, known, right = 1.0, 0.0, run
-    w[PIVOT, 0], w[TENSION, 0] = pivot, right
-    for k in range(1, n):
-        ratio = w[ALONG, k - 1] * pivot
-        pivot = 1.0 / (w[BELOW, k - 1] + w[BELOW, k] - ratio * known)
-        right = w[TENSION, k] + ratio * right
-        w[PIVOT, k], w[TENSION, k], known = pivot, right, w[ALONG, k]
-    tension = w[TENSION, n - 1] * pivot
-    w[TENSION, n - 1] = tension
-    for k in range(n - 2, -1, -1):
-        if k > 0 or pay >= 0.0:
-            tension = (w[TENSION, k] + w[ALONG, k] * tension) * w[PIVOT, k]
-            w[TENSION, k] = tension
+    eases(w, top)
+    first = w[ALONG, 0] if top[1] >= 0.0 else 0.0
+    middle, half = n // 2, (n - 1) // 2
+    less, more, less_below, more_below = 0.0, 0.0, 0.0, 0.0
+    for k in range(middle):
+        less, more = eliminated(w, k, first if k == 0 else w[ALONG, k], less, more)
+        if k < half:
+            j = n - 1 - k
+            less_below, more_below = eliminated(w, j, first if j == 1 else w[ALONG, j - 1], less_below, more_below)
+    tension = (w[TENSION, middle] + more + more_below) / (w[EASE, middle] - less - less_below)
+    below, w[TENSION, middle] = tension, tension
+    for k in range(1, middle + 1):
+        tension = w[TENSION, middle - k] + w[SHARE, middle - k] * tension
+        w[TENSION, middle - k] = tension
+        if k <= half:
+            below = w[TENSION, middle + k] + w[SHARE, middle + k] * below
+            w[TENSION, middle + k] = below
 
 
 @lean_kernel

@@ -84,17 +84,16 @@ def _(hoist, chain, x, nq):
 
 @system.project.register(SpatialCrane)
 def _(p, x):
-    return straightened(p, x)
+    straighten(p, x)
+    return x
 
 
-@routine
-def straightened(p, x):
-    """Return the state with unit vectors of length 1 and rates across them."""
+@lean_routine
+def straighten(p, x):
+    """Give unit vectors their length 1, and take from their rates what is not across them."""
     nq, first, _ = layout(p)
-    y = x.copy()
     for i in range(first, nq, 3):
-        (y[i], y[i + 1], y[i + 2]), (y[nq + i], y[nq + i + 1], y[nq + i + 2]) = aligned(x, i, nq + i)
-    return y
+        (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = aligned(x, i, nq + i)
 
 
 @system.workspace.register(SpatialCrane)
