@@ -6,8 +6,8 @@ of the motion between two commands, with the same weights; a continuous one the 
 The weights are those of Bryson's rule where the scene gives none: a deviation of 0.2 m or 0.05 rad, a velocity of
 0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1 rad/s² weigh the same.
 
-Where the scene has a path of the joints, these follow it: z* is then the target with the path's positions and velocities
-of the actuated joints in place of its own.
+Where the scene has a path of the joints, these follow it: z* is then the target with the path's positions and
+velocities of the actuated joints in place of its own.
 """
 
 from collections.abc import Mapping
@@ -93,7 +93,7 @@ def _(u, p, t, x):
 
 @routine
 def observed(law, p, t, x):
-    """Return the efforts (nu,) of the law in state x of model p at time t; one piece, which the stages of a step call."""
+    """Return the efforts (nu,) of the law in state x of model p at t; one piece, which the stages of a step call."""
     q, v = system.joints(p, x)
     return feedback(law.channels, law, t, q, v)
 

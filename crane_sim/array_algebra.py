@@ -73,7 +73,8 @@ def _sum(builder: Any, term: Any, count: Any) -> Any:
     """Return the sum of the products term(0) ... term(count - 1), from left to right; count is at least one."""
     total = cgutils.alloca_once_value(builder, builder.fmul(*term(count.type(0))))
     with cgutils.for_range(builder, count, start=count.type(1), intp=count.type) as loop:
-        builder.store(_fused(builder, *term(loop.index), builder.load(total)), total)
+        factor, row = term(loop.index)
+        builder.store(_fused(builder, factor, row, builder.load(total)), total)
     return builder.load(total)
 
 
