@@ -141,6 +141,7 @@ def test_heave_is_gravity() -> None:
     assert relative(found, crane_sim.acceleration(still, *state)) < 1e-13  # rounding
 
 
+@pytest.mark.slow
 def test_a_run_on_a_ship_accounts_for_its_energy_and_is_shown_in_the_world() -> None:
     """What joints, base and air supply is what the energy gains, and every point is where its joints put it."""
     run = crane_sim.simulate(

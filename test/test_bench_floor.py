@@ -110,6 +110,7 @@ def test_repeats_start_afresh(scene: tuple[str, Loops]) -> None:
     assert loops.adaptive(1e-8, 3).evaluations == loops.adaptive(1e-8, 1).evaluations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("links", [2, 3, 17])
 def test_crumpled_chains(links: int, compiler: Compiler) -> None:
     """The C of chains agrees with scipy on another elimination, for bends up to a half turn, few links and many."""

@@ -78,6 +78,7 @@ def test_starts_are_processes_of_their_own() -> None:
     assert all(found[key]["least"] > 0.0 for key in start.LABELS)
 
 
+@pytest.mark.slow
 def test_a_group_has_a_cost_and_states() -> None:
     """A prescribed trolley: as many states; times per evaluation and step whose difference and ratio fit."""
     (case,) = (case for case in CASES if case.group == "trolley, prescribed")

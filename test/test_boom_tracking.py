@@ -135,6 +135,7 @@ def test_above_the_tower_the_slew_stays_bounded() -> None:
         assert abs(bent[0]) < 1e-9 + np.linalg.norm(wanted[:2]) * radius / 0.1**2
 
 
+@pytest.mark.slow
 def test_a_path_beyond_reach_is_followed_as_far_as_it_goes() -> None:
     """Sent 2.5 m out while running, the tip waits at the edge of its reach, and tracks again from where it can."""
     scene = load_scene("knuckle_tracking", STILL | {"control.law": "cartesian", "duration": 40.0})
@@ -152,8 +153,8 @@ def test_a_path_beyond_reach_is_followed_as_far_as_it_goes() -> None:
 CASES = [
     ("cartesian", STILL),
     pytest.param("angular", STILL, marks=pytest.mark.slow),
-    ("adaptive", {}),
-    ("harmonic", {}),
+    pytest.param("adaptive", {}, marks=pytest.mark.slow),
+    pytest.param("harmonic", {}, marks=pytest.mark.slow),
 ]
 
 

@@ -132,7 +132,7 @@ def test_lqr_holds_any_target() -> None:
 
 
 @pytest.mark.parametrize("law", ["energy", "lqr"])
-@pytest.mark.parametrize("links", [1, 2, 10])
+@pytest.mark.parametrize("links", [1, 2, pytest.param(10, marks=pytest.mark.slow)])
 def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> None:
     """With one, two and ten links the payload arrives and stays, and what is left are waves of the cable alone."""
     run = simulate(scene_of(links, control={"law": law, "period": 0.01}))
