@@ -4,7 +4,6 @@ from functools import cached_property
 from math import sqrt
 from typing import Any, Literal
 
-from crane_sim.explain import SceneError
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Control, Group, Method
 from crane_sim.forms.method_choice import Demands, asks_frequency
@@ -26,7 +25,7 @@ from crane_sim.forms.overhead_groups import (
 )
 from crane_sim.forms.overhead_models import crane_of, switches_of
 from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_modelled
-from crane_sim.forms.reference import ReferenceGroup
+from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.quantities import Positive
 from crane_sim.sources import Inputs as Channels
@@ -111,11 +110,7 @@ class OverheadFile(Group):
         Raises:
             SceneError: it has another number of values.
         """
-        if self.reference is None or self.reference.q is None:
-            return None
-        if len(self.reference.q) != len(self.actuated):
-            raise SceneError(f"reference.q: has {len(self.reference.q)} values, actuated are {self.actuated}")
-        return self.reference.q
+        return target_of(self.reference, self.actuated)
 
     @property
     def rope_length(self) -> float:

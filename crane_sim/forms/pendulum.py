@@ -9,7 +9,7 @@ from crane_sim.explain import SceneError
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
 from crane_sim.forms.method_choice import Demands
-from crane_sim.forms.reference import ReferenceGroup
+from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
@@ -141,11 +141,7 @@ class PendulumFile(Group):
         Raises:
             SceneError: it has another number of coordinates than are driven.
         """
-        if self.reference is None or self.reference.q is None:
-            return None
-        if len(self.reference.q) != len(self.actuated):
-            raise SceneError(f"reference.q: has {len(self.reference.q)} values, actuated are {self.actuated}")
-        return self.reference.q
+        return target_of(self.reference, self.actuated)
 
     @property
     def rope_length(self) -> float:

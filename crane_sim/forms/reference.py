@@ -63,6 +63,19 @@ class ReferenceGroup(Group):
         return self
 
 
+def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tuple[float, ...] | None:
+    """Return where the actuated joints should end, None where nothing says so.
+
+    Raises:
+        SceneError: it has another number of values than joints are actuated.
+    """
+    if reference is None or reference.q is None:
+        return None
+    if len(reference.q) != len(actuated):
+        raise SceneError(f"reference.q: has {len(reference.q)} values, actuated are {actuated}")
+    return reference.q
+
+
 class Follower(Protocol):
     """What a path asks of a scene's file."""
 

@@ -16,9 +16,7 @@ MOST_STAGES = 12
 class Scratch(NamedTuple):
     """Where steps of an array state (n,) keep what they compute: made once for a run, worth nothing between steps."""
 
-    rows: (
-        Any  # (MOST_STAGES + 4, n): the derivatives at the stages, after the last one the state at a stage; last looks
-    )
+    rows: Any  # (MOST_STAGES + 4, n): of the stages, then the state at a stage, then what `looks` needs
     work: Any  # the model's workspace
 
 
