@@ -31,7 +31,7 @@ def app() -> None:
 @run_options
 def run(scene: str, as_json: bool, **given: Any) -> None:
     """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
-    from crane_sim import orchestrate
+    from crane_sim import orchestration
 
     options = RunOptions(**{name: given.pop(name) for name in RunOptions._fields})
     options.check()
@@ -40,7 +40,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
     with _compiling(quiet=as_json):
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as on_progress:
-        summary = orchestrate.run(loaded, on_progress=on_progress, **arguments)
+        summary = orchestration.run(loaded, on_progress=on_progress, **arguments)
     _finish(summary, as_json)
 
 

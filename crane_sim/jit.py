@@ -4,17 +4,12 @@ A scene's physics is a tree of NamedTuples, and a `generic` function picks the b
 argument, at compile time. Numba therefore compiles exactly what a scene is made of, an absent part (None) costs
 nothing, and no function is ever passed to another one, so compiled code can be kept on disk.
 
-Compiled code is kept in a folder named after a digest of every source file of the two packages (and of the versions
+Compiled code is kept in a folder named after a digest of every source file that it may come from (and of the versions
 that produced it). It is read and written only while the files still have the digest they had before the first kernel
 was imported, so stale machine code cannot be met.
 """
 
 import functools
-import hashlib
-import os
-import shutil
-import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,6 +21,8 @@ from numba.core import types
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
+
+from crane_sim.compiled import AT_IMPORT, cache_folder, covers, digest
 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
@@ -43,43 +40,6 @@ LEAN: Any = OPTIONS | {"_nrt": False}
 saves some six nanoseconds for each of them. An array that is returned, or received
 from a counted piece, would be freed twice, or never."""
 
-_PACKAGES = tuple(Path(__file__).resolve().parents[1] / name for name in ("crane_sim", "crane_control"))
-
-
-def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
-    """Return a digest of all Python sources below `folders` and of the versions that compile them."""
-    sha = hashlib.sha256(f"{sys.version} {numba.__version__}".encode())
-    for folder in folders:
-        for file in sorted(folder.rglob("*.py")):
-            sha.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes())
-    return sha.hexdigest()[:16]
-
-
-_AT_IMPORT = digest()
-_KEPT = 8  # folders of compiled code, one for each state of the sources
-
-
-def cache_folder() -> Path:
-    """Return the folder for compiled code of these sources: $CRANE_SIM_CACHE, else the user's cache folder."""
-    root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    folder = Path(root) / "crane_sim" / _AT_IMPORT
-    try:
-        if not folder.is_dir():
-            folder.mkdir(parents=True, exist_ok=True)
-            _prune(folder.parent)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass  # a read-only home: compile anew in every process rather than not at all
-    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / _AT_IMPORT
-
-
-def _prune(root: Path) -> None:
-    """Remove all but the newest folders of compiled code."""
-    folders = sorted(root.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
-    for old in folders[_KEPT:]:
-        shutil.rmtree(old, ignore_errors=True)
-
 
 class _CheckedCache(FunctionCache):
     """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory."""
@@ -96,12 +56,12 @@ _outside: list[str] = []  # kernels of other packages, whose files the digest do
 
 
 def _trusted() -> bool:
-    return not _outside and digest() == _AT_IMPORT
+    return not _outside and digest() == AT_IMPORT
 
 
 def _note_origin(f: Function) -> None:
     file = Path(f.__code__.co_filename).resolve()
-    if not any(file.is_relative_to(package) for package in _PACKAGES):
+    if not covers(file):
         _outside.append(str(file))
 
 

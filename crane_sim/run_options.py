@@ -57,7 +57,7 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--mcap and --record: both are {self.mcap}")
 
     def arguments(self, scene: str) -> dict[str, Any]:
-        """Return the arguments of `orchestrate.run` for a scene of this name.
+        """Return the arguments of `orchestration.run` for a scene of this name.
 
         Raises:
             SceneError: a file cannot be written.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim.children import environment, reserved_domain
+from crane_sim.orchestration.children import environment, reserved_domain
 
 _MARK = "CRANE_SIM_TEST_SESSION"
 

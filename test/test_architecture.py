@@ -8,14 +8,16 @@ from pathlib import Path
 
 import pytest
 
+from crane_sim import compiled
+
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(file for package in ("crane_sim", "crane_control") for file in (ROOT / package).rglob("*.py"))
 KERNELS = """supports cables loads overhead integrators frames effects model outputs sources stepping system
-state_algebra array_algebra lane_algebra angles linear_systems meter jit quantities references
+state_algebra array_algebra lane_algebra angles linear_systems meter jit compiled quantities references
 base base_motions""".split()
 ABOVE = """batch batch_scenes batch_lanes batch_loops scene scene_document forms
 lagrange reproduce description laws plant rollout functions metrics tracking report cli
-run_options scene_options orchestrate children ros recording bench league""".split()
+run_options scene_options orchestration ros recording bench league""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 
 
@@ -75,6 +77,14 @@ def test_the_simulator_does_not_know_its_laws() -> None:
 def test_kernels_know_no_scene() -> None:
     """Models, effects and integrators import no scene, law, plant, report or process."""
     assert not {name for name in importers(*(f"crane_sim.{part}" for part in ABOVE)) if is_kernel(name)}
+
+
+def test_plain_folders_change_no_kernel() -> None:
+    """Folders that the digest of compiled code leaves out have no kernel, and no file with one imports them."""
+    plain = tuple(f"crane_sim.{name}" for name in compiled.PLAIN)
+    kernels = importers("crane_sim.jit")
+    assert kernels and not any(name.startswith(plain) for name in kernels)
+    assert not {name for name in importers(*plain) & kernels if not name.startswith("crane_sim.bench")}
 
 
 def test_integrators_know_no_crane() -> None:

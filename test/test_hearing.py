@@ -11,7 +11,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
-from crane_sim.children import environment, reserved_domain
+from crane_sim.orchestration.children import environment, reserved_domain
 from crane_sim.ros import messages
 from crane_sim.ros.hearing import Hearing
 from crane_sim.ros.wire import JointWire

@@ -15,7 +15,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from crane_sim import load_scene, orchestrate
+from crane_sim import load_scene, orchestration
 from crane_sim.recording.bag import Bag
 from crane_sim.recording.mcap_file import McapFile, part_of
 from crane_sim.recording.reading import read_curves, read_summary
@@ -104,7 +104,7 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
     """When the file's disk fills up, the run and its Rerun recording are complete, and the error names the file."""
     with small_disk(tmp_path / "disk") as disk:
         path = disk / "run.mcap"
-        summary = orchestrate.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
+        summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
     assert summary["error"] == f"recorder: {part_of(path)}: No space left on device"
     assert summary["mcap"] == str(part_of(path))
     assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, SCENE.steps, 0)
@@ -172,6 +172,8 @@ def test_live_is_served_on_the_loopback_interface_only(tmp_path: Path, domain_id
                 if int(number, 16) == port and line.split()[3] == "0A":  # listening
                     addresses.add(address)
 
-    summary = orchestrate.run(SCENE, record=tmp_path / "run.rrd", live_port=port, domain_id=domain_id, on_progress=look)
+    summary = orchestration.run(
+        SCENE, record=tmp_path / "run.rrd", live_port=port, domain_id=domain_id, on_progress=look
+    )
     assert "error" not in summary
     assert addresses == {"0100007F"}

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 import crane_sim
-from crane_sim import orchestrate
+from crane_sim import orchestration
 from crane_sim.base_motions import Base
 from crane_sim.plant import Plant
 from crane_sim.references import Path, path_of, references
@@ -187,7 +187,7 @@ def test_a_run_follows_what_the_topic_says(domain_id: int, ros_environment: dict
     scene = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
     with subprocess.Popen([sys.executable, "-c", SENDER], env=ros_environment) as sender:
         try:
-            summary = orchestrate.run(scene, record=None, domain_id=domain_id)
+            summary = orchestration.run(scene, record=None, domain_id=domain_id)
         finally:
             sender.kill()
     assert summary["tracking_peak"] > 0.98  # within the law's own error; 0.006 without the message

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crane_sim import load_scene, orchestrate
+from crane_sim import load_scene, orchestration
 from crane_sim.plant import Plant
 from crane_sim.recording.pairing import PATIENCE, Pairing
 from crane_sim.recording.reading import read_curves, read_summary
@@ -126,7 +126,7 @@ def test_the_summary_counts_the_missing_end(tmp_path: Path) -> None:
 def test_the_node_records_every_step(tmp_path: Path) -> None:
     """Over ROS in lockstep the recording has each step's state and applied effort, bit for bit as without ROS."""
     path = tmp_path / "run.rrd"
-    summary = orchestrate.run(SCENE, record=path)
+    summary = orchestration.run(SCENE, record=path)
     assert "error" not in summary
     assert (summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, 0)
     plant, states, efforts = Plant(SCENE), [], []
@@ -149,7 +149,7 @@ def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
     if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", disk], check=False).returncode:
         pytest.skip("no right to mount here")
     try:
-        summary = orchestrate.run(SCENE, record=disk / "run.rrd")
+        summary = orchestration.run(SCENE, record=disk / "run.rrd")
     finally:
         subprocess.run(["umount", disk], check=True)
     assert summary["steps"] == SCENE.steps

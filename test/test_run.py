@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim import load_scene, orchestrate
+from crane_sim import load_scene, orchestration
 from crane_sim.plant import Plant
 from crane_sim.rollout import simulate
 
@@ -20,16 +20,16 @@ ENDLESS = {"duration": 1e5}  # s of simulated time: far more than a test waits f
 PERIOD = 10_000_000  # ns, of the default scene
 ORCHESTRATOR = """
 import json, sys
-from crane_sim import load_scene, orchestrate
+from crane_sim import load_scene, orchestration
 scene = load_scene("knuckle_setpoint", {overrides})
-print(json.dumps(orchestrate.run(scene, record=None, on_progress=lambda step, steps: print(step, flush=True))))
+print(json.dumps(orchestration.run(scene, record=None, on_progress=lambda step, steps: print(step, flush=True))))
 """
 
 
 def run(overrides: dict | None = None, **options) -> dict:
     """Run the default scene, 2 s of it, without a recorder."""
     scene = load_scene("knuckle_setpoint", {"duration": 2.0} | (overrides or {}))
-    return orchestrate.run(scene, record=None, **options)
+    return orchestration.run(scene, record=None, **options)
 
 
 def children(pid: int) -> dict[str, int]:
@@ -126,7 +126,7 @@ def test_open_loop_needs_no_controller() -> None:
     """A scene without a control law runs with the plant alone."""
     document = load_scene("knuckle_setpoint").to_dict() | {"duration": 10.0}
     del document["control"]
-    summary = orchestrate.run(load_scene(document), record=None)
+    summary = orchestration.run(load_scene(document), record=None)
     assert "error" not in summary
     assert (summary["steps"], summary["commands"]["received"]) == (1000, 0)
 

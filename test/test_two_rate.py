@@ -15,7 +15,7 @@ import pytest
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_control.tracker_node import halved_law
-from crane_sim import load_scene, orchestrate
+from crane_sim import load_scene, orchestration
 from crane_sim.explain import SceneError
 from crane_sim.laws import fast_half, fresh
 from crane_sim.plant import Plant
@@ -67,7 +67,7 @@ def test_halves_are_the_whole(whole: tuple[Plant, list[int]]) -> None:
 
 def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_id: int) -> None:
     """Plant, tracker and servo in processes of their own pass through the states of the law in one piece."""
-    summary = orchestrate.run(SCENE, record=None, domain_id=domain_id)
+    summary = orchestration.run(SCENE, record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["state_sha256"] == whole[0].summary()["state_sha256"]
     assert summary["demands"]["received"] == 61 and summary["demands"]["late"] == 0  # the final state asks, too
@@ -78,7 +78,7 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
 
 def test_realtime_goes_on_whatever_the_tracker_does(domain_id: int) -> None:
     """In real time the run takes every step with the demands as they come, and keeps the payload on its path."""
-    summary = orchestrate.run(SCENE, mode="realtime", record=None, domain_id=domain_id)
+    summary = orchestration.run(SCENE, mode="realtime", record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["steps"] == 500 and summary["demands"]["received"] > 0
     assert summary["tracking_peak"] < 0.5  # m; 1.35, the way to the origin, if a demand were taken before one came
@@ -86,9 +86,10 @@ def test_realtime_goes_on_whatever_the_tracker_does(domain_id: int) -> None:
 
 KILLED = """
 import json
-from crane_sim import load_scene, orchestrate
+from crane_sim import load_scene, orchestration
 scene = load_scene("offshore_two_rate", {"duration": 1e5})
-print(json.dumps(orchestrate.run(scene, mode="realtime", record=None, on_progress=lambda *at: print(*at, flush=True))))
+told = orchestration.run(scene, mode="realtime", record=None, on_progress=lambda *at: print(*at, flush=True))
+print(json.dumps(told))
 """
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from crane_sim import load_scene
 from crane_sim.bench.measured import machine
-from crane_sim.orchestrate import run
+from crane_sim.orchestration import run
 
 INTERVAL = 1.0  # s between two looks
 MODULES = {"plant": "plant_node", "controller": "controller_node", "recorder": "recorder_node"}

@@ -12,7 +12,7 @@ from typing import Any
 
 from crane_sim import load_scene
 from crane_sim.bench.measured import machine, ratio, spread
-from crane_sim.orchestrate import run
+from crane_sim.orchestration import run
 from crane_sim.ros.punctuality import Punctuality
 
 LABELS = {"bare": "a loop that only sleeps", "plant": "plant, with its controller"}

@@ -21,9 +21,9 @@ import numpy.typing as npt
 from crane_sim.bench.engine import Missing, Outcome, Run
 from crane_sim.bench.peers.joints import Joint, centre, joints, steps, tension
 from crane_sim.bench.problem import Problem
+from crane_sim.compiled import cache_folder
 from crane_sim.integrators import dop853, rk4
 from crane_sim.integrators.runge_kutta import dense
-from crane_sim.jit import cache_folder
 
 Array = npt.NDArray[np.float64]
 SOURCE = Path(__file__).with_name("pinocchio_loop.cpp")

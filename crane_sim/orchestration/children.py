@@ -56,7 +56,7 @@ def _in_use(domain: int) -> bool:
 
 def environment(domain: int, log_folder: Path) -> dict[str, str]:
     """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package."""
-    package_root = Path(__file__).parents[1]
+    package_root = Path(__file__).parents[2]
     profile = str(config_folder() / "fastdds_loopback.xml")
     path = os.environ.get("PYTHONPATH")
     ours = {

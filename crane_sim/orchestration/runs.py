@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crane_sim.children import Child, Crew, environment, reserved_domain
 from crane_sim.laws import slow_half
+from crane_sim.orchestration.children import Child, Crew, environment, reserved_domain
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene
