@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_control.cartesian import CartesianLaw, tracking_law
+from crane_control.cartesian import CartesianLaw, Manner, tracking_law
 from crane_control.features import Features, Of, drawn, write_features
 from crane_control.tracking import Belief, Gains, believed
 from crane_sim.explain import SceneError
@@ -116,7 +116,7 @@ def _(learner, pendulum, now, sight):
     entries[8] = now.t
     elapsed = now.t - clock[0]
     clock[0] = now.t
-    return Belief(sight.y, sight.dy, lesson(learner, elapsed), (0.0, 0.0), (0.0, 0.0))
+    return Belief(sight.y, sight.dy, lesson(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 def learner_of(given: Adaptation, gains: Gains) -> Learner:
@@ -141,4 +141,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     """
     own = read_settings(Adaptation, settings.get("adaptation", {}), ("adaptation",))
     rest = {key: value for key, value in settings.items() if key != "adaptation"}
-    return tracking_law("adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains))
+    return tracking_law("adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains), Manner())

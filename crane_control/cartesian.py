@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from crane_control.drives import Servo, hanging, suspension_effort
 from crane_control.pacing import Paced, paced, tip_demand
 from crane_control.suspension import drive_of, pendulum_of
-from crane_control.tracking import Gains, Tracker
+from crane_control.tracking import SOFT, Gains, Tracker
 from crane_control.vision import Vision, camera
 from crane_sim import system
 from crane_sim.jit import entry
@@ -15,7 +15,14 @@ from crane_sim.laws import read_settings
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.scene import Scene
 
-DAMPING = 0.2  # of the payload's error, where the scene gives no kd
+
+class Manner(NamedTuple):
+    """How a law tracks where its scene does not say: the defaults of the papers' law."""
+
+    stiffness: float = 1.0  # kp, in units of the pendulum's own g / L
+    damping: float = SOFT  # of the payload's error, of critical
+    ramp: float = 0.0  # s, in which the gains come in
+    foresees: bool = False  # the law knows how the disturbance changes: velocity is fed forward
 
 
 class CartesianLaw(NamedTuple):
@@ -66,8 +73,8 @@ class Forward(NamedTuple):
 class Settings(NamedTuple):
     """What a scene says of tracking in its `control` group."""
 
-    kp: NonNegative | None = None  # 1/s²; None: that of the pendulum itself, g / L
-    kd: NonNegative | None = None  # 1/s; None: 0.2 of critical damping
+    kp: NonNegative | None = None  # 1/s²; None: as of the law's Manner
+    kd: NonNegative | None = None  # 1/s; likewise
     servo: Servo | None = None  # of the suspension point, where it is the acceleration that is commanded
     feedforward: Forward = Forward()
     vision: Vision | None = None
@@ -79,14 +86,14 @@ def tracking_law(
     settings: Mapping[str, Any],
     nominal: Scene,
     learner: Callable[[Tracker, float], Any],
-    foresees: bool = False,
+    manner: Manner,
 ) -> CartesianLaw:
     """Return the Cartesian law called `name`.
 
     Args:
         name, settings, nominal: as of `make_law`.
         learner: from a tracker without one, and the lag of the suspension point [s].
-        foresees: whether the learner knows how the disturbance changes.
+        manner: the law's own.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
@@ -95,12 +102,12 @@ def tracking_law(
     (pendulum, path), forward = pendulum_of(name, nominal), given.feedforward
     base = nominal.model.base if forward.base else None
     drive = drive_of(name, given.servo, nominal, base)
-    velocity = foresees if forward.velocity is None else forward.velocity
+    velocity = manner.foresees if forward.velocity is None else forward.velocity
     hold = nominal.period if given.tracker_rate is None else 1.0 / given.tracker_rate
     lag = 0.5 * hold + (0.0 if velocity else drive.kd / drive.kp)
-    kp = pendulum.gravity / pendulum.length if given.kp is None else given.kp
-    kd = 2.0 * DAMPING * sqrt(kp) if given.kd is None else given.kd
-    gains = Gains(kp, kd, float(velocity), float(forward.acceleration))
+    kp = manner.stiffness * pendulum.gravity / pendulum.length if given.kp is None else given.kp
+    kd = 2.0 * manner.damping * sqrt(kp) if given.kd is None else given.kd
+    gains = Gains(kp, kd, float(velocity), float(forward.acceleration), manner.ramp)
     tracker = Tracker(pendulum, gains, path, camera(given.vision, nominal), None, base)
     tracker = tracker._replace(learner=learner(tracker, lag))
     return CartesianLaw(paced(tracker, given.tracker_rate, nominal.period), drive)
@@ -112,4 +119,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    return tracking_law("cartesian", settings, nominal, lambda tracker, lag: None)
+    return tracking_law("cartesian", settings, nominal, lambda tracker, lag: None, Manner())

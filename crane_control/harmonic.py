@@ -1,7 +1,8 @@
 """The law called `harmonic`: Cartesian tracking with an observer of a disturbance that swings at an unknown frequency.
 
-For each axis an extended Kalman filter follows [y, y', d, d', θ, b]: y'' = Oz² (tip - y) + d + b, d'' = -θ d, b and θ
-constant but for their noise. The law opposes what the disturbance will be when the suspension point has answered:
+For each axis an extended Kalman filter follows [y, y', d, d', θ, b, λ]: y'' = Oz² (tip - y) + d + b, d'' = -θ d. θ, b
+and λ, the believed length of the cable over the true one, are constant but for their noise. The law opposes what the
+disturbance will be when the suspension point has answered:
 u = -d(t + τ) - b, d(t + τ) = d cos(ω τ) + d' sin(ω τ) / ω, ω = √θ.
 """
 
@@ -11,14 +12,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_control.cartesian import CartesianLaw, tracking_law
-from crane_control.oscillator import BIAS, RATE, THETA, D, Filter, V, Y, begun, blank, corrected, predicted
-from crane_control.tracking import Belief, Tracker, believed, stiffness
+from crane_control.cartesian import CartesianLaw, Manner, tracking_law
+from crane_control.oscillator import BIAS, RATE, ROPE, THETA, D, Filter, V, Y, begun, blank, corrected, predicted
+from crane_control.tracking import Belief, Tracker, believed, ramped, stiffness
 from crane_sim.explain import SceneError
 from crane_sim.jit import kernel, routine
 from crane_sim.laws import read_settings
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.scene import Scene
+
+SEEING, WATCHING = Manner(1.25, 0.65, 1.9, True), Manner(2.0, 0.65, 0.6, True)
+"""How the law tracks, without a camera and with one: beside a camera's noise its own start makes no harder jerks."""
 
 
 class Observer(NamedTuple):
@@ -26,13 +30,14 @@ class Observer(NamedTuple):
 
     frequency: Positive | None = None  # rad/s, to begin with; None: 20 % below the payload's own
     lead: NonNegative | None = None  # s, τ; None: what the suspension point lags behind
-    ramp: NonNegative = 1.2  # s, in which u comes in
+    ramp: NonNegative | None = None  # s, in which u and the gains come in; None: as of the law's Manner
     noise: Positive = 1e-4  # m, of what is seen of y, where no camera says more
     noise_rate: Positive = 1e-3  # m/s, of what is seen of y', where there is no camera
     push: Positive = 0.005  # m/s², unmodelled acceleration of the payload, in one second
-    wander: Positive = 0.5  # m/s³, unmodelled change of d', in one second
+    wander: Positive = 1.5  # m/s³, unmodelled change of d', in one second
     detune: Positive = 0.5  # 1/s², of θ in one second
     drift: Positive = 0.005  # m/s², of the bias in one second
+    rope: NonNegative = 0.05  # standard deviation of the believed length, relative to the true one
 
 
 class HarmonicObserver(NamedTuple):
@@ -49,20 +54,11 @@ class HarmonicObserver(NamedTuple):
 
 
 @kernel
-def ramped(observer, t):
-    """Return (share of u at time t [s], its rate [1/s]), smooth at both ends, so that the tip is not jerked."""
-    if t >= observer.ramp:
-        return 1.0, 0.0
-    s = t / observer.ramp
-    return s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / observer.ramp
-
-
-@kernel
 def opposed(observer, t, x):
     """Return (u [m/s²], its rate [m/s³], what is admitted of d and b [m/s²]) of one axis in state x (6,) at t [s]."""
     w, lead = sqrt(x[THETA]), observer.lead
     c, s = cos(w * lead), sin(w * lead)
-    share, rising = ramped(observer, t)
+    share, rising = ramped(observer.ramp, t)
     expected = x[D] * c + x[RATE] * s / w + x[BIAS]
     return -share * expected, -share * (x[RATE] * c - x[D] * w * s) - rising * expected, share * (x[D] + x[BIAS])
 
@@ -76,14 +72,14 @@ def followed(observer, pendulum, now, sight):
         begun(ekf, now.t, sight.y, sight.dy, now.tip)
     h = now.t - clock[0]
     if h > 0.0:  # asked again at the same time, it has seen everything
-        square = stiffness(pendulum, pendulum.gravity, (x[0, Y], x[1, Y]), now.tip)
         for i in range(2):
+            square = stiffness(pendulum.length / x[i, ROPE], pendulum.gravity, (x[0, Y], x[1, Y]), now.tip)
             predicted(ekf, i, square, 0.5 * (clock[1 + i] + now.tip[i]), h)
-            clock[1 + i] = now.tip[i]
+            rate, clock[1 + i] = (now.tip[i] - clock[1 + i]) / h, now.tip[i]
             if sight.new:
-                corrected(ekf, i, Y, sight.raw[i], square, now.tip[i], sight.age)
+                corrected(ekf, i, Y, sight.raw[i], square, now.tip[i], rate, sight.age)
             if observer.direct:
-                corrected(ekf, i, V, sight.dy[i], square, now.tip[i], 0.0)
+                corrected(ekf, i, V, sight.dy[i], square, now.tip[i], rate, 0.0)
         clock[0] = now.t
 
 
@@ -92,7 +88,7 @@ def _(learner, pendulum, now, sight):
     followed(learner, pendulum, now, sight)
     x = learner.ekf.trace.x
     (u0, du0, d0), (u1, du1, d1) = opposed(learner, now.t, x[0]), opposed(learner, now.t, x[1])
-    return Belief((x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1))
+    return Belief((x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1), (x[0, ROPE], x[1, ROPE]))
 
 
 def observer_of(given: Observer, tracker: Tracker, lag: float) -> HarmonicObserver:
@@ -106,10 +102,10 @@ def observer_of(given: Observer, tracker: Tracker, lag: float) -> HarmonicObserv
     own = tracker.pendulum.gravity / tracker.pendulum.length
     theta = 0.64 * own if given.frequency is None else given.frequency**2
     seen = given.noise if tracker.eye is None else max(given.noise, float(np.std(tracker.eye.noise)))
-    noise = np.array([1e-12, given.push**2, 0.0, given.wander**2, given.detune**2, given.drift**2])
-    start = np.array([seen**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4])
+    noise = np.array([1e-12, given.push**2, 0.0, given.wander**2, given.detune**2, given.drift**2, 0.0])
+    start = np.array([seen**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, given.rope**2])
     ekf = Filter((seen**2, given.noise_rate**2), theta, start, noise, (0.01 * own, 9.0 * own), blank())
-    return HarmonicObserver(lag if given.lead is None else given.lead, given.ramp, tracker.eye is None, ekf)
+    return HarmonicObserver(lag if given.lead is None else given.lead, tracker.gains.ramp, tracker.eye is None, ekf)
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
@@ -120,4 +116,6 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     """
     own = read_settings(Observer, settings.get("observer", {}), ("observer",))
     rest = {key: value for key, value in settings.items() if key != "observer"}
-    return tracking_law("harmonic", rest, nominal, lambda tracker, lag: observer_of(own, tracker, lag), True)
+    manner = WATCHING if rest.get("vision") else SEEING
+    manner = manner if own.ramp is None else manner._replace(ramp=own.ramp)
+    return tracking_law("harmonic", rest, nominal, lambda tracker, lag: observer_of(own, tracker, lag), manner)

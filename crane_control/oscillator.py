@@ -1,7 +1,8 @@
 """An extended Kalman filter of one swinging payload and a disturbance at an unknown frequency, axis by axis.
 
-The state of an axis is [y, y', d, d', θ, b]: y'' = Oz² (tip - y) + d + b, d'' = -θ d; b and θ are constant but for
-their noise. Units: m, m/s, m/s², m/s³, 1/s², m/s².
+The state of an axis is [y, y', d, d', θ, b, λ]: y'' = Oz² (tip - y) + d + b, d'' = -θ d; θ, b and λ are constant but
+for their noise. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. What is measured is the direction of the cable, and what is
+seen of y is the place on a cable of the believed length: tip + λ (y - tip), λ the believed length over the true one.
 """
 
 from math import cos, sin, sqrt
@@ -11,16 +12,17 @@ import numpy as np
 
 from crane_sim.jit import kernel, routine
 
-Y, V, D, RATE, THETA, BIAS = range(6)
-N = 6
+Y, V, D, RATE, THETA, BIAS, ROPE = range(7)
+N = 7
+SHORTEST, LONGEST = 0.5, 2.0  # what is believed of λ at most
 
 
 class Trace(NamedTuple):
     """What the filter knows; both axes."""
 
-    x: Any  # (2, 6)
-    covariance: Any  # (2, 6, 6)
-    work: Any  # (2, 6, 6)
+    x: Any  # (2, 7)
+    covariance: Any  # (2, 7, 7)
+    work: Any  # (2, 7, 7)
     clock: Any  # (3,) time [s] of the last prediction, and the tip then [m]; the time is negative before the first
 
 
@@ -29,8 +31,8 @@ class Filter(NamedTuple):
 
     variances: tuple[float, float]  # m² of a position, m²/s² of a velocity that is seen
     theta: float  # 1/s², at first
-    start: Any  # (6,) variance of the state at first
-    noise: Any  # (6,) variance that the state gains per second
+    start: Any  # (7,) variance of the state at first
+    noise: Any  # (7,) variance that the state gains per second
     bounds: tuple[float, float]  # 1/s², of θ
     trace: Trace
 
@@ -49,7 +51,7 @@ def begun(ekf, t, y, dy, tip):
     """Begin at time t [s] with the payload at y, dy (2,) and the tip at `tip` (2,)."""
     x, p, _, clock = ekf.trace
     for i in range(2):
-        x[i, Y], x[i, V], x[i, THETA] = y[i], dy[i], ekf.theta
+        x[i, Y], x[i, V], x[i, THETA], x[i, ROPE] = y[i], dy[i], ekf.theta, 1.0
         for k in range(N):
             p[i, k, k] = ekf.start[k]
         clock[1 + i] = tip[i]
@@ -77,7 +79,7 @@ def predicted(ekf, i, square, tip, h):
 
 @kernel
 def transition(f, square, theta, d, h):
-    """Write exp(A h) to second order in h into f (6, 6), A the Jacobian of the model."""
+    """Write exp(A h) to second order in h into f (7, 7), A the Jacobian of the model."""
     half = 0.5 * h * h
     for j in range(N):
         for k in range(N):
@@ -110,35 +112,38 @@ def spread(p, f, product):
 
 
 @kernel
-def sights(ekf, entry, square, tip, age):
-    """Return (H, what is seen of the tip): entry Y or V was H x + that, `age` seconds ago, to second order in `age`.
+def sights(ekf, i, entry, square, tip, tip_rate, age):
+    """Return (H, what should be seen): of entry Y or V of axis i, `age` seconds ago, to second order in `age`.
 
-    H is written into the filter's work and is of its state (6,) now.
+    H (7,) is that of the state now and is written into the filter's work; tip [m] and its rate [m/s] are those of now.
     """
-    row, half = ekf.trace.work[1, 2], 0.5 * age * age
+    x, row, half = ekf.trace.x[i], ekf.trace.work[1, 2], 0.5 * age * age
+    rope, push = x[ROPE], square * (tip - x[Y]) + x[D] + x[BIAS]
     for k in range(N):
         row[k] = 0.0
-    row[entry] = 1.0 - half * square
     if entry == Y:
-        row[V], row[D], row[BIAS] = -age, half, half
-        return row, half * square * tip
-    row[Y], row[D], row[BIAS] = age * square, -age, -age
-    return row, -age * square * tip
+        apart = x[Y] - age * x[V] + half * push - tip
+        row[Y], row[V], row[D], row[BIAS] = rope * (1.0 - half * square), -rope * age, rope * half, rope * half
+        row[ROPE] = apart
+        return row, tip + rope * apart
+    apart = x[V] - age * push - tip_rate
+    row[Y], row[V], row[D], row[BIAS] = rope * age * square, rope, -rope * age, -rope * age
+    row[ROPE] = apart
+    return row, tip_rate + rope * apart
 
 
 @routine
-def corrected(ekf, i, entry, seen, square, tip, age):
-    """Take into axis i that entry Y or V of its state was `seen`, `age` seconds ago, with the tip at `tip` [m]."""
+def corrected(ekf, i, entry, seen, square, tip, tip_rate, age):
+    """Take into axis i what was `seen` of entry Y or V of its state `age` seconds ago; the rest as of `sights`."""
     x, p, work = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[1]
     gain, row = work[0], work[1]
-    sight, offset = sights(ekf, entry, square, tip, age)
-    surprise, spread_of = seen - offset, ekf.variances[entry]
+    sight, expected = sights(ekf, i, entry, square, tip, tip_rate, age)
+    surprise, spread_of = seen - expected, ekf.variances[entry]
     for k in range(N):
         row[k] = 0.0
         for m in range(N):
             row[k] += sight[m] * p[m, k]
     for k in range(N):
-        surprise -= sight[k] * x[k]
         spread_of += row[k] * sight[k]
     for k in range(N):
         gain[k] = row[k] / spread_of
@@ -147,3 +152,4 @@ def corrected(ekf, i, entry, seen, square, tip, age):
         for k in range(N):
             p[j, k] -= gain[j] * row[k]
     x[THETA] = min(max(x[THETA], ekf.bounds[0]), ekf.bounds[1])
+    x[ROPE] = min(max(x[ROPE], SHORTEST), LONGEST)

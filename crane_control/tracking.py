@@ -16,6 +16,7 @@ from crane_sim.jit import generic, kernel, routine
 from crane_sim.laws import fresh
 from crane_sim.references import Path, further_at, reference_at
 
+SOFT = 0.2  # of critical damping, of the gains before a ramp
 LOWEST = 0.1  # of Lz / L: no cable nearer to the horizontal is believed in, whose tip would be sent to infinity
 
 
@@ -33,6 +34,7 @@ class Gains(NamedTuple):
     kd: float  # 1/s
     velocity: float  # 1: the demanded position's velocity is fed forward, 0: it is not
     acceleration: float  # likewise the reference's acceleration
+    ramp: float  # s, in which kp and kd come in, from those of a pendulum whose tip stays above the path
 
 
 class Tracker(NamedTuple):
@@ -74,12 +76,13 @@ class Belief(NamedTuple):
     u: tuple[float, float]  # m/s², against the disturbance
     du: tuple[float, float]  # m/s³, its rate of change, as far as it is known
     d: tuple[float, float]  # m/s², the disturbance that is believed to act now
+    rope: tuple[float, float]  # the length that the law was told over the one that is believed, axis by axis
 
 
 @generic
 def believed(learner, pendulum, now, sight):
     """Return the Belief of a learner at the Moment `now`; without one what is seen is believed."""
-    return Belief(sight.y, sight.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    return Belief(sight.y, sight.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 @generic
@@ -99,9 +102,9 @@ def _(base, gravity, t):
 
 
 @kernel
-def stiffness(pendulum, gravity, y, tip):
-    """Return Oz² [1/s²] of a payload at y below the tip."""
-    rx, ry, length = y[0] - tip[0], y[1] - tip[1], pendulum.length
+def stiffness(length, gravity, y, tip):
+    """Return Oz² [1/s²] of a payload at y [m] on a cable of this length [m] below the tip [m]."""
+    rx, ry = y[0] - tip[0], y[1] - tip[1]
     height = sqrt(max(length * length - rx * rx - ry * ry, (LOWEST * length) ** 2))
     return gravity * height / (length * length)
 
@@ -114,21 +117,35 @@ def demanded_tip(tracker, t, tip, y, dy):
     sight = looked(tracker.eye, t, y, dy)
     seen = believed(tracker.learner, tracker.pendulum, Moment(t, tip, goal), sight)
     gravity, push = heave_and_push(tracker.base, tracker.pendulum.gravity, t)
-    square = stiffness(tracker.pendulum, gravity, seen.y, tip)
-    x0, v0 = axis_demand(tracker.gains, square, seen, tip, goal, jerk, push, 0)
-    x1, v1 = axis_demand(tracker.gains, square, seen, tip, goal, jerk, push, 1)
+    length = tracker.pendulum.length
+    square0 = stiffness(length / seen.rope[0], gravity, seen.y, tip)
+    square1 = stiffness(length / seen.rope[1], gravity, seen.y, tip)
+    x0, v0 = axis_demand(tracker.gains, t, square0, seen, tip, goal, jerk, push, 0)
+    x1, v1 = axis_demand(tracker.gains, t, square1, seen, tip, goal, jerk, push, 1)
     forward = tracker.gains.acceleration
     return Demand((x0, x1), (v0, v1), (forward * a[0], forward * a[1]))
 
 
 @kernel
-def axis_demand(gains, square, seen, tip, goal, jerk, push, i):
+def ramped(ramp, t):
+    """Return (share of what comes in within `ramp` [s], at time t [s], its rate [1/s]), smooth at both ends."""
+    if t >= ramp:
+        return 1.0, 0.0
+    s = t / ramp
+    return s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / ramp
+
+
+@kernel
+def axis_demand(gains, t, square, seen, tip, goal, jerk, push, i):
     """Return (position, velocity to feed forward) that are demanded of the tip along axis i, eq. 67 and 74.
 
     The velocity leaves out how Oz² changes; the payload's acceleration in it is that of the model.
     """
     acceleration = square * (tip[i] - seen.y[i]) + seen.d[i]
     e, de = seen.y[i] - goal[0][i], seen.dy[i] - goal[1][i]
-    w = goal[2][i] - gains.kd * de - gains.kp * e + seen.u[i] - push[i]
-    rate = jerk[i] + seen.du[i] - gains.kd * (acceleration - goal[2][i]) - gains.kp * de
+    (share, rising), soft = ramped(gains.ramp, t), 2.0 * SOFT * sqrt(square)
+    kp, kd = share * gains.kp + (1.0 - share) * square, share * gains.kd + (1.0 - share) * soft
+    w = goal[2][i] - kd * de - kp * e + seen.u[i] - push[i]
+    rate = jerk[i] + seen.du[i] - kd * (acceleration - goal[2][i]) - kp * de
+    rate -= rising * ((gains.kd - soft) * de + (gains.kp - square) * e)
     return seen.y[i] + w / square, gains.velocity * (seen.dy[i] + rate / square)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from crane_sim.explain import SceneError, unknown_key
-from crane_sim.reproduce import hardcases, knuckle, offshore, overhead
+from crane_sim.reproduce import hardcases, knuckle, observer, offshore, overhead
 from crane_sim.reproduce.page import save
 from crane_sim.reproduce.table import print_json, print_tables
 
@@ -13,6 +13,7 @@ ITEMS: dict[str, Callable[[], list[Any]]] = {
     "hardcases": hardcases.rows,
     "knuckle": knuckle.rows,
     "offshore": offshore.rows,
+    "observer": observer.rows,
 }
 """Every item and the function that measures its rows."""
 
