@@ -9,18 +9,18 @@ from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from crane_control.cartesian import CartesianLaw, Manner, tracking_law
 from crane_control.features import Features, Of, drawn, write_features
 from crane_control.tracking import Belief, Gains, believed
 from crane_sim.explain import SceneError
 from crane_sim.jit import generic, kernel, routine
-from crane_sim.laws import read_settings
-from crane_sim.quantities import NonNegative, Positive
+from crane_sim.laws import read_group
+from crane_sim.quantities import NonNegative, Positive, Seed, no_switch
 from crane_sim.scene import Scene
 
-Number = Annotated[int, Field(ge=1, le=10000)]
+Number = Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=10000)]
 
 
 class DeadZone(NamedTuple):
@@ -40,7 +40,7 @@ class Adaptation(NamedTuple):
     of: Of = "y"
     time: bool = False  # whether the disturbance is a function of time, too
     dead_zone: DeadZone | None = None
-    seed: int = 0  # of the features
+    seed: Seed = 0  # of the features
 
 
 class Knowledge(NamedTuple):
@@ -58,7 +58,7 @@ class Learner(NamedTuple):
     features: Features
     rate: float
     c: float  # 1/s
-    stiffness: float  # 1/s², kp + (kc + c) c
+    stiffness: float  # 1/s², kp + kd c: the paper's kp + (kc + c) c, its kc being kd - c
     zone: DeadZone | None
     knowledge: Knowledge
 
@@ -125,11 +125,10 @@ def learner_of(given: Adaptation, gains: Gains) -> Learner:
     Raises:
         SceneError: c is not below kd, so that Q would not decrease.
     """
-    kc = gains.kd - given.c
-    if kc <= 0.0:
+    if given.c >= gains.kd:
         raise SceneError(f"control.adaptation.c = {given.c:g}: must be below kd = {gains.kd:g} 1/s")
     features = drawn(given.features, given.width, given.of, given.time, given.seed)
-    size = gains.kp + (kc + given.c) * given.c
+    size = gains.kp + gains.kd * given.c
     return Learner(features, given.rate, given.c, size, given.dead_zone, ignorance(given.features))
 
 
@@ -139,6 +138,5 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    own = read_settings(Adaptation, settings.get("adaptation", {}), ("adaptation",))
-    rest = {key: value for key, value in settings.items() if key != "adaptation"}
+    own, rest = read_group(Adaptation, settings, "adaptation")
     return tracking_law("adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains), Manner())

@@ -8,7 +8,7 @@ base's x and y, L the cable's length, yd the reference of the payload:
 """
 
 from collections.abc import Mapping
-from math import sqrt
+from math import cos, sqrt
 from typing import Any, NamedTuple
 
 from crane_control.drives import accelerated, hanging
@@ -20,6 +20,8 @@ from crane_sim.laws import read_settings
 from crane_sim.quantities import NonNegative
 from crane_sim.references import Path, reference_at
 from crane_sim.scene import Scene
+
+FLAT = 1e-6  # of the rope's length, the least height of its upper end above or below the payload at the start
 
 
 class Settings(NamedTuple):
@@ -84,6 +86,15 @@ def demanded(law, t, q, v):
     return system.command(law, t, q, v)
 
 
+def _check_start(nominal: Scene) -> None:
+    """Raise SceneError when the rope lies horizontally at the start, along the base's x for one."""
+    boom, rope = nominal.crane == "knuckle", nominal.initial_q[3:6]
+    down = cos(rope[1]) * cos(rope[2]) if boom else -rope[2]
+    if abs(down) < FLAT:
+        where = f"initial.q[4:] = {list(rope[1:])}" if boom else f"initial.direction = {list(rope)}"
+        raise SceneError(f"{where}: the rope is horizontal, where the angular law's swing angles are not defined")
+
+
 def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
     """Return the law for what it believes of the scene.
 
@@ -95,5 +106,6 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
     drive = drive_of("angular", None, nominal, None)
     if isinstance(drive, Positioned):
         raise SceneError("suspension.drive = 'servo': the angular law commands accelerations; take drive: acceleration")
+    _check_start(nominal)
     forward = float(given.velocity), float(given.acceleration)
     return AngularLaw(pendulum.length, path, given.damping, given.kp, given.kd, *forward, drive)

@@ -18,8 +18,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
     """Return the energy-based law for the crane of the nominal scene.
 
     Raises:
-        SceneError: there is none for this crane, or it does not accept the settings or the scene.
+        SceneError: there is none for this crane, it does not accept the settings or the scene, or that has a path.
     """
     if nominal.crane not in LAWS:
         raise SceneError(f"control.law = 'energy': there is none for crane = {nominal.crane!r}; possible: {[*LAWS]}")
+    if nominal.path is not None:
+        raise SceneError("reference.path: control.law = 'energy' follows none, it goes to reference.q; leave it out")
     return LAWS[nominal.crane](settings, nominal)

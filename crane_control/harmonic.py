@@ -17,7 +17,7 @@ from crane_control.oscillator import BIAS, RATE, ROPE, THETA, D, Filter, V, Y, b
 from crane_control.tracking import Belief, Tracker, believed, ramped, stiffness
 from crane_sim.explain import SceneError
 from crane_sim.jit import kernel, routine
-from crane_sim.laws import read_settings
+from crane_sim.laws import read_group
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.scene import Scene
 
@@ -101,7 +101,7 @@ def observer_of(given: Observer, tracker: Tracker, lag: float) -> HarmonicObserv
         raise SceneError("control.feedforward.base: the harmonic law observes the base's motion; leave one of both out")
     own = tracker.pendulum.gravity / tracker.pendulum.length
     theta = 0.64 * own if given.frequency is None else given.frequency**2
-    seen = given.noise if tracker.eye is None else max(given.noise, float(np.std(tracker.eye.noise)))
+    seen = given.noise if tracker.eye is None else max(given.noise, tracker.eye.deviation)
     noise = np.array([1e-12, given.push**2, 0.0, given.wander**2, given.detune**2, given.drift**2, 0.0])
     start = np.array([seen**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, given.rope**2])
     ekf = Filter((seen**2, given.noise_rate**2), theta, start, noise, (0.01 * own, 9.0 * own), blank())
@@ -114,8 +114,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    own = read_settings(Observer, settings.get("observer", {}), ("observer",))
-    rest = {key: value for key, value in settings.items() if key != "observer"}
+    own, rest = read_group(Observer, settings, "observer")
     manner = WATCHING if rest.get("vision") else SEEING
     manner = manner if own.ramp is None else manner._replace(ramp=own.ramp)
     return tracking_law("harmonic", rest, nominal, lambda tracker, lag: observer_of(own, tracker, lag), manner)

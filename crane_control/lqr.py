@@ -115,9 +115,12 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     """Return the law for what it believes of the scene, sampled every `nominal.period` if `nominal.sampled`.
 
     Raises:
-        SceneError: a setting is wrong, nothing can be held at the target, or a motion about it cannot be reached.
+        SceneError: a setting is wrong, the path is the payload's, nothing can be held at the target, or a motion about
+            it cannot be reached.
     """
     given, nominal = read_settings(Settings, settings), without_dry_friction(nominal)
+    if nominal.path is not None and not nominal.path.of_joints:
+        raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
     target, efforts = equilibrium(nominal)
     a, b = linearised(nominal, target, efforts)
     period = nominal.period if nominal.sampled else None
@@ -129,8 +132,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     channels = None
     for effort, row in zip(efforts[::-1], full[::-1], strict=True):
         channels = Channel(float(effort), row.copy(), channels)
-    path = nominal.path if nominal.path is not None and nominal.path.of_joints else None
-    return LqrLaw(channels, target, path, poles)
+    return LqrLaw(channels, target, nominal.path, poles)
 
 
 def _weights(given: Settings, scene: Scene, b: Array) -> tuple[Array, Array]:

@@ -79,7 +79,10 @@ def predicted(ekf, i, square, tip, h):
 
 @kernel
 def transition(f, square, theta, d, h):
-    """Write exp(A h) to second order in h into f (7, 7), A the Jacobian of the model."""
+    """Write exp(A h) to second order in h into f (7, 7), A the Jacobian of the model.
+
+    What λ does to Oz² is left out of it: a disturbance at the payload's own frequency does the same.
+    """
     half = 0.5 * h * h
     for j in range(N):
         for k in range(N):
@@ -113,7 +116,7 @@ def spread(p, f, product):
 
 @kernel
 def sights(ekf, i, entry, square, tip, tip_rate, age):
-    """Return (H, what should be seen): of entry Y or V of axis i, `age` seconds ago, to second order in `age`.
+    """Return (H, what should be seen): of entry Y of axis i `age` seconds ago, to second order, or of entry V now.
 
     H (7,) is that of the state now and is written into the filter's work; tip [m] and its rate [m/s] are those of now.
     """
@@ -126,10 +129,8 @@ def sights(ekf, i, entry, square, tip, tip_rate, age):
         row[Y], row[V], row[D], row[BIAS] = rope * (1.0 - half * square), -rope * age, rope * half, rope * half
         row[ROPE] = apart
         return row, tip + rope * apart
-    apart = x[V] - age * push - tip_rate
-    row[Y], row[V], row[D], row[BIAS] = rope * age * square, rope, -rope * age, -rope * age
-    row[ROPE] = apart
-    return row, tip_rate + rope * apart
+    row[V], row[ROPE] = rope, x[V] - tip_rate
+    return row, tip_rate + rope * row[ROPE]
 
 
 @routine
@@ -138,7 +139,7 @@ def corrected(ekf, i, entry, seen, square, tip, tip_rate, age):
     x, p, work = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[1]
     gain, row = work[0], work[1]
     sight, expected = sights(ekf, i, entry, square, tip, tip_rate, age)
-    surprise, spread_of = seen - expected, ekf.variances[entry]
+    surprise, spread_of = seen - expected, ekf.variances[entry]  # innovation and its variance
     for k in range(N):
         row[k] = 0.0
         for m in range(N):

@@ -3,24 +3,28 @@
 Between frames everything is held. A noise that is drawn beforehand keeps runs repeatable and the compiled law simple.
 """
 
-from math import exp, pi
-from typing import Any, NamedTuple
+from math import exp, inf, pi
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
+from crane_sim.explain import SceneError
 from crane_sim.jit import generic, routine
-from crane_sim.quantities import NonNegative, Positive
+from crane_sim.quantities import NonNegative, Positive, Seed
 from crane_sim.scene import Scene
+
+MOST_FRAMES = 10_000_000
 
 
 class Vision(NamedTuple):
     """What a scene says of the camera."""
 
-    rate: Positive = 30.0  # frames a second
+    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # frames a second
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
-    latency: NonNegative = 0.0  # s, from a frame to its use
+    latency: Annotated[NonNegative, Field(le=60.0)] = 0.0  # s, from a frame to its use
     low_pass: Positive | None = 5.0  # Hz, corner of the first-order filter; None: no filter
-    seed: int = 0  # of the noise
+    seed: Seed = 0  # of the noise
 
 
 class Memory(NamedTuple):
@@ -37,8 +41,9 @@ class Camera(NamedTuple):
 
     interval: float  # s, between frames
     latency: float  # s
-    share: float  # of the way from the filtered position to a new one that the filter goes
-    noise: Any  # (frames, 2) m
+    corner: float  # 1/s, of the filter; infinite where there is none
+    deviation: float  # m, of the noise
+    noise: Any  # (frames, 2) m, drawn
     memory: Memory
 
     def fresh(self) -> "Camera":
@@ -57,14 +62,20 @@ class Sight(NamedTuple):
 
 
 def camera(given: Vision | None, nominal: Scene) -> Camera | None:
-    """Return the camera for a run of the nominal scene, None where the law sees everything as it is."""
+    """Return the camera for a run of the nominal scene, None where the law sees everything as it is.
+
+    Raises:
+        SceneError: the run would take too many frames.
+    """
     if given is None:
         return None
     frames = int(np.ceil(nominal.duration * given.rate)) + 2
+    if frames > MOST_FRAMES:
+        raise SceneError(f"control.vision.rate = {given.rate:g}: makes {frames:.0f} frames, at most {MOST_FRAMES:.0e}")
     noise = np.random.default_rng(given.seed).normal(0.0, given.noise, (frames, 2))
-    share = 1.0 if given.low_pass is None else 1.0 - exp(-2.0 * pi * given.low_pass / given.rate)
+    corner = inf if given.low_pass is None else 2.0 * pi * given.low_pass
     size = int(np.ceil(given.latency * given.rate)) + 2  # frames on their way at one time, at most
-    return Camera(1.0 / given.rate, given.latency, share, noise, _empty(size))
+    return Camera(1.0 / given.rate, given.latency, corner, given.noise, noise, _empty(size))
 
 
 def _empty(size: int) -> Memory:
@@ -108,9 +119,10 @@ def use(eye, frame):
     newest, kept = eye.memory.newest, eye.memory.filtered
     first = eye.memory.counts[1] == 0
     elapsed = eye.interval if first else frame[0] - newest[0]
+    share = 1.0 - exp(-eye.corner * elapsed)
     for i in range(2):
         before = frame[1 + i] if first else kept[i]
-        kept[i] = before + eye.share * (frame[1 + i] - before)
+        kept[i] = before + share * (frame[1 + i] - before)
         kept[2 + i] = (kept[i] - before) / elapsed
     for i in range(3):
         newest[i] = frame[i]

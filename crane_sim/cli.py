@@ -14,7 +14,7 @@ from rich.console import Console
 from crane_sim import report
 from crane_sim.catalogue import config_folder, scene_files
 from crane_sim.explain import SceneError
-from crane_sim.run_options import RunOptions, run_options
+from crane_sim.run_options import RunOptions, check_folder, run_options
 from crane_sim.scene_options import as_json_option, loaded_scene, scene_options
 
 
@@ -96,6 +96,7 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
     """
     from crane_sim.reproduce import show
 
+    check_folder(folder)
     show(item, as_json, folder)
 
 
@@ -106,6 +107,7 @@ def league(folder: str | None, as_json: bool) -> None:
     """Try every law on every scene that suits it: errors, swing, efforts (some minutes)."""
     from crane_sim.league.command import league as played
 
+    check_folder(folder)
     played(as_json, folder)
 
 

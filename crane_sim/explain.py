@@ -7,29 +7,52 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+_KINDS = ("float", "int", "str", "bool", "tuple", "none")
+"""What pydantic calls plain kinds in the place of a mistake, where a value may be of several kinds."""
+_PHRASES = {
+    ", unable to parse string as a number": "",
+    ", unable to parse string as an integer": "",
+    ", unable to interpret input": "",
+    "a valid integer, got a number with a fractional part": "a whole number",
+    "a valid integer": "a whole number",
+    "a valid number": "a number",
+    "a valid boolean": "true or false",
+    "a valid string": "text",
+    "a valid tuple": "a list",
+    "a valid list": "a list",
+}
+"""What pydantic says, and the words for it here."""
+_FOREIGN = ("extra_forbidden", "unexpected_keyword_argument")
+_NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_type", "dataclass_type", "mapping_type")
+
 
 class SceneError(ValueError):
     """A scene that cannot be used; the message is one line for the person who wrote it."""
 
 
-def unknown_key(key: str, known: Iterable[str], what: str = "key") -> str:
-    """Return a line on an unknown key (or whatever it is), with the nearest known one."""
+def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "") -> str:
+    """Return a line on an unknown key (or whatever it is) `of` something, with the nearest known one."""
     names = list(known)
     near = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
-    return (
-        f"unknown {what} {key!r}" + (f", did you mean {near[0]!r}?" if near else "") + f" (known: {', '.join(names)})"
-    )
+    line = f"unknown {what} {key!r}{' ' * bool(of)}{of}"
+    return f"{line}{f', did you mean {near[0]!r}?' if near else ''} (known: {', '.join(names)})"
+
+
+def foreign_key(error: ValidationError) -> str | None:
+    """Return the key that the outermost group does not have, if that is the first mistake of a validation."""
+    first = error.errors()[0]
+    return str(first["loc"][0]) if first["type"] in _FOREIGN and len(first["loc"]) == 1 else None
 
 
 def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) -> str:
     """Return the first mistake of a validation of `kind`, which stands in `group`, as one line."""
-    first = error.errors()[0]
-    inside, message = first["loc"], first["msg"].removeprefix("Value error, ")
+    first, message = _deepest(error.errors())
+    inside = first["loc"] if first["type"] in _FOREIGN else _plain(first["loc"])
     where = (*group, *inside)
-    if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+    if first["type"] in _FOREIGN:
         return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, inside[:-1])))
     if first["type"] == "missing" and isinstance(where[-1], int):
-        return _at(where[:-1], f"has {len(first['input'])} values, too few: {_shorten(first['input'])}")
+        return _at(where[:-1], f"has {len(first['input'])} values, too few: {shortened(first['input'])}")
     if first["type"] == "missing":
         return _at(where, "is missing")
     if first["type"] == "too_long":
@@ -37,8 +60,51 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
         return _at(where, f"has {context['actual_length']} values, at most {context['max_length']} are possible")
     if first["type"] == "value_error" and (message.startswith("unknown key") or isinstance(first["input"], dict)):
         return _at(where, message)
-    message = message.replace("Input should be", "must be").replace("a valid number, unable to parse string as ", "")
-    return _at(where, f"= {_shorten(first['input'])}: {message}", joint=" ")
+    if first["type"] in _NO_GROUP:
+        message = no_group(_fields(kind, inside))
+    return _at(where, f"= {shortened(first['input'])}: {message}", joint=" ")
+
+
+def about_keys(error: ValidationError) -> bool:
+    """Return whether the mistake is one of keys, which cannot be told without the kind of their group."""
+    return error.errors()[0]["type"] in (*_FOREIGN, *_NO_GROUP)
+
+
+def no_group(keys: Iterable[str] = ()) -> str:
+    """Return the words for a value that stands where a group of keys must."""
+    return "must be a group of keys" + (f": {', '.join(keys)}" if keys else "")
+
+
+def _plain(where: Sequence[int | str]) -> tuple[int | str, ...]:
+    """Return the place without the names of the kinds that were tried there, where a value may be of several."""
+    return tuple(part for part in where if isinstance(part, int) or not ("[" in part or part in _KINDS))
+
+
+def _deepest(errors: Sequence[Any]) -> tuple[Any, str]:
+    """Return the first mistake and its words; of a value that may be of several kinds, what each of them asks.
+
+    The kind that the value comes nearest to is the one that was followed furthest, or was refused for its size.
+    """
+    place = _plain(errors[0]["loc"])
+    same = [e for e in errors if _plain(e["loc"])[: len(place)] == place]
+    same = [e for e in same if len(_plain(e["loc"])) == max(len(_plain(e["loc"])) for e in same)]
+    same = [e for e in same if not e["type"].endswith(("_type", "_parsing", "literal_error"))] or same
+    if len(same[0]["loc"]) == len(_plain(same[0]["loc"])):
+        same = same[:1]
+    words = [_words(e) for e in same]
+    return same[0], " or ".join([words[0], *(word.removeprefix("must be ") for word in words[1:])])
+
+
+def _words(error: Any) -> str:
+    """Return what a mistake asks for."""
+    if error["type"] == "too_short":
+        count = error["ctx"]["min_length"]
+        what = "point" if error["loc"][-1:] == ("points",) else "value"
+        return f"needs at least {'one' if count == 1 else count} {what}{'' if count == 1 else 's'}"
+    message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    for pydantic, ours in _PHRASES.items():
+        message = message.replace(pydantic, ours)
+    return message
 
 
 def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
@@ -46,20 +112,20 @@ def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
     return f"{path}{joint}{message}" if path else message
 
 
-def _shorten(value: Any) -> str:
+def shortened(value: Any) -> str:
+    """Return a value as it is told in a line."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _fields(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
-    """Return the names of the fields of the group at `where` inside `kind`."""
+    """Return the names of the fields of the group at `where` inside `kind`; none where the file chooses its kind."""
     for part in where:
+        fields = kind.model_fields if isinstance(kind, type) and issubclass(kind, BaseModel) else {}
         if isinstance(part, int):
-            kind = get_args(kind)[0]
-        elif isinstance(kind, type) and issubclass(kind, BaseModel):
-            kind = kind.model_fields[str(part)].annotation
+            kind = next(iter(get_args(kind)), None)
         else:
-            kind = kind.__annotations__[str(part)]
+            kind = fields[part].annotation if part in fields else getattr(kind, "__annotations__", {}).get(part)
         while get_origin(kind) in (Annotated, Union, types.UnionType):
             kind = next(k for k in get_args(kind) if k is not type(None))
-    return tuple(kind.model_fields) if issubclass(kind, BaseModel) else kind._fields
+    return tuple(getattr(kind, "model_fields", getattr(kind, "_fields", ())))

@@ -5,17 +5,36 @@ A law is found through the entry-point group `crane_sim.laws`, so a package of y
 nominal; `scene` is the *nominal* scene, all that the law may believe. It raises ValueError for what does not fit.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import entry_points
 from math import isfinite
 from typing import Any, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from crane_sim.explain import SceneError, one_line
+from crane_sim.explain import SceneError, foreign_key, no_group, one_line, shortened, unknown_key
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
+
+
+class ForeignSetting(SceneError):
+    """A setting that a law does not have."""
+
+    def __init__(self, key: str, known: Sequence[str], law: str = "") -> None:
+        """Tell of the key, the keys that the law called `law` has, and which of them was perhaps meant."""
+        super().__init__(f"control: {unknown_key(key, known, of=f'for law {law!r}' if law else '')}")
+        self.key, self.known, self.law = key, known, law
+
+    def beside(self, own: Any) -> str:
+        """Return the line for a scene whose law was switched, `own` the control group that it had, if any."""
+        if not isinstance(own, Mapping) or self.key not in own or own.get("law") == self.law:
+            return str(self)
+        known = ", ".join(self.known)
+        return (
+            f"control: unknown key {self.key!r} for law {self.law!r}; it belongs to the scene's own law "
+            f"{own.get('law')!r}: --set control.{self.key}=null leaves it out (known: {known})"
+        )
 
 
 class Law(Protocol):
@@ -43,6 +62,8 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     try:
         build: Callable[[Mapping[str, Any], Any], Law] = found[0].load()
         return build(settings, nominal)
+    except ForeignSetting as error:
+        raise ForeignSetting(error.key, error.known, name) from None
     except SceneError:
         raise
     except ValueError as error:
@@ -116,13 +137,36 @@ def fresh(law: Any) -> Any:
     return law if renewed is None else renewed()
 
 
-def read_settings(kind: type[T], settings: Mapping[str, Any], group: tuple[str, ...] = ()) -> T:
+class Rest(dict[str, Any]):
+    """Settings without some groups that were read already, which the law has nevertheless."""
+
+    beside: tuple[str, ...] = ()
+
+
+def read_group(kind: type[T], settings: Mapping[str, Any], group: str) -> tuple[T, Rest]:
+    """Return (one group of the law's settings, read into the NamedTuple `kind`, and the settings without it).
+
+    Raises:
+        SceneError: the group is none, or a key in it is unknown or a value out of range.
+    """
+    rest = Rest({key: value for key, value in settings.items() if key != group})
+    rest.beside = (*getattr(settings, "beside", ()), group)
+    return read_settings(kind, settings.get(group, {}), (group,)), rest
+
+
+def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> T:
     """Return the law's settings, those of a group within `control` if one is named, read into the NamedTuple `kind`.
 
     Raises:
-        SceneError: a key is unknown or a value out of range.
+        SceneError: the group is none, or a key in it is unknown or a value out of range.
     """
+    names: tuple[str, ...] = getattr(kind, "_fields", ())
+    if not isinstance(settings, Mapping):
+        raise SceneError(f"{'.'.join(('control', *group))} = {shortened(settings)}: {no_group(names)}")
     try:
         return TypeAdapter(kind).validate_python(dict(settings))
     except ValidationError as error:
-        raise SceneError(one_line(error, kind, ("control", *group))) from None
+        key = foreign_key(error)
+        if key is None or group:
+            raise SceneError(one_line(error, kind, ("control", *group))) from None
+        raise ForeignSetting(key, (*names, *getattr(settings, "beside", ()))) from None

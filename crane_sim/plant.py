@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
-from crane_sim.integrators import CHATTER, NOT_FINITE, OK, STALLED, STOPPED
+from crane_sim.integrators import CHATTER, ENDLESS, NOT_FINITE, OK, STALLED, STOPPED
 from crane_sim.metrics import Metrics, polyline
 from crane_sim.scene import Scene
 from crane_sim.stepping import begin, free_step, held_step
@@ -34,6 +34,7 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
 _CAUSES = {
     NOT_FINITE: "the state is not finite",
     STALLED: "the step size shrank to nothing",
+    ENDLESS: "the motion has become too fast to follow",
     CHATTER: "the equations switch back and forth without end",
 }
 

@@ -37,4 +37,5 @@ def no_switch(value: Any) -> Any:
 Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, allow_inf_nan=False)]
+Seed = Annotated[int, BeforeValidator(no_switch), Field(ge=0, le=2**53)]
 Angle = Annotated[float, BeforeValidator(to_radians), BeforeValidator(no_switch), Field(allow_inf_nan=False)]

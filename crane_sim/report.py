@@ -1,6 +1,7 @@
 """What a person sees at the terminal: the progress bar, the summary, the catalogue."""
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -143,9 +144,15 @@ def _number(value: Any) -> str:
     return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<=[.!?])\s", " ".join(text.split()), maxsplit=1)[0]
+
+
 def print_scenes(found: dict[str, str]) -> None:
-    """Print scene names and their descriptions, a line each."""
+    """Print scene names and the first sentences of their descriptions, a line each."""
     width = max(map(len, found), default=0)
     console = Console()
     for name, description in found.items():
-        console.print(f"[bold]{name:<{width}}[/bold]  {escape(description.strip())}", highlight=False, soft_wrap=True)
+        console.print(
+            f"[bold]{name:<{width}}[/bold]  {escape(_first_sentence(description))}", highlight=False, soft_wrap=True
+        )

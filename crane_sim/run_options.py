@@ -77,6 +77,18 @@ class RunOptions(NamedTuple):
         }
 
 
+def check_folder(folder: str | None) -> None:
+    """Raise SceneError, one line, when pages cannot be written into the folder of `--save`, which is made."""
+    if folder is None:
+        return
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(f"--save {folder!r}: cannot be written: {error.strerror}") from None
+
+
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the options of `RunOptions`."""
     for option in reversed(_OPTIONS):

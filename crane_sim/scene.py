@@ -15,9 +15,9 @@ from crane_sim.forms.knuckle import KnuckleFile
 from crane_sim.forms.method_choice import check_fit, chosen
 from crane_sim.forms.overhead import OverheadFile
 from crane_sim.forms.pendulum import PendulumFile
-from crane_sim.forms.reference import path_in
-from crane_sim.laws import Law, make_law
-from crane_sim.scene_document import nominal, put, read
+from crane_sim.forms.reference import aim, path_in
+from crane_sim.laws import ForeignSetting, Law, make_law
+from crane_sim.scene_document import nominal, present, put, read
 
 MOST_STEPS = 1e8  # control periods in a run
 File = KnuckleFile | OverheadFile | PendulumFile
@@ -89,18 +89,25 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
         SceneError: one line naming the culprit, its value and what is possible.
     """
     document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
+    own = copy.deepcopy(document.get("control")) if "control.law" in (overrides or {}) else None
     for key, value in (overrides or {}).items():
         put(document, key, value)
     try:
         return _build(document)
+    except ForeignSetting as error:
+        raise SceneError(f"scene {_name(document)}: {error.beside(own)}") from None
     except SceneError as error:
-        raise SceneError(f"scene {document.get('name', 'given as a dict')}: {error}") from None
+        raise SceneError(f"scene {_name(document)}: {error}") from None
+
+
+def _name(document: Mapping[str, Any]) -> str:
+    return str(document.get("name", "given as a dict"))
 
 
 def _build(document: dict[str, Any]) -> Scene:
     file = _validated(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
-    same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | {"path": path_in(file.reference, file)}
+    same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
     control = file.control
     continuous = control is not None and control.period == "continuous"
     law = _law(file, document) if control is not None else None
@@ -119,10 +126,14 @@ def _build(document: dict[str, Any]) -> Scene:
         law_name=control.law if control is not None else None,
         sampled=sampled,
         source=source,
-        reference=file.target,
         notes=file.notes | ({"method": why} if why else {}),
         document=document,
     )
+
+
+def _goal(file: File) -> dict[str, Any]:
+    path = path_in(file.reference, file)
+    return {"path": path, "reference": aim(file.target, path)}
 
 
 def _period(file: File) -> float:
@@ -139,7 +150,7 @@ def _validated(document: dict[str, Any]) -> File:
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
     try:
-        return form.model_validate(document)
+        return form.model_validate(present(document))
     except ValidationError as error:
         raise SceneError(one_line(error, form)) from None
 
@@ -151,7 +162,7 @@ def _law(file: File, document: dict[str, Any]) -> Law:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
     law = make_law(control.law, control.model_extra or {}, _believed(file, document))
     if control.period == "continuous" and not system.effort.knows(type(law)):
-        raise SceneError(f"control.period = 'continuous': law {control.law!r} has no compiled form; give a period")
+        raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     return law
 
 

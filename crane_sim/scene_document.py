@@ -52,18 +52,30 @@ def _anchor(document: dict[str, Any], folder: Path) -> None:
 
 
 def put(document: dict[str, Any], key: str, value: Any) -> None:
-    """Set the value at a dotted key, such as "payload.mass".
+    """Set the value at a dotted key, such as "payload.mass"; null makes it as good as absent.
 
     Raises:
         SceneError: a part of the key is not a group.
     """
-    *groups, last = key.split(".")
+    *groups, last = str(key).split(".")
     group = document
     for name in groups:
         group = group.setdefault(name, {})
         if not isinstance(group, dict):
             raise SceneError(f"{key}: {name!r} is not a group of keys")
     group[last] = value
+
+
+def present(group: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a group without the keys that are null, which are as good as absent, nor those of groups in it.
+
+    What groups within `control` hold is left to the law: there null may be a choice.
+    """
+    deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
+    found = {key: present(value) for key, value in deeper.items() if key != "control"}
+    if "control" in deeper:
+        found["control"] = {key: value for key, value in deeper["control"].items() if value is not None}
+    return {key: found.get(key, value) for key, value in group.items() if value is not None}
 
 
 def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:

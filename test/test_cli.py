@@ -33,6 +33,9 @@ def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProce
         (["run", "--rate", "0"], "--rate = 0.0: must be a positive number"),
         (["run", "--domain-id", "999"], "--domain-id = 999: possible: 0 .. 232"),
         (["run", "--record", "/proc/none/run.rrd"], "--record /proc/none/run.rrd: cannot be written"),
+        (["simulate", "knuckle_unknown_load", "--law", "lqr"], "--set control.kp=null leaves it out (known: q, r)"),
+        (["reproduce", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
+        (["league", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
         (["run", "--fast"], "No such option"),
         (["fly"], "No such command 'fly'"),
         (["check", "/"], "cannot be read"),
@@ -72,9 +75,10 @@ def test_a_run_that_ends_early_is_told_with_what_there_is() -> None:
 
 
 def test_scenes_lists_the_catalogue() -> None:
-    """`crane scenes` has one line for each catalogue scene, beginning with its name."""
+    """`crane scenes` has one line for each catalogue scene: its name, and the first sentence of what it is."""
     lines = crane("scenes").stdout.strip().splitlines()
     assert [line.split()[0] for line in lines] == list(scene_files())
+    assert all(line.count(". ") == 0 for line in lines)
 
 
 def test_check_accepts_a_file_and_says_what_it_is(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_a_shaped_path_ends_where_the_plain_one_does() -> None:
 
 def path_scene(**path: Any) -> crane_sim.Scene:
     """Return the knuckle-boom scene with a path."""
-    return load_scene("knuckle_setpoint", {"reference.path": path})
+    return load_scene("knuckle_setpoint", {"reference.path": path, "control": None})
 
 
 POINTS = [
@@ -105,34 +105,62 @@ LINE = {"kind": "line", "from": [0, 0], "to": [1, 1], "duration": 1.0}
 WAY = {"kind": "minimum_jerk", "points": [[0, 0], [1, 1], [2, 1]]}
 AROUND = {"kind": "obstacle", "from": [0, 0], "to": [2, 0], "centre": [1, 0], "radius": 0.3, "clearance": 0.1}
 SWIFT = {"kind": "point_to_point", "from": [0, 0], "to": [1, 1], "velocity": 1, "acceleration": 1}
+RISE = {"kind": "line", "of": "joints", "from": [0, 0, 0, 1], "to": ["45 deg", "45 deg", 0, 1.5], "duration": 2}
 BAD: list[tuple[Any, str]] = [
-    (3, "reference.path = 3: must be a valid dictionary"),
+    (3, "reference.path = 3: must be a group of keys, with kind: line | arc | point_to_point"),
+    ([], "reference.path = []: must be a group of keys, with kind: line"),
     ({"kind": "spiral"}, "kind 'spiral' is unknown; possible: line, arc, point_to_point, minimum_jerk, obstacle"),
+    ({}, "reference.path: kind is missing; possible: line, arc, point_to_point"),
     (ARC | {"radus": 1}, "reference.path: unknown key 'radus', did you mean 'radius'?"),
     (ARC | {"radius": -1}, "reference.path.radius = -1: must be greater than 0"),
     (ARC | {"to": "up"}, "to = 'up': an angle is a number of radians"),
     (ARC | {"duration": 0}, "reference.path.duration = 0: must be greater than 0"),
     (ARC | {"of": "joints"}, "reference.path: has 2 coordinates, joints of this crane: slew, boom, jib, rope"),
     (ARC | {"of": "hook"}, "reference.path.of = 'hook': must be 'payload' or 'joints'"),
-    (LINE | {"to": [1]}, "all places need as many coordinates, here are [2, 1]"),
+    (ARC | {"start": 1e20}, "reference.path.start = 1e+20: so large that the motion takes no time"),
+    (LINE | {"to": [1]}, "reference.path: to needs as many coordinates as from, here are 1 and 2"),
     (LINE | {"from": [0] * 4, "to": [1] * 4}, "reference.path: has 4 coordinates, payload of this crane: x, y, z"),
+    (LINE | {"to": [1, "up"]}, "reference.path: to[1] = 'up': an angle is a number of radians"),
     (LINE | {"profile": "jump"}, "reference.path.profile = 'jump': must be 'sine' or 'smooth'"),
     (WAY, "needs times, or limits: velocity, acceleration, jerk"),
     (WAY | {"times": [0, 1]}, "needs as many times as points, here are 2 and 3"),
     (WAY | {"times": [0, 2, 1]}, "times must increase"),
     (WAY | {"times": [0, 1, 2], "velocity": 1}, "times leave nothing to start and limits"),
     (WAY | {"points": [[0, 0], [0, 0]], "velocity": 1}, "two points that follow each other are the same"),
-    (SWIFT | {"velocity": [1, 1, 1]}, "all places need as many coordinates, here are [2, 2, 3]"),
-    (SWIFT | {"acceleration": 0}, "acceleration"),
+    (WAY | {"points": [[0, 0], [1]], "velocity": 1}, "points[1] needs as many coordinates as points[0]"),
+    (WAY | {"points": [[0, 0], [1]], "times": [0, 1]}, "points[1] needs as many coordinates as points[0]"),
+    (WAY | {"points": []}, "reference.path.points = []: needs at least 2 points"),
+    (WAY | {"velocity": 1e30}, "reference.path: limits so large that the motion, or a part of it, takes no time"),
+    (SWIFT | {"velocity": [1, 1, 1]}, "reference.path: velocity needs as many coordinates as from, here are 3 and 2"),
+    (SWIFT | {"velocity": "fast"}, "reference.path.velocity = 'fast': must be a number or a list"),
+    (SWIFT | {"velocity": -1}, "reference.path.velocity = -1: must be greater than 0"),
+    (SWIFT | {"velocity": [1, -1]}, "reference.path.velocity[1] = -1: must be greater than 0"),
+    (SWIFT | {"velocity": []}, "reference.path.velocity = []: needs at least one value"),
+    (SWIFT | {"acceleration": 0}, "reference.path.acceleration = 0: must be greater than 0"),
+    (SWIFT | {"acceleration": 1e30}, "reference.path: limits so large that the motion, or a part of it, takes no time"),
+    (AROUND | {"velocity": 1e30}, "reference.path: limits so large that the motion, or a part of it, takes no time"),
+    (AROUND | {"duration": 5, "side": "up"}, "reference.path.side = 'up': must be 'left', 'right' or 'shorter'"),
     (AROUND, "needs one of both: duration, or limits"),
     (AROUND | {"duration": 5, "clearance": 0.8}, "from is 1 m from the centre, within radius + clearance = 1.1 m"),
     (TABLE | {"joint_names": ["x", "q"]}, "reference.path: joint_names = x, q: must be x, y, in any order"),
     (TABLE | {"points": POINTS[::-1]}, "points[1].time_from_start = 1.5: times must increase"),
     (TABLE | {"points": [POINTS[0] | {"velocities": [1, 0]}]}, "points[0].velocities = [1.0, 0.0]: a path is at rest"),
     (TABLE | {"points": [POINTS[0] | {"positions": [1]}]}, "points[0].positions has 1 values, not 2"),
+    (TABLE | {"points": []}, "reference.path.points = []: needs at least one point"),
+    (TABLE | {"points": [5]}, "points[0] = 5: must be a group of keys: positions, time_from_start"),
+    (TABLE | {"points": [POINTS[0] | {"at": 1}]}, "points[0]: unknown key 'at' (known: positions, time_from_start"),
+    (TABLE | {"points": [POINTS[0] | {"time_from_start": {"sec": "abc"}}]}, "must be seconds, or sec and nanosec"),
+    (TABLE | {"file": "way.csv"}, "reference.path: file tells joint_names, too; leave out one of the two"),
+    ({"kind": "trajectory", "file": 5}, "reference.path: file = 5: must be text"),
+    ({"kind": "trajectory", "file": ""}, "does not exist"),
     ({"kind": "trajectory", "file": "nowhere.csv"}, "file nowhere.csv: does not exist"),
     (ARC | {"shaping": {"kind": "zvdd"}}, "reference.path.shaping.kind = 'zvdd': must be 'zv' or 'zvd'"),
     (ARC | {"shaping": {"kind": "zv", "damping": 1}}, "reference.path.shaping.damping = 1: must be less than 1"),
+    (ARC | {"shaping": {"kind": "zv", "frequency": "low"}}, "shaping.frequency = 'low': must be a number or 'auto'"),
+    (ARC | {"shaping": 3}, "reference.path.shaping = 3: must be a group of keys: kind, frequency, damping"),
+    (ARC, "reference.path: control.law = 'energy' follows none"),
+    (RISE | {"to": [0, 0, 0, 1.5]}, "reference.q = [0.7853981633974483, 0.7853981633974483, 0.0, 1.5]: the path of"),
+    (RISE, "reference.path: control.law = 'energy' follows none"),
 ]
 
 
@@ -144,11 +172,46 @@ def test_a_bad_path_is_refused_in_one_line(path: Any, line: str) -> None:
     assert line in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_a_file_that_is_none_is_refused_in_one_line(tmp_path: File) -> None:
-    """A table whose numbers are words is told by its file's name."""
-    (tmp_path / "way.csv").write_text(CSV.replace("3,1", "3,one"))
-    with pytest.raises(crane_sim.SceneError, match=r"way\.csv: is no trajectory: could not convert .* 'one'"):
-        path_scene(kind="trajectory", file=str(tmp_path / "way.csv"))
+@pytest.mark.parametrize("law", ["energy", "lqr"])
+def test_a_law_that_would_not_follow_a_path_refuses_it(law: str) -> None:
+    """Neither the energy law nor LQR drops the payload's path silently."""
+    changes = {"control": {"law": law}, "reference.path": LINE | {"from": [0], "to": [1]}}
+    with pytest.raises(crane_sim.SceneError, match=rf"reference\.path.*control\.law = '{law}' follows"):
+        load_scene("overhead_energy", changes)
+
+
+def test_a_path_of_the_joints_has_its_end_for_a_target() -> None:
+    """Where nothing else is told, the joints should end where their path does."""
+    changes = {"control": None, "reference": {"path": RISE}}
+    assert load_scene("knuckle_setpoint", changes).reference == pytest.approx((pi / 4, pi / 4, 0.0, 1.5), abs=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("way.csv", CSV.replace("3,1", "3,one"), r"row 3, y = 'one': must be a number"),
+        ("way.csv", CSV.replace("1.5,", "\n1.5,nan"), r"row 3, y = 'nan0.5': must be a number"),
+        ("way.csv", CSV + "4,1\n", r"row 4 has 2 values, the head names 5 columns"),
+        ("way.csv", CSV.replace("y_velocity", "x"), r"column 'x' stands twice"),
+        ("way.csv", "", r"its head line begins with time"),
+        ("way.yaml", "- 1", r"has no key joint_names"),
+        ("way.yaml", "joint_names: [x]", r"has no key points"),
+        ("way.yaml", "", r"has no key joint_names"),
+    ],
+)
+def test_a_file_that_is_none_is_refused_in_one_line(tmp_path: File, name: str, text: str, line: str) -> None:
+    """A file that holds no trajectory is told by its name, the row and its text."""
+    (tmp_path / name).write_text(text)
+    with pytest.raises(crane_sim.SceneError, match=rf"{name}: is no trajectory: {line}") as caught:
+        path_scene(kind="trajectory", file=str(tmp_path / name))
+    assert "\n" not in str(caught.value)
+
+
+def test_what_editors_and_spreadsheets_add_to_a_file_is_ignored(tmp_path: File) -> None:
+    """A byte order mark and empty lines change nothing."""
+    (tmp_path / "way.csv").write_text("\ufeff" + CSV.replace("\n3", "\n\n3") + "\n\n")
+    found, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).path, np.linspace(0.0, 4.0, 9)
+    assert np.array_equal(references(found, t), references(path_scene(**TABLE).path, t))
 
 
 ROWS = {

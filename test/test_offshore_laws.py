@@ -146,6 +146,7 @@ def test_runs_begin_with_nothing_learnt() -> None:
 
 
 SERVO = {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}
+ALONG_X = {"control.law": "angular", "initial.direction": [1.0, 0.0, 0.0]}
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"control.law": "cartesian", "reference": {"q": [1.0, 0.0]}}, "reference.path: .* needs one of the payload"),
     ({"control.law": "cartesian", "suspension.height": "driven"}, "suspension.height: fixed"),
@@ -153,6 +154,14 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"control.servo": {"kp": 1.0}, **SERVO}, "control.servo: the suspension has one itself"),
     ({"control.law": "angular", **SERVO}, "'servo': the angular law commands accelerations"),
     ({"control.adaptation": {"c": 1.2}}, "adaptation.c = 1.2: must be below kd = 1.118"),
+    ({"control.servo": 5}, "control.servo = 5: must be a group of keys: kp, kd"),
+    ({"control.vision": True}, "control.vision = True: must be a group of keys: rate, noise"),
+    ({"control.adaptation": True}, "control.adaptation = True: must be a group of keys: features, width"),
+    ({"control.law": "harmonic", "control.observer": [1]}, r"control.observer = \[1\]: must be a group of keys: freq"),
+    ({"control.adaptation": {"features": 10**9}}, "adaptation.features = 1000000000: must be less than or equal to"),
+    ({"control.period": "continuous"}, "control.period = 'continuous': 'adaptive' is a sampled law: give a period"),
+    ({"control.law": "cartesian", "control.adaptation": {}}, "unknown key 'adaptation' for law 'cartesian'"),
+    (ALONG_X, r"initial.direction = \[1.0, 0.0, 0.0\]: the rope is horizontal, where the angular law"),
     ({"control.adaptation": {"feature": 3}}, "control.adaptation: unknown key 'feature'"),
     ({"control.law": "harmonic", "control.feedforward": {"base": True}}, "feedforward.base: the harmonic law observes"),
     ({"control.vision": {"rate": 0.0}}, "control.vision.rate"),

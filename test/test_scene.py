@@ -32,7 +32,12 @@ BAD = [
     ({"initial.v": [0, 0, 0]}, "initial.v: has 3 values, too few"),
     ({"reference.q": [0, 0, 0]}, "reference.q: has 3 values, too few"),
     ({"reference": None}, "reference: is missing, the energy law needs a target"),
-    ({"boom": None}, "boom = None"),
+    ({"boom": None}, "boom: is missing"),
+    ({"boom.mass": None}, "boom.mass: is missing"),
+    ({"boom": 5}, "boom = 5: must be a group of keys: length, mass, inertia"),
+    ({"seed": -1}, "seed = -1: must be greater than or equal to 0"),
+    ({"seed": 1.5}, "seed = 1.5: must be a whole number"),
+    ({"swing_friction": 3}, "swing_friction = 3: must be a group of keys, with model: quadratic | linear | paper"),
     ({"rope.drive": "push"}, "rope.drive = 'push': must be 'force', 'rate' or 'locked'"),
     ({"rope.drive": "rate"}, "rope.drive = 'rate': the energy law commands a rope force; possible: force, locked"),
     ({"rope.time_constant": 1.0}, "rope.time_constant: only a rate drive has one"),
@@ -44,7 +49,14 @@ BAD = [
     ({"control.period": "contnuous"}, "control.period = 'contnuous': a period is a number of seconds"),
     ({"control.kp": [1, 2, 3]}, "control.kp: has 3 values, 4 joints are actuated"),
     ({"control.kp": [1, 2, 3, -4]}, "control.kp[3] = -4: must be greater than or equal to 0"),
-    ({"control.kpp": [1, 2, 3, 4]}, "control: unknown key 'kpp', did you mean 'kp'?"),
+    ({"control.kpp": [1, 2, 3, 4]}, "control: unknown key 'kpp' for law 'energy', did you mean 'kp'?"),
+    ({"control.law": "lqr", "control.kd": None}, "unknown key 'kp' for law 'lqr'; it belongs to the scene's own law"),
+    ({"control.law": "lqr", "control.k": 1, "control.kp": None}, "control: unknown key 'kd' for law 'lqr'; it belongs"),
+    ({"control.adaptation": True}, "control.adaptation = True: must be a group of keys: rate"),
+    ({"control.nominal": 5}, "control.nominal = 5: must be a group of keys"),
+    ({"control.period": True}, "control.period = True: a period is a number of seconds"),
+    ({"control": 5}, "control = 5: must be a group of keys: law, period, nominal"),
+    ({"control.law": None}, "control.law: is missing"),
     ({"control.nominal": {"payload": {"mass": -1}}}, "payload.mass = -1: must be greater than 0"),
     ({"inputs": {"slew": {"kind": "constant", "value": 1.0}}}, "inputs: a scene with a control law takes none"),
     ({"control": None, "inputs": {"slew": {"kind": "ramp"}}}, "kind 'ramp' is unknown; possible: constant"),
@@ -137,6 +149,14 @@ def test_the_law_believes_what_it_is_told() -> None:
     scene = load_scene("knuckle_wrong_mass")
     assert scene.model.load.mass == 1.0
     assert scene.law.nominal.load.mass == 1.01  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
+
+
+def test_null_is_as_good_as_absent() -> None:
+    """A key that is null, in a file or put there, is one that was left out: its default holds."""
+    plain = load_scene("knuckle_setpoint", {"control.kp": None, "gravity": None, "initial.v": None})
+    assert plain.model == load_scene("knuckle_setpoint").model and plain.initial_v == (0.0,) * 6
+    assert load_scene(plain.to_dict()) == plain
+    assert load_scene("knuckle_unknown_load", {"control.adaptation": None}).law is not None
 
 
 DOCUMENT = yaml.safe_load(scene_files()["knuckle_setpoint"].read_text())

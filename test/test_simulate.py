@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.plant import Plant
+from crane_sim.plant import Plant, SimulationError
 from crane_sim.rollout import simulate
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "knuckle.json").read_text())["trajectories"]
@@ -192,3 +192,10 @@ def test_a_run_that_fails_says_where() -> None:
     stiff = crane_sim.load_scene("knuckle_springs", coarse)
     with pytest.raises(crane_sim.SimulationError, match=r"t = .* s: the state is not finite"):
         simulate(stiff)
+
+
+@pytest.mark.slow
+def test_a_law_that_blows_up_ends_the_run() -> None:
+    """Under an effort that no step can follow a run ends with one line: it does not go on for ever."""
+    with pytest.raises(SimulationError, match="too fast to follow"):
+        simulate("offshore_resonant", lambda t, q, v: (1e60, 0.0))

@@ -9,7 +9,7 @@ from crane_sim.base_motions import AXES, Base, SplineBase
 from crane_sim.explain import SceneError
 from crane_sim.forms.base_table import spline_base
 from crane_sim.forms.groups import Group
-from crane_sim.quantities import Angle, NonNegative, Positive, Real
+from crane_sim.quantities import Angle, NonNegative, Positive, Real, Seed, no_switch
 from crane_sim.seas import Response, Sea, Waves, answered, sampled
 
 PEAKED = 3.3  # gamma of a JONSWAP spectrum that names none, the mean of the measured ones
@@ -95,8 +95,8 @@ class SeaGroup(Group):
     significant_height: NotNegative  # m
     peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s
     gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # of jonswap
-    components: Annotated[int, Field(ge=1, le=MOST)] = 60
-    seed: int | None = None  # the scene's own when left out
+    components: Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=MOST)] = 60
+    seed: Seed | None = None  # the scene's own when left out
     response: Answers | None = None
 
     def motions(self, seed: int) -> dict[str, Waves]:
@@ -110,7 +110,7 @@ class SeaGroup(Group):
             raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
         gamma = 1.0 if not peaked else PEAKED if self.gamma is None else self.gamma
         sea = Sea(self.significant_height, self.peak_period, gamma)
-        waves = sampled(sea, self.components, abs(seed if self.seed is None else self.seed))
+        waves = sampled(sea, self.components, seed if self.seed is None else self.seed)
         response = (
             Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
         )

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from crane_sim.effects import LinearFriction, PaperFriction, PayloadForce, QuadraticFriction
-from crane_sim.explain import one_line, unknown_key
+from crane_sim.explain import about_keys, no_group, one_line, unknown_key
 from crane_sim.forms.method_choice import Auto
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
@@ -13,6 +13,7 @@ from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.overhead.motions import Knots, Series, Smooth, Wave
+from crane_sim.quantities import Real
 from crane_sim.sources import Constant, Polynomial, Sine, Table
 
 
@@ -38,24 +39,28 @@ def _read(kind: Any, values: dict[str, Any]) -> Any:
     except ValidationError as error:
         line = one_line(error, kind)
         for word, field in _WORDS.items():
-            if line.startswith((f"{field} ", f"{field}:")):
+            if line.startswith((f"{field} ", f"{field}:", f"{field}[")):
                 raise ValueError(word + line.removeprefix(field)) from None
+        if about_keys(error):
+            raise ValueError(line) from None
         raise
 
 
-def picked(key: str, choices: dict[str, Any], what: str, optional: bool = False) -> BeforeValidator:
+def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
     """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
 
     def pick(value: Any) -> Any:
         if value is None and optional:
             return None
         if not isinstance(value, dict):
-            raise ValueError(f"a {what} is a group of keys, with {key}: {' | '.join(choices)}")
+            raise ValueError(f"{no_group()}, with {key}: {' | '.join(choices)}")
         name = value.get(key)
+        if name is None:
+            raise ValueError(f"{key} is missing; possible: {', '.join(choices)}")
         if not isinstance(name, str) or name not in choices:
             raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
         rest, known = {k: v for k, v in value.items() if k != key}, _words(choices[name]._fields)
-        for unknown in rest.keys() - set(known):
+        for unknown in (k for k in rest if k not in known):
             raise ValueError(unknown_key(str(unknown), (key, *known)))
         found = _read(choices[name], {known[k]: v for k, v in rest.items()})
         complaint = found.complaint() if hasattr(found, "complaint") else ""
@@ -67,12 +72,10 @@ def picked(key: str, choices: dict[str, Any], what: str, optional: bool = False)
 
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
-Friction = Annotated[Any, picked("model", _FRICTION, "swing friction", optional=True)]
+Friction = Annotated[Any, picked("model", _FRICTION, optional=True)]
 _METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3, "rodas": Rodas}
-Method = Annotated[Any, picked("method", _METHODS, "integrator")]
-Channel = Annotated[
-    Any, picked("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}, "input")
-]
+Method = Annotated[Any, picked("method", _METHODS)]
+Channel = Annotated[Any, picked("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})]
 
 
 class PayloadForceGroup(Group):
@@ -91,14 +94,14 @@ def _period(value: Any) -> Any:
     if value == "continuous":
         return value
     try:
-        return TypeAdapter(Annotated[float, Field(ge=1e-6, allow_inf_nan=False)]).validate_python(value)
+        return TypeAdapter(Annotated[Real, Field(ge=1e-6)]).validate_python(value)
     except ValidationError:
         raise ValueError("a period is a number of seconds, at least 1e-6, or 'continuous'") from None
 
 
 Profile = Annotated[
     Any,
-    picked("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, "motion", optional=True),
+    picked("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True),
 ]
 
 

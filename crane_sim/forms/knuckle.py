@@ -12,7 +12,7 @@ from crane_sim.forms.reference import ReferenceGroup
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
-from crane_sim.quantities import Angle, NonNegative, Positive, Real
+from crane_sim.quantities import Angle, NonNegative, Positive, Real, Seed
 from crane_sim.sources import Constant, Inputs
 from crane_sim.supports.knuckle import Knuckle, Rod, Tower
 
@@ -62,7 +62,7 @@ class KnuckleFile(Group):
     description: str = ""
     duration: Positive  # s
     gravity: NonNegative = 9.81  # m/s²
-    seed: int = 0
+    seed: Seed = 0
     boom: Rod
     jib: Rod
     tower: Tower

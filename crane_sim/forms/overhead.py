@@ -27,7 +27,7 @@ from crane_sim.forms.overhead_models import crane_of, switches_of
 from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_modelled
 from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.quantities import Positive
+from crane_sim.quantities import Positive, Seed
 from crane_sim.sources import Inputs as Channels
 
 
@@ -40,7 +40,7 @@ class OverheadFile(Group):
     dimensions: Literal[2, 3] = 2
     duration: Positive  # s
     gravity: SizeOrZero = 9.81  # m/s²
-    seed: int = 0
+    seed: Seed = 0
     trolley: AxisGroup
     bridge: AxisGroup | None = None
     cable: CableGroup

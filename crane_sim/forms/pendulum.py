@@ -13,7 +13,7 @@ from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
-from crane_sim.quantities import NonNegative, Positive, Real
+from crane_sim.quantities import NonNegative, Positive, Real, Seed
 from crane_sim.sources import Constant, Inputs
 from crane_sim.supports.point import Lift, Point, Servo
 
@@ -77,7 +77,7 @@ class PendulumFile(Group):
     description: str = ""
     duration: Positive  # s
     gravity: NonNegative = 9.81  # m/s²
-    seed: int = 0
+    seed: Seed = 0
     suspension: Suspension = Suspension()
     rope: Rope
     payload: PointLoad

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Protocol, Self
 import numpy as np
 from pydantic import BeforeValidator, TypeAdapter, model_validator
 
-from crane_sim.explain import SceneError
+from crane_sim.explain import SceneError, no_group
 from crane_sim.forms.groups import Group, picked
 from crane_sim.quantities import Angle
 from crane_sim.references import Path, path_of
@@ -15,6 +15,7 @@ from crane_sim.references.minimum_jerk import MinimumJerk
 from crane_sim.references.obstacle import Obstacle
 from crane_sim.references.pieces import Pieces, reordered
 from crane_sim.references.point_to_point import PointToPoint
+from crane_sim.references.replanning import pieces_of
 from crane_sim.references.shaping import Shaping, shaped
 from crane_sim.references.trajectory import Trajectory, read_trajectory
 
@@ -27,8 +28,9 @@ KINDS: dict[str, Any] = {
     "trajectory": Trajectory,
 }
 """The kinds of path, and what each takes."""
-_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, picked("kind", KINDS, "path")])
+_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, picked("kind", KINDS)])
 _SHARED = ("of", "shaping")  # keys of a path of any kind, which stand beside the kind's own
+SAME_PLACE = 1e-6  # m, rad, relative to large ones: how far from the target a path of the joints may end
 PLACES = ("x", "y", "z")  # of the payload, in the base frame
 
 
@@ -42,11 +44,18 @@ class PathGroup(Group):
 
 def _path(value: Any) -> Any:
     """Return the group read from a file."""
-    if not isinstance(value, dict):
+    if value is None:
         return value
+    if not isinstance(value, dict):
+        raise ValueError(f"{no_group()}, with kind: {' | '.join(KINDS)}")
     own = {key: entry for key, entry in value.items() if key not in _SHARED}
     if own.get("kind") == "trajectory" and "file" in own:
-        own |= read_trajectory(str(own.pop("file")))
+        told = [key for key in ("joint_names", "points") if key in own]
+        if told:
+            raise ValueError(f"file tells {told[0]}, too; leave out one of the two")
+        if not isinstance(own["file"], str):
+            raise ValueError(f"file = {own['file']!r}: must be text")
+        own |= read_trajectory(own.pop("file"))
     return {key: value[key] for key in _SHARED if key in value} | {"shape": _SHAPE.validate_python(own)}
 
 
@@ -74,6 +83,22 @@ def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tu
     if len(reference.q) != len(actuated):
         raise SceneError(f"reference.q: has {len(reference.q)} values, actuated are {actuated}")
     return reference.q
+
+
+def aim(target: tuple[float, ...] | None, path: Path | None) -> tuple[float, ...] | None:
+    """Return where the actuated joints should end: the target, or where their path ends if there is none.
+
+    Raises:
+        SceneError: the path ends elsewhere.
+    """
+    if path is None or not path.of_joints:
+        return target
+    end = tuple(float(x) for x in pieces_of(path).coefficients[-1, :, 0])
+    if target is None:
+        return end
+    if any(abs(x - y) > SAME_PLACE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)):
+        raise SceneError(f"reference.q = {list(target)}: the path of the joints ends at {list(end)}; leave out q")
+    return target
 
 
 class Follower(Protocol):
@@ -111,6 +136,8 @@ def path_in(reference: ReferenceGroup | None, file: Follower) -> Path | None:
         raise SceneError(f"reference.path: {error}") from None
     if not all(np.all(np.isfinite(part)) for part in pieces):
         raise SceneError("reference.path: is not finite: its numbers are too large or too small")
+    if np.any(np.diff(pieces.starts) <= 0.0):
+        raise SceneError(f"reference.path.start = {group.shape.start:g}: so large that the motion takes no time there")
     return path_of(pieces, group.of == "joints")
 
 

@@ -6,6 +6,7 @@ size) and, when it controls its error, `advance` (one accepted step of a size it
 
 from crane_sim.integrators.events import CHATTER, STOPPED, Seen, located, record, settled
 from crane_sim.integrators.flow import (
+    ENDLESS,
     NOT_FINITE,
     OK,
     STALLED,
@@ -17,12 +18,14 @@ from crane_sim.integrators.flow import (
     start,
     state_at,
     step,
+    stopped,
 )
 from crane_sim.jit import kernel
 from crane_sim.system import switching
 
 __all__ = [
     "CHATTER",
+    "ENDLESS",
     "NOT_FINITE",
     "OK",
     "STALLED",
@@ -43,9 +46,16 @@ __all__ = [
 ]
 
 
+MOST_STEPS = 2_000_000
+"""Steps on the way to one instant: a law that blows up asks for ever shorter ones, and a run must end."""
+
+
 @kernel
 def reach(method, p, u, flow, t, end):
     """Return the flow advanced until it covers time t, by steps that do not pass `end`."""
+    most = flow.steps + MOST_STEPS
     while flow.t < t and flow.status == OK:
         flow = located(switching(p), method, p, u, advance(method, p, u, flow, end))
+        if flow.steps >= most and flow.t < t:
+            flow = stopped(flow, ENDLESS)
     return flow

@@ -9,7 +9,7 @@ from crane_sim.jit import generic, kernel, lean_generic, routine
 from crane_sim.state_algebra import weighted_square
 from crane_sim.system import project, workspace
 
-OK, STALLED, NOT_FINITE = 0, 1, 2
+OK, STALLED, NOT_FINITE, ENDLESS = 0, 1, 2, 4
 MOST_STAGES = 12
 
 
@@ -119,6 +119,13 @@ def stepped(flow, t, x, h, evaluations):
     status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
     n = flow.evaluations + evaluations
     return Flow(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen, flow.scratch)
+
+
+@kernel
+def stopped(flow, status):
+    """Return the flow as it stands, with why it cannot go on."""
+    t0, x0, t, x, h, evaluations, steps, rejected, _, seen, work = flow
+    return Flow(t0, x0, t, x, h, evaluations, steps, rejected, status, seen, work)
 
 
 @generic

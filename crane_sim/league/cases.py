@@ -145,7 +145,6 @@ PENDULUM = (
     Trial("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
 )
 BOOM = (
-    Trial("obstacle", "knuckle_tracking", {"reference": Borrowed("offshore_obstacle")}, STILL),
     *tracked("knuckle_tracking"),
     Trial("resonant base", "knuckle_tracking", {}, wind(0.0)),
 )

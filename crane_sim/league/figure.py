@@ -28,7 +28,7 @@ class Panel(NamedTuple):
 
 PANELS = (
     Panel("mean error of the payload, m", lambda found: found.mae, 1e-3),
-    Panel("largest error of the payload, m", lambda found: found.peak_error, 1e-3),
+    Panel("largest error of the payload in the last quarter, m", lambda found: found.residual_error, 1e-3),
     Panel("residual swing, deg", lambda found: found.residual_swing, 0.1),
     Panel("largest acceleration of the tip, m/s²", lambda found: found.tip_acceleration, 0.01),
 )

@@ -29,6 +29,7 @@ class Figures(NamedTuple):
     mse: float  # m², mean of the squared distance of the payload from where it should be
     mae: float  # m, mean of the distance
     peak_error: float  # m, largest distance
+    residual_error: float  # m, largest distance in the last quarter of the run
     peak_swing: float  # deg, of the rope from the vertical
     residual_swing: float  # deg, in the last quarter of the run
     settling: float | None  # s, from the end of the path, or from the start where there is none; None: it does not
@@ -96,6 +97,7 @@ def measured(run: Rollout, on_path: bool) -> Figures:
         mse=float(np.mean(error**2)),
         mae=float(np.mean(error)),
         peak_error=float(np.max(error)),
+        residual_error=float(np.max(error[3 * len(error) // 4 :])),
         peak_swing=run.summary["peak_swing_deg"],
         residual_swing=run.summary["residual_swing_deg"],
         settling=None if outside >= run.t[-1] else float(outside - begin),

@@ -47,6 +47,7 @@ class Line(NamedTuple):
     MSE_m2: Shown
     MAE_m: Shown
     peak_error_m: Shown
+    residual_error_m: Shown
     peak_swing_deg: Shown
     residual_swing_deg: Shown
     settling_s: Shown

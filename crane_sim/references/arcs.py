@@ -5,8 +5,9 @@ s = tau - sin(2 pi tau) / (2 pi), or `smooth`, the quintic 10 tau³ - 15 tau⁴ 
 What is no polynomial is cut into short pieces, each its own Taylor series, exact to rounding.
 """
 
+from collections.abc import Mapping
 from math import ceil, cos, factorial, pi, sin, tau
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -33,7 +34,7 @@ class Line(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        return unequal(self.begin, self.end)
+        return unequal({"from": self.begin, "to": self.end})
 
     def pieces(self) -> Pieces:
         """Return the motion."""
@@ -74,10 +75,13 @@ class Arc(NamedTuple):
         return at_rest_around(times, held)
 
 
-def unequal(*places: tuple[float, ...]) -> str:
-    """Return one line when the places have different numbers of coordinates, else nothing."""
-    if len({len(place) for place in places}) > 1:
-        return f"all places need as many coordinates, here are {[len(place) for place in places]}"
+def unequal(places: Mapping[str, Any]) -> str:
+    """Return one line when those of the named places that are tuples have different numbers of coordinates."""
+    counts = {name: len(place) for name, place in places.items() if isinstance(place, tuple)}
+    first = next(iter(counts))
+    for name, count in counts.items():
+        if count != counts[first]:
+            return f"{name} needs as many coordinates as {first}, here are {count} and {counts[first]}"
     return ""
 
 

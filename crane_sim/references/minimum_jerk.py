@@ -14,9 +14,10 @@ from pydantic import Field
 
 from crane_sim.quantities import Real
 from crane_sim.references.arcs import Coordinates, unequal
-from crane_sim.references.pieces import BRIEFEST, Array, Pieces, at_rest_around, peaks
+from crane_sim.references.pieces import BRIEFEST, Array, Pieces, at_rest_around, lasting, peaks
 from crane_sim.references.point_to_point import Limits
 
+LIMITED = ("velocity", "acceleration", "jerk")
 _AT_REST = [(1, 0.0), (2, 0.0)]
 
 
@@ -32,7 +33,7 @@ class MinimumJerk(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        limits = [limit for limit in (self.velocity, self.acceleration, self.jerk) if limit is not None]
+        limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if self.times is None and not limits:
             return "needs times, or limits: velocity, acceleration, jerk"
         if self.times is not None and (limits or self.start):
@@ -41,19 +42,24 @@ class MinimumJerk(NamedTuple):
             return f"needs as many times as points, here are {len(self.times)} and {len(self.points)}"
         if self.times is not None and np.min(np.diff(self.times)) < BRIEFEST:
             return f"times must increase, by {BRIEFEST:g} s at least, here are {list(self.times)}"
-        if self.times is None and not np.all(np.any(np.diff(self.points, axis=0), axis=1)):
+        uneven = unequal({f"points[{i}]": point for i, point in enumerate(self.points)} | limits)
+        if not uneven and self.times is None and not np.all(np.any(np.diff(self.points, axis=0), axis=1)):
             return "two points that follow each other are the same: give times"
-        return unequal(*self.points, *(limit for limit in limits if isinstance(limit, tuple)))
+        return uneven
 
     def pieces(self) -> Pieces:
-        """Return the motion."""
+        """Return the motion.
+
+        Raises:
+            ValueError: its limits leave it no time.
+        """
         points = np.array(self.points)
         if self.times is not None:
             return through(points, np.array(self.times))
         ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
         pace = np.concatenate([[0.0], np.cumsum(ways) / np.sum(ways)])
         whole = shortest(through(points, pace), (self.velocity, self.acceleration, self.jerk))
-        return through(points, self.start + whole * pace)
+        return through(points, lasting(self.start + whole * pace))
 
 
 def through(points: Array, times: Array) -> Pieces:

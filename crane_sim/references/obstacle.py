@@ -11,12 +11,12 @@ import numpy as np
 
 from crane_sim.quantities import NonNegative, Positive, Real
 from crane_sim.references.arcs import Duration, unequal
-from crane_sim.references.minimum_jerk import shortest, through
-from crane_sim.references.pieces import Array, Pieces, values
+from crane_sim.references.minimum_jerk import LIMITED, shortest, through
+from crane_sim.references.pieces import Array, Pieces, lasting, values
 from crane_sim.references.point_to_point import Limits
 
 Place = tuple[Real, Real]
-Side = Literal["left", "right"]
+Side = Literal["left", "right", "shorter"]
 STEP = pi / 6.0  # rad, of the arc between two waypoints
 TRIES = 40
 LOOKS = 50  # instants in every piece at which the distance is measured
@@ -35,11 +35,11 @@ class Obstacle(NamedTuple):
     acceleration: Limits | None = None  # m/s²
     jerk: Limits | None = None  # m/s³
     start: Real = 0.0  # s
-    side: Side | Literal["shorter"] = "shorter"
+    side: Side = "shorter"
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        limits = [limit for limit in (self.velocity, self.acceleration, self.jerk) if limit is not None]
+        limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if bool(limits) == (self.duration is not None):
             return "needs one of both: duration, or limits velocity, acceleration, jerk"
         room = self.radius + self.clearance
@@ -49,18 +49,19 @@ class Obstacle(NamedTuple):
                 return f"{name} is {distance:.4g} m from the centre, within radius + clearance = {room:.4g} m"
         if self.begin == self.end:
             return "from and to are the same place"
-        return unequal(self.begin, *(limit for limit in limits if isinstance(limit, tuple)))
+        return unequal({"from": self.begin} | limits)
 
     def pieces(self) -> Pieces:
         """Return the motion.
 
         Raises:
-            ValueError: no circle about the obstacle was found around which the motion keeps the clearance.
+            ValueError: no circle about the obstacle was found around which the motion keeps the clearance, or its
+                limits leave it no time.
         """
         points, pace = self.waypoints()
         limits = (self.velocity, self.acceleration, self.jerk)
         whole = self.duration if self.duration is not None else shortest(through(points, pace), limits)
-        return through(points, self.start + whole * pace)
+        return through(points, lasting(self.start + whole * pace))
 
     def waypoints(self) -> tuple[Array, Array]:
         """Return (waypoints (K, 2) [m], the parts (K,) of the way at which they stand, from 0 to 1)."""
@@ -87,7 +88,7 @@ def distance(pieces: Pieces, centre: Array) -> float:
     return float(np.min(np.linalg.norm(values(pieces, t) - centre, axis=1)))
 
 
-def around(begin: Array, end: Array, centre: Array, radius: float, side: Side | Literal["shorter"]) -> Array:
+def around(begin: Array, end: Array, centre: Array, radius: float, side: Side) -> Array:
     """Return the waypoints (K, 2) [m] of the shortest way about a circle, which passes it on its left or right.
 
     `left` leaves the obstacle on the right, so the way turns about it clockwise.

@@ -30,6 +30,17 @@ def at_rest_around(times: Array, coefficients: Array) -> Pieces:
     return Pieces(np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after]))
 
 
+def lasting(times: Array) -> Array:
+    """Return the times (K + 1,) [s] of pieces whose lengths follow from limits.
+
+    Raises:
+        ValueError: a piece is briefer than numbers can tell.
+    """
+    if not np.min(np.diff(times)) >= BRIEFEST:
+        raise ValueError("limits so large that the motion, or a part of it, takes no time")
+    return times
+
+
 def values(pieces: Pieces, t: Array, derivative: int = 0) -> Array:
     """Return the derivative of that order (K, n) at times t (K,) [s]."""
     piece = np.clip(np.searchsorted(pieces.starts, t, side="right") - 1, 0, None)

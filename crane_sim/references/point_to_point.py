@@ -15,6 +15,7 @@ from crane_sim.quantities import Positive, Real
 from crane_sim.references.arcs import Coordinates, unequal
 from crane_sim.references.pieces import BRIEFEST, Array, Pieces, at_rest_around
 
+ARRIVED = 1e-9  # of the way, that phases too brief to be told may leave
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 """A limit of every coordinate, or of each one."""
 
@@ -31,11 +32,15 @@ class PointToPoint(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        limits = [limit for limit in (self.velocity, self.acceleration, self.jerk) if isinstance(limit, tuple)]
-        return unequal(self.begin, self.end, *limits)
+        limits = {name: getattr(self, name) for name in ("velocity", "acceleration", "jerk")}
+        return unequal({"from": self.begin, "to": self.end} | limits)
 
     def pieces(self) -> Pieces:
-        """Return the motion; rest where both places are the same."""
+        """Return the motion; rest where both places are the same.
+
+        Raises:
+            ValueError: its limits leave it no time.
+        """
         first = np.array(self.begin)
         way = np.array(self.end) - first
         if not np.any(way):
@@ -81,7 +86,7 @@ def integrated(durations: Array, jerks: Array, accelerations: Array) -> tuple[Ar
     """Return (times (K + 1,) [s], cubics (K, 4)) of the phases that last; the profile begins at 0, at rest.
 
     Raises:
-        ValueError: no phase lasts.
+        ValueError: no phase lasts, or one that matters does not.
     """
     times, rows, x, v = [0.0], [], 0.0, 0.0
     for span, j, a in zip(durations, jerks, accelerations, strict=True):
@@ -91,6 +96,6 @@ def integrated(durations: Array, jerks: Array, accelerations: Array) -> tuple[Ar
         x += span * (v + span * (0.5 * a + span * j / 6.0))
         v += span * (a + 0.5 * span * j)
         times.append(times[-1] + span)
-    if not rows:
-        raise ValueError("limits so large that the motion takes no time")
+    if not rows or times[-1] < BRIEFEST or abs(x - 1.0) > ARRIVED:
+        raise ValueError("limits so large that the motion, or a part of it, takes no time")
     return np.array(times), np.array(rows)

@@ -7,7 +7,6 @@ A file holds the message as YAML, or as CSV a head line `time,x,y,x_velocity,y_v
 of numbers for every point.
 """
 
-import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -17,6 +16,7 @@ import yaml
 from pydantic import BeforeValidator, Field
 
 from crane_sim.catalogue import config_folder
+from crane_sim.csv_table import Row, read_table
 from crane_sim.quantities import NonNegative, Real
 from crane_sim.references.pieces import BRIEFEST, Pieces, at_rest_around
 
@@ -26,10 +26,17 @@ _RATES = ("_velocity", "_acceleration")
 
 
 def _seconds(value: Any) -> Any:
-    """Return seconds for a duration message {sec, nanosec}, anything else as it is."""
-    if isinstance(value, Mapping) and set(value) <= {"sec", "nanosec"}:
-        return value.get("sec", 0) + value.get("nanosec", 0) / SECOND
-    return value
+    """Return seconds for a duration message {sec, nanosec}, anything else as it is.
+
+    Raises:
+        ValueError: a group of other keys, or of no numbers.
+    """
+    if not isinstance(value, Mapping):
+        return value
+    parts = [value.get(key, 0) for key in ("sec", "nanosec")]
+    if set(value) - {"sec", "nanosec"} or not all(type(part) in (int, float) for part in parts):
+        raise ValueError(f"must be seconds, or sec and nanosec, which are numbers, here are {dict(value)}")
+    return parts[0] + parts[1] / SECOND
 
 
 class Point(NamedTuple):
@@ -93,22 +100,23 @@ def read_trajectory(name: str) -> dict[str, Any]:
     Raises:
         ValueError: one line on why it cannot be read.
     """
-    path = Path(name) if Path(name).exists() else config_folder() / name
-    if not path.exists():
+    path = Path(name) if Path(name).is_file() else config_folder() / name
+    if not path.is_file():
         raise ValueError(f"file {name}: does not exist, here or in {config_folder()}")
     try:
         if path.suffix == ".csv":
-            with path.open(newline="") as lines:
-                return _from_rows(list(csv.reader(lines)))
-        found = next(iter(yaml.safe_load_all(path.read_text())))  # an echo of messages puts a line after each
-        return {key: found[key] for key in ("joint_names", "points")}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError, ValueError, StopIteration) as error:
+            return _from_rows(*read_table(path))
+        found = next(iter(yaml.safe_load_all(path.read_text())), None)  # an echo of messages puts a line after each
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError) as error:
         raise ValueError(f"file {path}: is no trajectory: {' '.join(str(error).split())}") from None
+    for key in ("joint_names", "points"):
+        if not isinstance(found, Mapping) or key not in found:
+            raise ValueError(f"file {path}: is no trajectory: has no key {key}")
+    return {key: found[key] for key in ("joint_names", "points")}
 
 
-def _from_rows(rows: Sequence[Sequence[str]]) -> dict[str, Any]:
-    """Return {joint_names, points} of a table, its head line first."""
-    head = [name.strip() for name in rows[0]] if rows else []
+def _from_rows(head: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
+    """Return {joint_names, points} of a table with these columns."""
     if not head or head[0] != "time":
         raise ValueError("its head line begins with time")
     names = [name for name in head[1:] if not name.endswith(_RATES)]
@@ -118,8 +126,8 @@ def _from_rows(rows: Sequence[Sequence[str]]) -> dict[str, Any]:
     if sum(map(len, columns.values())) != len(head) - 1:
         raise ValueError(f"its head line has rates of no coordinate: {', '.join(head)}")
     points = []
-    for row in rows[1:]:
-        numbers = dict(zip(head, map(float, row), strict=True))
+    for row in rows:
+        numbers = dict(zip(head, row.numbers, strict=True))
         points.append({key: [numbers[name] for name in found] for key, found in columns.items()})
         points[-1]["time_from_start"] = numbers["time"]
     return {"joint_names": names, "points": points}

@@ -62,7 +62,7 @@ def draw_knuckle(figure: Any, _: Sequence[Any]) -> None:
     for i, (panel, label) in enumerate(zip(panels, (*LABELS, *EFFORTS), strict=True)):
         number, scale = (3 + i if i < 6 else 6 + i // 2), np.degrees(1.0) if label.endswith("deg") else 1.0
         if i < 6:
-            panel.axhline(scale * target[i], color=GOAL, linewidth=0.8, linestyle="--")
+            panel.axhline(scale * target[i], color=GOAL, linewidth=0.8, linestyle="--", label="target")
         for law, run, colour in (("energy law", runs.energy, FIRST), ("LQR", runs.lqr, SECOND)):
             values = run.q[:, i] if i < 6 else run.u[:, i - 6]
             panel.plot(run.t, scale * values, color=colour, linewidth=1.0, label=law)
@@ -83,7 +83,8 @@ def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
         path.set_aspect("equal")
         path.set_title(f"{experiments[0].table}: path of the payload, m", fontsize=9)
         error.set_title(f"{experiments[0].table}: distance from where it should be, m", fontsize=9)
-        error.legend(fontsize=8, loc="upper right")
+        error.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, frameon=False)
+        path.legend(fontsize=7, loc="lower left", frameon=False)
     panels[-1][1].set_xlabel("t, s")
 
 
@@ -91,7 +92,7 @@ def _tracked(path: Any, error: Any, experiment: offshore.Experiment, colour: str
     run = offshore.run(experiment)
     found, goal = offshore.followed(run)
     path.plot(found[:, 0], found[:, 1], color=colour, linewidth=1.0)
-    path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--")
+    path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--", label="path")
     error.plot(run.t, np.linalg.norm(found - goal, axis=1), color=colour, linewidth=1.0, label=experiment.name)
     for axes in (path, error):
         axes.grid(alpha=0.3)

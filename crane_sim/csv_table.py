@@ -1,0 +1,51 @@
+"""Tables of numbers in CSV files: a head line that names the columns, and a line of numbers for every row."""
+
+import csv
+from math import isfinite
+from pathlib import Path
+from typing import NamedTuple
+
+
+class Row(NamedTuple):
+    """The numbers of one line."""
+
+    line: int  # of the file, counted from one
+    numbers: tuple[float, ...]
+
+
+def read_table(file: Path) -> tuple[list[str], list[Row]]:
+    """Return (names of the columns, rows) of a file; empty lines and a byte order mark count for nothing.
+
+    Raises:
+        ValueError: one line on why it cannot be read: its row and its text.
+    """
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as stream:
+            reader = csv.reader(stream)
+            lines = [(reader.line_num, line) for line in reader if any(cell.strip() for cell in line)]
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"cannot be read: {error}") from None
+    head = [cell.strip() for cell in lines[0][1]] if lines else []
+    for name in head:
+        if head.count(name) > 1:
+            raise ValueError(f"column {name!r} stands twice")
+    return head, [Row(number, _numbers(number, line, head)) for number, line in lines[1:]]
+
+
+def _numbers(row: int, line: list[str], head: list[str]) -> tuple[float, ...]:
+    """Return the numbers of a row, as many as there are columns."""
+    if len(line) != len(head):
+        raise ValueError(f"row {row} has {len(line)} values, the head names {len(head)} columns")
+    return tuple(_number(f"row {row}, {name} = {cell!r}", cell) for name, cell in zip(head, line, strict=True))
+
+
+def _number(where: str, cell: str) -> float:
+    try:
+        found = float(cell)
+    except ValueError:
+        raise ValueError(f"{where}: must be a number") from None
+    if not isfinite(found):
+        raise ValueError(f"{where}: must be a finite number")
+    return found
