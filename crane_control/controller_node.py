@@ -17,17 +17,21 @@ from crane_sim.laws import Law, LawError, fast_half, slow_half
 from crane_sim.ros import messages, process
 from crane_sim.ros.answering import attend
 from crane_sim.ros.demands import Demands
+from crane_sim.ros.parameters import Option
 from crane_sim.ros.path_orders import PathOrders
+from crane_sim.ros.process import Host
 from crane_sim.ros.states import State, StateReader
 from crane_sim.ros.wire import JointWire
 from crane_sim.ros.workload import Workload
 from crane_sim.scene import Scene
 
 PARAMETERS = {
-    "scene": "knuckle_setpoint",  # catalogue name or path
-    "law": "",  # empty: the scene's own
-    "mode": "lockstep",  # lockstep | realtime: wait for a slow half, or hold its last demand
-    "expected_recorders": 0,  # subscribers of the commands besides the plant
+    "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
+    "law": Option("", "control law; empty: the scene's own"),
+    "mode": Option(
+        "lockstep", "wait for a slow half, or hold its last demand as in real time", choices=("lockstep", "realtime")
+    ),
+    "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
 
 _FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
@@ -42,12 +46,13 @@ class ControllerNode:
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Build the law and try it once, so that its first answer is as quick as the others."""
-        check(settings)
         self._settings = settings
         self._scene = scene = chosen_scene(settings)
         self._law = fast_half(fresh_law(settings))
         fast_half(fresh_law(settings))(0.0, scene.initial_q, scene.initial_v)  # compiles, our law stays untouched
-        self._answered = self._next_reference = 0  # ns
+        self._answered: State | None = None
+        self._next_reference = 0  # ns
+        self._active, self._unanswered = False, b""
         self.fault = ""
         self._command = b""
         self._reader, self._workload = StateReader(node, scene), Workload(node)
@@ -60,6 +65,13 @@ class ControllerNode:
         self._states = node.create_subscription(
             JointState, "joint_states", self._on_state, messages.DEEP_STREAM, raw=True
         )
+
+    def activate(self, active: bool) -> None:
+        """Answer from now on, beginning with the newest state, or be silent."""
+        self._active, unanswered = active, self._unanswered
+        self._unanswered = b""
+        if active and unanswered:
+            self._on_state(unanswered)
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are there, the plant both ways."""
@@ -87,15 +99,18 @@ class ControllerNode:
         return Demands(node, half.names, self._settings.mode == "lockstep", self._answer) if half else None
 
     def _on_state(self, data: bytes) -> None:
+        if not self._active:
+            self._unanswered = data
+            return
         state = self._reader.read(data)
         if state is None:
             return
-        if state.stamp < self._answered:  # the plant began anew
-            self._law, self._answered, self._next_reference = fast_half(fresh_law(self._settings)), 0, 0
+        if self._answered and state.stamp <= self._answered.stamp and state != self._answered:  # the plant began anew
+            self._law, self._answered, self._next_reference = fast_half(fresh_law(self._settings)), None, 0
         self._answer(state)
 
     def _answer(self, state: State) -> None:
-        if state.stamp != self._answered and not self._evaluate(state):
+        if state != self._answered and not self._evaluate(state):
             return
         self._commands.publish(self._command)  # first of all: the plant waits for it
         if state.stamp >= self._next_reference and self._scene.reference:
@@ -113,14 +128,8 @@ class ControllerNode:
             self.fault = str(error)
             return False
         self._command = self._command_wire.encode(state.stamp, effort)
-        self._answered = state.stamp
+        self._answered = state
         return True
-
-
-def check(settings: SimpleNamespace) -> None:
-    """Raise ValueError, one line, for a parameter value that makes no sense."""
-    if settings.mode not in ("lockstep", "realtime"):
-        raise ValueError(f"parameter mode is {settings.mode!r}; it must be lockstep or realtime")
 
 
 def chosen_scene(settings: SimpleNamespace) -> Scene:
@@ -136,11 +145,14 @@ def fresh_law(settings: SimpleNamespace) -> Law:
     return law
 
 
+def serve(host: Host, settings: SimpleNamespace) -> None:
+    """Answer states until told to finish."""
+    attend(host, ControllerNode(host.node, settings), settings.autostart)
+
+
 def main() -> int:
     """Run the node; see `process.main` for the exit code."""
-    return process.main(
-        "controller", PARAMETERS, lambda host, settings: attend(host, ControllerNode(host.node, settings))
-    )
+    return process.main("controller", PARAMETERS, serve, managed=True)
 
 
 if __name__ == "__main__":

@@ -12,14 +12,16 @@ from crane_control.controller_node import chosen_scene, fresh_law
 from crane_sim.laws import Law, LawError, SlowHalf, slow_half
 from crane_sim.ros import messages, process
 from crane_sim.ros.answering import attend
+from crane_sim.ros.parameters import Option
 from crane_sim.ros.path_orders import PathOrders
+from crane_sim.ros.process import Host
 from crane_sim.ros.states import State, StateReader
 from crane_sim.ros.workload import Workload
 
 PARAMETERS = {
-    "scene": "offshore_two_rate",  # catalogue name or path
-    "law": "",  # empty: the scene's own
-    "expected_recorders": 0,  # subscribers of the demands besides the controller
+    "scene": Option("offshore_two_rate", "scene: a name of the catalogue or a path"),
+    "law": Option("", "control law; empty: the scene's own"),
+    "expected_recorders": Option(0, "subscribers of the demands besides the controller", 0, 100),
 }
 
 
@@ -36,7 +38,9 @@ class TrackerNode:
         self._scene = scene = chosen_scene(settings)
         self._law, half = halved_law(settings)
         halved_law(settings)[0](0.0, scene.initial_q, scene.initial_v)  # compiles, and leaves our law untouched
-        self._seen = self._answered = 0  # ns
+        self._seen: State | None = None
+        self._answered = 0  # ns
+        self._active, self._unanswered = False, b""
         self.fault = ""
         self._reader, self._workload = StateReader(node, scene), Workload(node)
         self._demand = messages.demand_message(half.names)
@@ -45,6 +49,13 @@ class TrackerNode:
         self._states = node.create_subscription(
             JointState, "joint_states", self._on_state, messages.DEEP_STREAM, raw=True
         )
+
+    def activate(self, active: bool) -> None:
+        """Answer from now on, beginning with the newest state, or be silent."""
+        self._active, unanswered = active, self._unanswered
+        self._unanswered = b""
+        if active and unanswered:
+            self._on_state(unanswered)
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are there."""
@@ -63,12 +74,15 @@ class TrackerNode:
         return {"tracker_us": self._workload.figures()}
 
     def _on_state(self, data: bytes) -> None:
+        if not self._active:
+            self._unanswered = data
+            return
         state = self._reader.read(data)
         if state is None:
             return
-        if state.stamp < self._seen:  # the plant began anew
+        if self._seen and state.stamp <= self._seen.stamp and state != self._seen:  # the plant began anew
             self._law, self._answered = halved_law(self._settings)[0], 0
-        self._seen = state.stamp
+        self._seen = state
         if state.stamp == self._answered or self._evaluate(state):
             self._demands.publish(self._demand)
 
@@ -96,9 +110,14 @@ def halved_law(settings: SimpleNamespace) -> tuple[Law, SlowHalf]:
     return law, half
 
 
+def serve(host: Host, settings: SimpleNamespace) -> None:
+    """Answer states with demands until told to finish."""
+    attend(host, TrackerNode(host.node, settings), settings.autostart)
+
+
 def main() -> int:
     """Run the node; see `process.main` for the exit code."""
-    return process.main("tracker", PARAMETERS, lambda host, settings: attend(host, TrackerNode(host.node, settings)))
+    return process.main("tracker", PARAMETERS, serve, managed=True)
 
 
 if __name__ == "__main__":

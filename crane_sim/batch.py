@@ -28,7 +28,7 @@ from crane_sim.integrators import OK, Flow
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.lane_algebra import LANES
-from crane_sim.plant import SimulationError, check_status
+from crane_sim.outcome import SimulationError, check_status
 from crane_sim.rollout import SceneSource, checked_times
 from crane_sim.scene import Scene
 from crane_sim.stepping import begin

@@ -67,6 +67,8 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
         here, there = getattr(scene, name), getattr(first, name)
         if here != there:
             raise SceneError(f"crane {i}: {name} = {here}, that of crane 0 is {there}: a batch keeps one time")
+    if scene.hardware is not None and not scene.hardware.ideal:
+        raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
     if scene.sampled and not system.command.knows(type(scene.law)):
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
 

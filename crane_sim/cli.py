@@ -1,179 +1,26 @@
-"""The command `crane`."""
+"""The command `crane`: from its first statement on Ctrl-C ends it in one line, so what it can do is imported later."""
 
-import json
-import signal
-import subprocess
+import os
 import sys
-from dataclasses import replace
-from typing import Any
 
-import click
-import yaml
-from rich.console import Console
-
-from crane_sim import report
-from crane_sim.catalogue import config_folder, scene_files
-from crane_sim.explain import SceneError
-from crane_sim.run_options import RunOptions, check_folder, run_options
-from crane_sim.scene_options import as_json_option, loaded_scene, scene_options
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
-def app() -> None:
-    """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
-
-    SCENE is a name of the catalogue (crane scenes) or a file.
-    """
-
-
-@app.command()
-@scene_options
-@run_options
-def run(scene: str, as_json: bool, **given: Any) -> None:
-    """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
-    from crane_sim import orchestration
-
-    options = RunOptions(**{name: given.pop(name) for name in RunOptions._fields})
-    options.check()
-    loaded = loaded_scene(scene, **given)
-    arguments = options.arguments(loaded.name)
-    with _compiling(quiet=as_json):
-        _warm_plant(loaded)
-    with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as on_progress:
-        summary = orchestration.run(loaded, on_progress=on_progress, **arguments)
-    _finish(summary, as_json)
-
-
-@app.command()
-@scene_options
-def simulate(scene: str, as_json: bool, **changes: Any) -> None:
-    """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
-    from crane_sim.plant import SimulationError
-    from crane_sim.rollout import simulate as roll_out
-
-    loaded = loaded_scene(scene, **changes)
-    with _compiling(quiet=as_json):
-        roll_out(replace(loaded, duration=loaded.period))
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # compiled code cannot carry a KeyboardInterrupt out
-    ended = {}
-    try:
-        result = roll_out(loaded)
-    except SimulationError as error:
-        if error.run is None:
-            raise
-        result, ended = error.run, {"error": str(error)}
-    _finish(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, as_json)
-
-
-@app.command()
-@as_json_option
-def scenes(as_json: bool) -> None:
-    """List the catalogue, one line each."""
-    found = {name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()}
-    if as_json:
-        print(json.dumps(found))
-    else:
-        report.print_scenes(found)
-
-
-@app.command()
-@click.argument("file")
-def check(file: str) -> None:
-    """Validate a scene file."""
-    loaded = loaded_scene(file)
-    drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
-    print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
-
-
-@app.command()
-@click.argument("item", required=False)
-@click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
-@as_json_option
-def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
-    """Put what the papers print, and references, beside what is measured here.
-
-    ITEM: overhead, hardcases, knuckle, offshore; all when left out.
-    """
-    from crane_sim.reproduce import show
-
-    check_folder(folder)
-    show(item, as_json, folder)
-
-
-@app.command()
-@click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
-@as_json_option
-def league(folder: str | None, as_json: bool) -> None:
-    """Try every law on every scene that suits it: errors, swing, efforts (some minutes)."""
-    from crane_sim.league.command import league as played
-
-    check_folder(folder)
-    played(as_json, folder)
-
-
-@app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
-@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
-def bench(arguments: tuple[str, ...]) -> None:
-    """Measure speed against error on the benchmark's scenes, and the whole path (crane bench -h)."""
-    from crane_sim.bench.command import bench as command  # here: it imports every part
-
-    command.main(list(arguments), prog_name="crane bench", standalone_mode=False)
-
-
-@app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
-@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
-def test(arguments: tuple[str, ...]) -> None:
-    """Run the test suite; arguments are pytest's."""
-    tree = config_folder().parent
-    if not (tree / "test").is_dir():
-        raise SceneError(f"{tree}: has no tests; run this in the source tree")
-    sys.exit(subprocess.call([sys.executable, "-m", "pytest", *arguments], cwd=tree))
-
-
-def _compiling(quiet: bool) -> Any:
-    """Return a context that tells a person why the first run of a kind of scene takes its time."""
-    console = Console(stderr=True, quiet=quiet)
-    return console.status("compiling the equations of this kind of scene (ten seconds or so, the first time only)")
-
-
-def _warm_plant(scene: Any) -> None:
-    """Compile what the nodes need once, before they would all compile it side by side."""
-    from crane_sim.plant import Plant
-
-    plant = Plant(scene)
-    demand = scene.law(0.0, plant.q, plant.v) if scene.law else (0.0,) * len(scene.actuated)
-    plant.advance(demand if scene.sampled else None)
-    plant.summary()
-
-
-def _finish(summary: dict[str, Any], as_json: bool) -> None:
-    """Print the summary and leave with the exit code it asks for."""
-    if as_json:
-        print(json.dumps(report.plain(summary)))
-    elif summary.get("steps"):
-        report.print_summary(summary)
-    if "error" in summary:
-        print(f"crane: {summary['error']}", file=sys.stderr)
-        raise SystemExit(1)
-
-
-def _fail(message: str, code: int) -> int:
-    """Tell a failure in one line, as JSON too where that was asked for, and return the exit code."""
-    if "--json" in sys.argv:
-        print(json.dumps({"error": message}))
-    print(f"crane: {message}", file=sys.stderr)
-    return code
+from crane_sim import interruption
 
 
 def main() -> int:
     """Run the command; return its exit code: 0 done, 1 a fault while running, 2 bad input."""
+    interruption.end_at_once(_interrupted)
+    import click
+
+    from crane_sim.commands import app
+    from crane_sim.explain import SceneError
+
     try:
         return app(standalone_mode=False) or 0
     except SceneError as error:
         return _fail(str(error), 2)
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
-    except (click.Abort, KeyboardInterrupt):  # Abort is a RuntimeError as well
+    except click.Abort:  # a RuntimeError as well
         return _fail("interrupted", 1)
     except RuntimeError as error:
         return _fail(str(error), 1)
@@ -181,3 +28,20 @@ def main() -> int:
         return _fail("the run does not fit into memory; shorten its duration", 1)
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a gap in the checks: still one line
         return _fail(f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1)
+
+
+def _fail(message: str, code: int) -> int:
+    """Tell a failure in one line, as JSON too where that was asked for, and return the exit code."""
+    if "--json" in sys.argv:
+        import json
+
+        print(json.dumps({"error": message}), flush=True)
+    print(f"crane: {message}", file=sys.stderr, flush=True)
+    return code
+
+
+def _interrupted() -> None:
+    """End the process, whatever its other threads do."""
+    if sys.stderr.isatty():
+        print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # what a progress display leaves: its line, no cursor
+    os._exit(_fail("interrupted", 1))

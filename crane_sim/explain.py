@@ -112,9 +112,17 @@ def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
     return f"{path}{joint}{message}" if path else message
 
 
+def one_word(name: Any) -> str:
+    """Return a name as it is, or shortened where it would not stand well in a line."""
+    return name if isinstance(name, str) and name.isprintable() and len(name) <= 60 else shortened(name)
+
+
 def shortened(value: Any) -> str:
-    """Return a value as it is told in a line."""
-    text = repr(value)
+    """Return a value as a short text for a message."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError) as error:  # an integer of thousands of digits; groups in groups in groups
+        return f"{type(value).__name__} ({error})"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -124,6 +132,8 @@ def _fields(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
         fields = kind.model_fields if isinstance(kind, type) and issubclass(kind, BaseModel) else {}
         if isinstance(part, int):
             kind = next(iter(get_args(kind)), None)
+        elif get_origin(kind) is dict:
+            kind = get_args(kind)[1]
         else:
             kind = fields[part].annotation if part in fields else getattr(kind, "__annotations__", {}).get(part)
         while get_origin(kind) in (Annotated, Union, types.UnionType):

@@ -82,11 +82,10 @@ class Metrics:
         self._scene, self._model = scene, model
         self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
         self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
-        self._initial = self._of_driven(scene.initial_q)
-        self._energy0, _ = energies(model, x)
+        self._initial, (self._energy0, _) = self._of_driven(scene.initial_q), energies(model, x)
         self._sha = hashlib.sha256()
         self._last: Array | None = None
-        self._work = 0.0
+        self._work = self._before = 0.0
         self._peak = np.zeros(self._nu)
         self._unsettled = np.full(self._nu, -1.0)
         self._swing = self._residual = 0.0
@@ -129,6 +128,11 @@ class Metrics:
             error = np.abs(self._scene.reference - q[:, self._driven])
             outside = error > SETTLED * np.abs(np.subtract(self._scene.reference, self._initial))
             self._unsettled = np.maximum(self._unsettled, np.where(outside, t[:, None], -1.0).max(axis=0))
+
+    def change(self, scene: Scene, model: Any, q: Vector, given: float = 0.0) -> None:
+        """Go on from positions q with another model: one with a meter, or a payload that brought `given` energy [J]."""
+        self._before = given + (self._worked(q) if self._model.meter is None else self._before)
+        self._scene, self._model = scene, model
 
     def summary(self, t: float, q: Vector, v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
         """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
@@ -179,13 +183,18 @@ class Metrics:
                 times[name] = 0.0
         return times
 
+    def _worked(self, q: Vector) -> float:
+        """Return the work [J] of held efforts up to positions q."""
+        if self._last is None:
+            return 0.0
+        way = self._of_driven(q) - self._last[self._driven]
+        return self._work + float(self._last[2 * self._nq : 2 * self._nq + self._nu] @ way)
+
     def _audit(self, q: Vector, flow: Any) -> float:
         if self._last is None:
             return 0.0
         energy, supplied = energies(self._model, flow.x)
-        if self._model.meter is None:
-            u = self._last[2 * self._nq : 2 * self._nq + self._nu]
-            supplied = self._work + float(u @ (self._of_driven(q) - self._last[self._driven]))
+        supplied += self._worked(q) if self._model.meter is None else self._before
         low, high = self._potential
         scale = max(self._kinetic + high - low, 1e-9 * max(abs(low), abs(high)), 1e-12)
         return abs(energy - self._energy0 - supplied) / scale

@@ -1,74 +1,25 @@
 """A scene in motion, one control period at a time: what `simulate` and the plant node both step."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from crane_sim import outputs as _outputs  # noqa: F401  registers what a crane shows
-from crane_sim.integrators import CHATTER, ENDLESS, NOT_FINITE, OK, STALLED, STOPPED
+from crane_sim.explain import unknown_key
+from crane_sim.hardware.rig import Rig
+from crane_sim.integrators import OK
 from crane_sim.metrics import Metrics, polyline
+from crane_sim.outcome import SimulationError, check_status, events_of, noted_events
 from crane_sim.scene import Scene
-from crane_sim.stepping import begin, free_step, held_step
+from crane_sim.starts import as_tuple, begun, placed, resumed
+from crane_sim.stepping import free_step, held_step
+
+__all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
 
 BLOCK = 512
-SHOWN = 20
-"""Events in the summary."""
-
-
-class SimulationError(RuntimeError):
-    """The simulation cannot go on; the message is one line with the time and the cause.
-
-    Attributes:
-        run: the Rollout up to there, where `simulate` raised it.
-    """
-
-    run: Any = None
-
-
-def as_tuple(vector: Any) -> tuple[float, ...]:
-    """Return a vector of compiled code, a tuple or an array, as a tuple of floats."""
-    return vector if isinstance(vector, tuple) else tuple(vector.tolist())
-
-
-_CAUSES = {
-    NOT_FINITE: "the state is not finite",
-    STALLED: "the step size shrank to nothing",
-    ENDLESS: "the motion has become too fast to follow",
-    CHATTER: "the equations switch back and forth without end",
-}
-
-
-def check_status(flow: Any, model: Any) -> None:
-    """Raise SimulationError when the integration under way has failed, or the model is no longer valid."""
-    if flow.status == OK:
-        return
-    cause, remedy = _CAUSES.get(flow.status, ""), "check the scene's parameters and steps"
-    if flow.status >= STOPPED:
-        cause, remedy = model.story(flow.status - STOPPED)
-    raise SimulationError(f"stopped at t = {flow.t:.6g} s: {cause}; {remedy}")
-
-
-def events_of(flow: Any, model: Any, end: float) -> list[tuple[float, str]]:
-    """Return (time [s], what happened) of every event that was kept, in the order of time.
-
-    Steps that follow the solution may reach beyond `end` [s]: what happens there is not part of the run, unless it is
-    what ended it.
-    """
-    if flow.seen is None:
-        return []
-    rows = flow.seen.rows[: min(flow.seen.total, len(flow.seen.rows))]
-    last = end if flow.status == OK else flow.t
-    return [(float(t), model.story(int(which))[0]) for t, which in rows if t <= last]
-
-
-def noted_events(flow: Any, model: Any, end: float) -> dict[str, Any]:
-    """Return the first events and their number for the summary; nothing for a model that does not switch."""
-    if flow.seen is None:
-        return {}
-    events = events_of(flow, model, end)
-    unkept = max(0, flow.seen.total - len(flow.seen.rows))
-    return {"events": [{"t": t, "what": what} for t, what in events[:SHOWN]], "event_count": len(events) + unkept}
+SLOW = 5e-3  # rad/s or m/s, below which a joint rests: what hangs from it still bends its brake
+RESTED = 0.1  # s
 
 
 class Plant:
@@ -77,26 +28,36 @@ class Plant:
     Attributes:
         k: control periods passed.
         q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
-        applied: efforts applied in the last period (nu,), after limits.
-        saturated: periods in which a demand was limited.
+        seen: (q, v) as the scene's sensors show them, the true ones where it has none.
+        applied: efforts applied at the begin of the last period (nu,), after limits and brakes.
+        faults: names of the faults that the scene may have.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Put the crane in its initial state."""
         self.scene = scene
-        self.model = scene.model
+        self._driven = [scene.joint_names.index(name) for name in scene.actuated]
+        self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
         self.reset()
 
-    def reset(self) -> None:
-        """Return to the scene's initial state and forget the run."""
-        initial = (np.array(self.scene.initial_q), np.array(self.scene.initial_v))
-        self._flow, q, v = begin(self.model, *initial)
-        self.q, self.v = as_tuple(q), as_tuple(v)
-        self.k, self.saturated, self._filled = 0, 0, 0
+    def reset(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
+        """Return to t = 0 in a state, the scene's initial one when none is given, and forget the run.
+
+        Args:
+            q: joint positions (nq,), the scene's own when left out.
+            v: joint velocities (nq,), likewise.
+
+        Raises:
+            SceneError: the crane cannot be in that state; the plant goes on as if nothing was asked.
+        """
+        start = placed(self.scene, q, v)
+        self.model = self.scene.model
+        self.seen: tuple[tuple[float, ...], tuple[float, ...]]
+        self._flow, self.q, self.v, self.seen, self._rig = begun(start)
+        self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
-        nq = len(self.q)
-        self._rows = np.empty((BLOCK, 2 * nq + len(self.applied) + 1))
-        self._metrics = Metrics(self.scene, self.model, self._flow.x)
+        self._rows = np.empty((BLOCK, 2 * len(self.q) + len(self.applied) + 1))
+        self._metrics = Metrics(start, self.model, self._flow.x)
 
     @property
     def t(self) -> float:
@@ -114,30 +75,101 @@ class Plant:
         """The integration under way, with its counters of evaluations and steps."""
         return self._flow
 
+    @property
+    def saturated(self) -> int:
+        """Periods in which a demand was limited."""
+        return self._saturated + (self._rig.saturated if self._rig is not None else 0)
+
+    @property
+    def braking(self) -> bool:
+        """Whether the brakes of all actuated joints hold, and the drives are off, in what passes from now on."""
+        return self._braking
+
+    @braking.setter
+    def braking(self, on: bool) -> None:
+        if on == self._braking:
+            return
+        rig = self._rig or self._equipped()
+        rig.brake(on)
+        self._braking, self._still = on, 0
+
+    def _equipped(self) -> Rig:
+        """Return brakes to go on with; they do work within a period, so the model needs a meter."""
+        self._flush()
+        metered = self.model.metered(held=False)
+        self._flow = resumed(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
+        self._metrics.change(self.scene, metered, self.q)
+        self.model, self._rig = metered, Rig(self.scene)
+        self._rig.drive(self.applied)
+        return self._rig
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the actuated joints rest, or, while the brakes hold, have rested for a while."""
+        if self._braking:
+            return self._still * self.scene.period >= RESTED
+        return self._rests()
+
+    def _rests(self) -> bool:
+        return all(abs(self.v[i]) < SLOW for i in self._driven)
+
+    def set_fault(self, name: str, on: bool) -> None:
+        """Let a fault of the scene be there, or not, from the next period on, whatever its times say.
+
+        Raises:
+            ValueError: there is no such fault; one line.
+        """
+        if self._rig is None or name not in self.faults:
+            known = unknown_key(name, self.faults, "fault")
+            raise ValueError(known if self.faults else f"unknown fault {name!r}: the scene has none")
+        self._rig.order(name, on)
+
     def advance(self, u: Sequence[float] | None = None) -> None:
         """Pass one control period.
 
         Args:
-            u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source.
+            u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source. While the
+                brakes hold, they are ignored.
 
         Raises:
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
+        flow, q, v, seen, applied = self._passed(None if u is None else tuple(u))
+        if flow.status != OK and flow.t < (self.k + 1) * self.scene.period:
+            check_status(flow, self.model)
+        self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
+        self.seen = (self.q, self.v) if seen is None else (as_tuple(seen[0]), as_tuple(seen[1]))
+        self.k += 1
+        self._filled += 1
+        self._still = self._still + 1 if self._braking and self._rests() else 0
+        if self._filled == BLOCK:
+            self._flush()
+
+    def _passed(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+        """Return (flow, q, v, what sensors show or None, efforts applied) one period later."""
         scene, end = self.scene, (self.k + 1) * self.scene.period
+        if self._rig is not None:
+            return self._passed_with(self._rig, u)
         if u is None:
             here = (self._flow, self.t, end, self._rows, self._filled)
             flow, q, v, applied = free_step(scene.method, self.model, scene.source, *here)
         else:
-            u = tuple(u)
             flow, q, v, applied = held_step(scene.method, self.model, u, self._flow, end, self._rows, self._filled)
-            self.saturated += applied != u
-        if flow.status != OK and flow.t < end:
-            check_status(flow, self.model)
-        self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
-        self.k += 1
-        self._filled += 1
-        if self._filled == BLOCK:
+            self._saturated += applied != u
+        return flow, q, v, None, applied
+
+    def _passed_with(self, rig: Rig, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+        demand = rig.demand(self.t, self.q, self.v) if u is None else u
+        here = (self._flow, self.k, self.scene.period, self._rows, self._filled)
+        mass, given = rig.mass, rig.given
+        flow, (q, v), seen, applied = rig.step(self.scene.method, self.model, demand, *here)
+        if rig.mass != mass:
+            row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
             self._flush()
+            self._rows[0] = row
+            laden = replace(self.scene, model=rig.crane(self.scene.model, rig.mass))
+            self._metrics.change(laden, rig.crane(self.model, rig.mass), self.q, rig.given - given)
+        return flow, q, v, seen if self.scene.hardware is not None else None, applied
 
     def _flush(self) -> None:
         start = self.k - self._filled
@@ -149,4 +181,5 @@ class Plant:
         """Return the run's figures up to now: keys and meanings as of `crane_sim.metrics.Metrics.summary`."""
         self._flush()
         figures = self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
-        return figures | noted_events(self._flow, self.model, self.t)
+        further = self._rig.summary() if self._rig is not None else {}
+        return figures | noted_events(self._flow, self.model, self.t) | further

@@ -3,7 +3,7 @@
 import re
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 _ANGLE = re.compile(r"\s*([-+0-9.eE]+)\s*(deg|rad)?\s*")
 _RADIANS = {"deg": 0.017453292519943295, "rad": 1.0, None: 1.0}
@@ -34,6 +34,18 @@ def no_switch(value: Any) -> Any:
     return value
 
 
+def in_a_line(text: str) -> str:
+    """Return the text if it can stand in a line and in the name of a file.
+
+    Raises:
+        ValueError: it cannot.
+    """
+    if len(text) > 100 or not text.isprintable() or "/" in text:
+        raise ValueError("must be at most 100 characters of one line, without '/'")
+    return text
+
+
+Name = Annotated[str, AfterValidator(in_a_line)]
 Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, allow_inf_nan=False)]

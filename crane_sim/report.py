@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 from rich.markup import escape
@@ -66,9 +66,16 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+class Teller(NamedTuple):
+    """How a run tells a person where it is: `move(steps done, steps in all)`, and `say(line)` on what happens."""
+
+    move: Callable[[int, int], None]
+    say: Callable[[str], None]
+
+
 @contextmanager
-def progress(scene: "Scene", hidden: bool) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of (steps done, steps in all) that moves a progress bar with the real-time factor."""
+def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
+    """Yield a teller with a progress bar that shows the real-time factor; hidden, only lines are told."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -83,7 +90,10 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[Callable[[int, int], None
             factor = f"{done * scene.period / elapsed:.1f} x real time" if elapsed > 0.0 and done else "starting"
             bar.update(task, completed=done, factor=factor)
 
-        yield move
+        def say(line: str) -> None:
+            bar.console.print(f"crane: {line}", highlight=False, markup=False, soft_wrap=True)
+
+        yield Teller(move, say)
 
 
 def print_summary(summary: dict[str, Any]) -> None:
@@ -109,9 +119,15 @@ def print_summary(summary: dict[str, Any]) -> None:
     if more:
         console.print(f"{'':14}and {more} events more", highlight=False)
     console.print(f"state sha256  {summary.get('state_sha256')}", highlight=False)
+    _print_files(console, summary)
+
+
+def _print_files(console: Console, summary: dict[str, Any]) -> None:
     for key in ("recording", "mcap"):
         if summary.get(key):
             console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
+    for part in summary.get("parts", ()):
+        console.print(f"{'part':<13} {part}", highlight=False, soft_wrap=True)
 
 
 def _add_commands(table: Table, summary: dict[str, Any]) -> None:
@@ -127,6 +143,8 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
             table.add_row(title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs")
     if summary.get("recording"):
         table.add_row("recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost")
+    if restarts := summary.get("restarts"):
+        table.add_row("replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items()))
 
 
 def _print_joints(console: Console, summary: dict[str, Any]) -> None:

@@ -2,19 +2,19 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim import system
-from crane_sim.laws import asked, fresh
+from crane_sim.laws import fresh
 from crane_sim.metrics import Derived, Metrics, derived
-from crane_sim.plant import Plant, SimulationError, check_status, events_of, noted_events
+from crane_sim.outcome import SimulationError, check_status, events_of, noted_events
+from crane_sim.passage import Passage, passage
 from crane_sim.scene import Scene, load_scene
-from crane_sim.stepping import Replay, begin, free_rollout, held_rollout
+from crane_sim.stepping import begin
 
 Array = npt.NDArray[np.float64]
 SceneSource = Scene | str | Path | Mapping[str, Any]
@@ -92,14 +92,12 @@ def simulate(
     times = checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
-    model = scene.model
-    rows, samples, flow, saturated = _run(scene, model, fresh(law if callable(law) else scene.law), times)
-    wall = time.perf_counter() - started
+    run = passage(scene, fresh(law if callable(law) else scene.law), times)
+    wall, (rows, samples, flow), model = time.perf_counter() - started, run[:3], scene.model
     counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
-    events = events_of(flow, model, periods[-1])
-    result = _rollout(scene, *shown, counted, _summary(scene, model, rows, flow, saturated), events)
+    result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(flow, model, periods[-1]))
     if len(rows) <= scene.steps:
         _end_early(result, flow, model)
     return result
@@ -140,49 +138,30 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     return np.minimum(wanted, end)
 
 
-def _run(scene: Scene, model: Any, law: Any, times: Array) -> tuple[Array, Array, Any, int]:
-    """Return (rows, samples, last flow, periods in which a demand was limited) of a run, up to where it ended."""
-    flow, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
-    nq, nu = len(q), len(scene.actuated)
-    rows, samples = (np.empty((n, 2 * nq + nu + 1)) for n in (scene.steps + 1, len(times)))
-    demands = np.empty((scene.steps, nu))
-    if not scene.sampled:
-        flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
-        return *_whole(scene, rows, times, samples, passed), flow, 0
-    if not system.command.knows(type(law)):
-        law = Replay(model, scene.period, _demanded(scene, law))
-    flow, passed = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
-    limited = np.any(demands[:passed] != rows[:passed, 2 * nq : -1], axis=1)
-    return *_whole(scene, rows, times, samples, passed), flow, int(limited.sum())
-
-
-def _whole(scene: Scene, rows: Array, times: Array, samples: Array, passed: int) -> tuple[Array, Array]:
-    """Return rows and samples up to the end of the last whole period."""
-    return rows[: passed + 1], samples[times <= passed * scene.period] if passed < scene.steps else samples
-
-
-def _demanded(scene: Scene, law: Any) -> Array:
-    """Return the demands (steps, nu) of a law that is Python, asked every period."""
-    plant = Plant(scene)
-    demands = np.empty((scene.steps, len(scene.actuated)))
-    for k in range(scene.steps):
-        demand = asked(law, plant.t, plant.q, plant.v, demands.shape[1])
-        demands[k] = demand
-        plant.advance(demand)
-    return demands
-
-
-def _summary(scene: Scene, model: Any, rows: Array, flow: Any, saturated: int) -> dict[str, Any]:
-    nq = len(scene.joint_names)
+def _summary(scene: Scene, run: Passage) -> dict[str, Any]:
+    model, rows, flow, nq = scene.model, run.rows, run.flow, len(scene.joint_names)
     metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
-    metrics.extend(t[:-1], rows[:-1])
-    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, saturated)
+    given = run.rig.given if run.rig is not None else 0.0
+    for first, last, laden in run.stretches(scene):
+        if laden is not model:
+            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), given)
+            given = 0.0
+        metrics.extend(t[first:last], rows[first:last])
+    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, run.saturated)
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
-    return head | figures | noted_events(flow, model, t[-1])
+    further = run.rig.summary() if run.rig is not None else {}
+    return head | figures | noted_events(flow, model, t[-1]) | further
 
 
-def _rollout(scene: Scene, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
+def _rollout(scene: Scene, run: Passage, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
     nq = len(scene.joint_names)
     q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : -1]
-    return Rollout(scene, t, q, v, u, rows[:, -1], derived(scene, t, q, v, u), stats, summary, events)
+    parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.stretches(scene)]
+    parts[-1][1] = len(t)
+    found = [
+        derived(replace(scene, model=laden), t[i:j], q[i:j], v[i:j], u[i:j])
+        for (i, j), (_, _, laden) in zip(parts, run.stretches(scene), strict=True)
+    ]
+    whole = found[0] if len(found) == 1 else Derived(*map(np.concatenate, zip(*found, strict=True)))
+    return Rollout(scene, t, q, v, u, rows[:, -1], whole, stats, summary, events)

@@ -13,6 +13,7 @@ import click
 
 from crane_sim.explain import SceneError
 
+SILENCES = ("zero", "hold", "brake")
 VIEWER_PORT = 9876  # where a Rerun viewer looks when it is told nothing
 
 _OPTIONS = (
@@ -24,6 +25,10 @@ _OPTIONS = (
     click.option("--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."),
     click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
     click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
+    click.option("--wait", type=float, default=120.0, help="s without your own node until the run ends; 0: never."),
+    click.option("--restart", is_flag=True, help="Replace a controller or recorder that dies."),
+    click.option("--on-silence", default="zero", help="Realtime, no commands: zero | hold | brake."),
+    click.option("--fifo", type=int, default=0, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
 
@@ -38,6 +43,10 @@ class RunOptions(NamedTuple):
     live: bool
     domain_id: int | None
     no_controller: bool
+    wait: float = 120.0
+    restart: bool = False
+    on_silence: str = "zero"
+    fifo: int = 0
 
     def check(self) -> None:
         """Raise SceneError, one line, for what is not possible."""
@@ -47,6 +56,15 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--rate = {self.rate}: must be a positive number")
         if self.domain_id is not None and not 0 <= self.domain_id <= 232:
             raise SceneError(f"--domain-id = {self.domain_id}: possible: 0 .. 232")
+        if self.on_silence not in SILENCES:
+            raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(SILENCES)}")
+        if not 0 <= self.fifo <= 99:
+            raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
+        if not (self.wait >= 0.0 and math.isfinite(self.wait)):
+            raise SceneError(f"--wait = {self.wait}: must be a number of seconds, 0 or more")
+        self._check_files()
+
+    def _check_files(self) -> None:
         if self.record is not None and self.no_record:
             raise SceneError("--record and --no-record: only one of the two is possible")
         if self.live and self.no_record:
@@ -74,6 +92,10 @@ class RunOptions(NamedTuple):
             "live_port": _free_port() if self.live else None,
             "domain_id": self.domain_id,
             "controller": not self.no_controller,
+            "wait": self.wait or math.inf,
+            "restart": self.restart,
+            "on_silence": self.on_silence,
+            "fifo": self.fifo,
         }
 
 

@@ -10,7 +10,8 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.explain import SceneError, one_line
+from crane_sim.explain import SceneError, one_line, one_word
+from crane_sim.forms.hardware_parts import acts, equipment_of
 from crane_sim.forms.knuckle import KnuckleFile
 from crane_sim.forms.method_choice import check_fit, chosen
 from crane_sim.forms.overhead import OverheadFile
@@ -54,6 +55,7 @@ class Scene:
     effort_units: tuple[str, ...]  # (nu,)
     notes: Mapping[str, Any]  # what was chosen for the scene, and goes into the summary
     document: Mapping[str, Any] = field(repr=False)
+    hardware: Any = field(default=None, compare=False)  # `hardware.equipment.Equipment`; None where all is ideal
 
     @property
     def period_ns(self) -> int:
@@ -88,52 +90,60 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     Raises:
         SceneError: one line naming the culprit, its value and what is possible.
     """
-    document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
-    own = copy.deepcopy(document.get("control")) if "control.law" in (overrides or {}) else None
-    for key, value in (overrides or {}).items():
-        put(document, key, value)
+    own = None
+    try:
+        document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
+        own = copy.deepcopy(document.get("control")) if "control.law" in (overrides or {}) else None
+        for key, value in (overrides or {}).items():
+            put(document, key, value)
+    except RecursionError:
+        raise SceneError("scene: has groups within groups beyond all measure") from None
     try:
         return _build(document)
     except ForeignSetting as error:
         raise SceneError(f"scene {_name(document)}: {error.beside(own)}") from None
-    except SceneError as error:
+    except (SceneError, RecursionError) as error:
         raise SceneError(f"scene {_name(document)}: {error}") from None
 
 
 def _name(document: Mapping[str, Any]) -> str:
-    return str(document.get("name", "given as a dict"))
+    return one_word(document.get("name", "given as a dict"))
 
 
 def _build(document: dict[str, Any]) -> Scene:
     file = _validated(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
-    control = file.control
-    continuous = control is not None and control.period == "continuous"
+    same |= {"name": file.name or "unnamed", "period": _period(file)}
+    control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, why = chosen(file.integrator, file.demands(sampled))
-    model = crane.metered(held=sampled or type(source) is tuple)
+    hardware, noted = equipment_of(file, same["period"])
+    model = crane.metered(held=(sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
         **same,
-        name=file.name or "unnamed",
         model=model,
-        period=_period(file),
         method=method,
         law=law,
-        law_name=control.law if control is not None else None,
+        law_name=control and control.law,
         sampled=sampled,
         source=source,
-        notes=file.notes | ({"method": why} if why else {}),
+        notes=file.notes | ({"method": why} if why else {}) | noted,
         document=document,
+        hardware=hardware,
     )
 
 
 def _goal(file: File) -> dict[str, Any]:
     path = path_in(file.reference, file)
     return {"path": path, "reference": aim(file.target, path)}
+
+
+def _is_continuous(file: File) -> bool:
+    return file.control is not None and file.control.period == "continuous"
 
 
 def _period(file: File) -> float:

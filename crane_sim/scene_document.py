@@ -1,5 +1,6 @@
 """The document of a scene: read from a file, changed by dotted keys, or turned into what a law believes."""
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,11 @@ import yaml
 
 from crane_sim.catalogue import scene_files
 from crane_sim.explain import SceneError, unknown_key
+
+REAL = ("control", "brake", "sensors", "actuators", "faults")
+"""Groups of a scene of which its law knows nothing unless it is told."""
+UNREADABLE = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
+"""What reading YAML raises: its own errors, and those of its readers of dates and numbers, which check little."""
 
 
 class _Unambiguous(yaml.SafeLoader):
@@ -28,13 +34,15 @@ def read(source: str | Path) -> dict[str, Any]:
     Raises:
         SceneError: there is no such scene, or it cannot be read.
     """
+    if not isinstance(source, str | Path):
+        raise SceneError(f"scene {source!r}: must be a name, a file or a dict")
     path = scene_files().get(str(source), Path(source))
-    if not path.exists():
+    if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
         known = tuple(scene_files())
         raise SceneError(f"{unknown_key(str(source), known, 'scene')}, and there is no such file")
     try:
         document = yaml.load(path.read_text(), _Unambiguous)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except UNREADABLE as error:
         raise SceneError(f"scene file {path}: cannot be read: {' '.join(str(error).split())}") from None
     if not isinstance(document, dict):
         raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
@@ -86,4 +94,4 @@ def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str,
             return over
         return {**base, **{key: merged(base.get(key), value) for key, value in over.items()}}
 
-    return merged({key: value for key, value in document.items() if key != "control"}, dict(overrides))
+    return merged({key: value for key, value in document.items() if key not in REAL}, dict(overrides))

@@ -6,7 +6,8 @@ from typing import Any
 import click
 import yaml
 
-from crane_sim.explain import SceneError
+from crane_sim.explain import SceneError, shortened
+from crane_sim.scene_document import UNREADABLE
 
 DEFAULT_SCENE = "knuckle_setpoint"
 as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
@@ -51,9 +52,9 @@ def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not (key and equals):
-            raise SceneError(f"--set {setting!r}: must be GROUP.KEY=VALUE")
+            raise SceneError(f"--set {shortened(setting)}: must be GROUP.KEY=VALUE")
         try:
             changes[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise SceneError(f"--set {setting!r}: {value!r} is not a value") from None
+        except UNREADABLE:
+            raise SceneError(f"--set {shortened(setting)}: {shortened(value)} is not a value") from None
     return changes

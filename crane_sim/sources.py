@@ -109,3 +109,8 @@ def _(inputs, t):
 @system.effort.register(Inputs)
 def _(u, p, t, x):
     return system.limited(p, values_at(u, t))
+
+
+@system.command.register(Inputs)
+def _(law, t, q, v):
+    return values_at(law, t)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crane_sim.ros.gate import CommandGate
+from crane_sim.ros.wire import JointWire, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
 EFFORTS = [1.0, 2.0, 3.0, 4.0]
@@ -34,6 +35,8 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
         ("length", {"efforts": [*EFFORTS, 5.0]}),
         ("length", {"efforts": []}),
         ("length", {"names": JOINTS[::-1], "efforts": EFFORTS[:3]}),
+        ("huge", {"efforts": [1.0, 2.0, 1e308, 4.0]}),
+        ("huge", {"efforts": [1.0, 2.0, -1.1e9, 4.0]}),
         ("names", {"names": JOINTS[:3], "efforts": EFFORTS[:3]}),
         ("names", {"names": [*JOINTS, "swing_radial"], "efforts": [*EFFORTS, 0.0]}),
         ("names", {"names": ["slew", "boom", "jib", "jib"]}),
@@ -87,3 +90,26 @@ def test_bare_arrays_are_checked_too() -> None:
     assert gate.screen_array([math.inf] * 4) is None
     assert gate.refused == {"length": 1, "not finite": 1}
     assert gate.summary() == {"received": 3, "rejected": 2, "late": 0, "duplicate": 0}
+
+
+@given(st.binary(max_size=400))
+def test_garbage_is_refused(data: bytes) -> None:
+    """Bytes that are no message are counted as unreadable, and nothing else comes of them."""
+    gate = CommandGate(JOINTS)
+    for decode in (JointWire(JOINTS, effort=True).decode, decode_array):
+        gate.opened(decode, data)
+        gate.opened(decode, b"\x00\x01\x00\x00" + data)
+    assert set(gate.refused) <= {"unreadable"}
+
+
+@given(st.data(), st.integers(0, 200), st.integers(1, 60))
+def test_a_damaged_command_is_no_harm(data: st.DataObject, at: int, length: int) -> None:
+    """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
+    gate, wire = CommandGate(JOINTS), JointWire(JOINTS, effort=True)
+    whole = wire.encode(NOW, EFFORTS)
+    noise = data.draw(st.binary(min_size=length, max_size=length))
+    for message in (whole[:at] + noise + whole[at + length :], whole[:at]):
+        frame = gate.opened(wire.decode, message)
+        efforts = screen(gate, frame.stamp, frame.names, list(frame.effort)) if frame else None
+        assert efforts is None or all(map(math.isfinite, efforts))
+    assert gate.received == 2 and gate.refused.total() >= 1  # the second is cut off, or the first one again

@@ -67,16 +67,24 @@ def is_group(default: Any) -> bool:
     return default is None or isinstance(default, BaseModel) or default in ({}, ())
 
 
+def parts_of(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...]]]:
+    """Return (group, where below its key) of what a document holds: one group, a list, or groups by name."""
+    if isinstance(held, list):
+        return [(part, (i,)) for i, part in enumerate(held)]
+    named = annotation if get_origin(annotation) is not Annotated else get_args(annotation)[0]
+    if isinstance(held, dict) and get_origin(named) is dict:
+        return [(part, (name,)) for name, part in held.items()]
+    return [(held, ())]
+
+
 def places(form: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[Place]:
     """Yield every optional group for which a document, at `path` of the form `form`, has room."""
     for key, (annotation, default, optional) in fields_of(form).items():
         if optional and is_group(default):
             yield Place(form, key, path, default)
-        held = document.get(key)
-        parts = held if isinstance(held, list) else [held]
-        for i, part in enumerate(parts):
+        for part, at in parts_of(annotation, document.get(key)):
             for kind in records_in(annotation) if isinstance(part, dict) else []:
-                yield from places(kind, part, (*path, key, i) if isinstance(held, list) else (*path, key))
+                yield from places(kind, part, (*path, key, *at))
 
 
 def all_groups(form: type, seen: set[type] | None = None) -> Iterator[tuple[str, str]]:
@@ -122,6 +130,7 @@ def outcome(document: dict[str, Any]) -> Any:
     except SceneError as error:
         return str(error)
     parts = (scene.model, scene.law, scene.method, scene.source, scene.initial_q, scene.initial_v, scene.reference)
+    parts = (*parts, scene.hardware)
     return anatomy(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
 
 

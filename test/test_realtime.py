@@ -5,6 +5,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.gate import CommandGate
 from crane_sim.ros.realtime import Realtime
@@ -13,6 +15,7 @@ from crane_sim.ros.wire import JointWire
 JOINTS = ("slew", "boom")
 PERIOD = 0.01  # s
 STEPS = 80
+ONE = ("joint_commands",)  # has a publisher
 
 
 class NotingStepper:
@@ -22,7 +25,10 @@ class NotingStepper:
         """Begin at the first state."""
         self.scene = SimpleNamespace(actuated=JOINTS, period=PERIOD, sampled=True)
         self.gate = CommandGate(JOINTS)
+        self.plant = SimpleNamespace(braking=False)
         self.efforts: list[tuple[float, ...]] = []
+        self.times: list[float] = []  # s, of the steps
+        self.warned = 0  # steps before the warning
         self.stamp, self.warning, self.paused, self.deadline_misses = 10_000_000, "", False, 0
 
     @property
@@ -33,6 +39,12 @@ class NotingStepper:
     def step(self, effort: tuple[float, ...]) -> None:
         """Note the effort."""
         self.efforts.append(effort)
+        self.times.append(time.monotonic())
+
+    def warn(self, line: str, subject: str) -> None:
+        """Keep the newest warning about commands."""
+        if subject == "commands":
+            self.warning, self.warned = line, len(self.efforts)
 
     def begin(self) -> None:
         """Publish nothing."""
@@ -42,45 +54,72 @@ class NotingStepper:
 
 
 class OneCommandHost:
-    """A host whose controller sends one command, and then no more."""
+    """A host whose only controller sends one command, and then no more."""
 
     def __init__(self) -> None:
         """Keep the callbacks that are subscribed."""
-        self.stopping = ""
+        self.stopping = self.brake = ""
         self.callbacks: dict[str, Any] = {}
-        self.node = SimpleNamespace(create_subscription=self._subscribe)
-        self._sent = False
+        self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
+        self.sent: list[float] = []  # s, just before and just after the command
 
     def spin(self, timeout: float) -> None:
         """Deliver the command the first time, then only let time pass."""
-        if not self._sent:
-            self._sent = True
+        if not self.sent:
+            self.sent.append(time.monotonic())
             self.callbacks["joint_commands"](JointWire(JOINTS, effort=True).encode(10_000_000, (3.0, 4.0)))
+            self.sent.append(time.monotonic())
         time.sleep(timeout)
 
-    def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> None:
+    def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:
         self.callbacks[topic] = callback
+        return SimpleNamespace(topic_name=topic, handle=SimpleNamespace(get_publisher_count=lambda: topic in ONE))
 
 
-@pytest.mark.parametrize(("timeout", "last", "warned"), [(0.4, (0.0, 0.0), True), (0.0, (3.0, 4.0), False)])
-def test_a_silent_controller_loses_the_crane(timeout: float, last: tuple[float, ...], warned: bool) -> None:
-    """Without a new command the last one holds until the time-out, then zero effort with a warning; 0: for ever."""
+def settings(timeout: float, on_silence: str = "zero") -> SimpleNamespace:
+    """Return the plant's parameters."""
+    return SimpleNamespace(rate=1.0, command_timeout=timeout, on_silence=on_silence, command_lease=0.2)
+
+
+@pytest.mark.parametrize(
+    ("timeout", "on_silence", "last", "warned"),
+    [
+        (0.4, "zero", (0.0, 0.0), "no valid command for 0.4 s: zero effort"),
+        (0.4, "hold", (3.0, 4.0), "no valid command for 0.4 s: the last effort holds"),
+        (0.4, "brake", (3.0, 4.0), "no valid command for 0.4 s: the brakes act"),
+        (0.0, "zero", (3.0, 4.0), ""),
+    ],
+)
+def test_a_silent_controller_loses_the_crane(
+    timeout: float, on_silence: str, last: tuple[float, ...], warned: str
+) -> None:
+    """The last command holds until the time-out, then comes what was chosen, with a warning; 0: it holds for ever."""
     host, stepper = OneCommandHost(), NotingStepper()
-    realtime = Realtime(host, stepper, SimpleNamespace(rate=1.0, command_timeout=timeout))  # type: ignore[arg-type]
+    realtime = Realtime(host, stepper, settings(timeout, on_silence))  # type: ignore[arg-type]
     realtime.run()
     assert stepper.efforts[0] == (3.0, 4.0)
     assert stepper.efforts[-1] == last
-    assert bool(stepper.warning) == warned
+    assert stepper.warning == warned
+    if warned:  # told with the first step after the time-out, not with the one before
+        assert stepper.times[stepper.warned - 2] - host.sent[1] <= timeout
+        assert stepper.times[stepper.warned] - host.sent[0] > timeout
+    assert stepper.plant.braking == (on_silence == "brake")
+    assert realtime.figures()["silences"] == bool(warned)
+
+
+def array(numbers: list[float]) -> bytes:
+    """Return a bare array as it comes over the wire."""
+    return serialize_message(Float64MultiArray(data=numbers))
 
 
 def test_an_array_of_the_wrong_size_is_refused() -> None:
     """A bare array takes effect in joint order when it has one effort per joint, and is counted when it has not."""
     host, stepper = OneCommandHost(), NotingStepper()
-    realtime = Realtime(host, stepper, SimpleNamespace(rate=1.0, command_timeout=0.0))  # type: ignore[arg-type]
+    realtime = Realtime(host, stepper, settings(0.0))  # type: ignore[arg-type]
     host.spin(0.0)
-    host.callbacks["effort_controller/commands"](SimpleNamespace(data=[1.0, 2.0, 3.0]))
+    host.callbacks["effort_controller/commands"](array([1.0, 2.0, 3.0]))
     realtime.step_once()
-    host.callbacks["effort_controller/commands"](SimpleNamespace(data=[5.0, 6.0]))
+    host.callbacks["effort_controller/commands"](array([5.0, 6.0]))
     realtime.step_once()
     assert stepper.efforts == [(3.0, 4.0), (5.0, 6.0)]
     assert stepper.gate.summary() == {"received": 3, "rejected": 1, "late": 0, "duplicate": 0}

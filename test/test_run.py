@@ -179,6 +179,8 @@ def test_nodes_outlive_no_orchestrator(tmp_path: Path) -> None:
         ("mode:=fast", "parameter mode is 'fast'"),
         ("rate:=0.0", "parameter rate is 0.0"),
         ("resends:=many", "parameter resends is 'many'"),
+        ("control_fd:=none", "parameter control_fd is 'none'"),
+        ("on_silence:=pray", "parameter on_silence is 'pray'"),
         ("scene:=knukle_setpoint", "knukle_setpoint"),
     ],
 )

@@ -19,6 +19,9 @@ OPTIONS = RunOptions("lockstep", 1.0, None, False, None, False, None, False)
         ({"mcap": Path("a.mcap"), "record": Path("a.mcap")}, "--mcap and --record: both are a.mcap"),
         ({"mcap": Path("left.mcap")}, "--mcap left.mcap: left.mcap.part is in the way"),
         ({"live": True, "no_record": True}, "--live and --no-record: only one of the two is possible"),
+        ({"on_silence": "sleep"}, "--on-silence = 'sleep': possible: zero, hold, brake"),
+        ({"fifo": 100}, "--fifo = 100: possible: 1 .. 99, and 0 for none"),
+        ({"wait": -1.0}, "--wait = -1.0: must be a number of seconds, 0 or more"),
     ],
 )
 def test_impossible_options_are_refused(

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from crane_sim import load_scene
 from crane_sim.bench.measured import machine, ratio, spread
 from crane_sim.orchestration import run
-from crane_sim.orchestration.children import Crew, environment, reserved_domain
+from crane_sim.orchestration.children import environment, reserved_domain
+from crane_sim.orchestration.crew import Crew
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene

@@ -38,12 +38,14 @@ class Watch:
     Attributes:
         times: s of the run, one per look.
         samples: resident memory [MB] by node, one per look.
+        steps: of the run, one number per look.
     """
 
     def __init__(self, seconds: float) -> None:
         """Watch the run that this process is about to start, from its first step on."""
         self.times: list[float] = []
         self.samples: dict[str, list[float]] = {}
+        self.steps: list[int] = []
         self._seconds, self._began, self._pids = seconds, 0.0, dict[str, int]()
 
     def __call__(self, step: int, steps: int) -> None:
@@ -55,6 +57,7 @@ class Watch:
         elapsed = time.monotonic() - self._began
         if elapsed >= len(self.times) * INTERVAL:
             self.times.append(elapsed)
+            self.steps.append(step)
             for name, pid in self._pids.items():
                 self.samples.setdefault(name, []).append(resident(pid))
         if elapsed >= self._seconds:
@@ -90,6 +93,7 @@ def measure(
         "warm_up_s": warm_up,
         "steps": summary["steps"],
         "sample_times_s": [round(t, 3) for t in watch.times],
+        "sample_steps": watch.steps,
         "resident": {node: _figures(watch.times, found, warm_up) for node, found in watch.samples.items()},
         "machine": machine(),
     }

@@ -7,12 +7,13 @@ from crane_sim.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.explain import SceneError
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
+from crane_sim.forms.hardware import HardwareGroups
 from crane_sim.forms.method_choice import Demands
 from crane_sim.forms.reference import ReferenceGroup
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
-from crane_sim.quantities import Angle, NonNegative, Positive, Real, Seed
+from crane_sim.quantities import Angle, Name, NonNegative, Positive, Real, Seed
 from crane_sim.sources import Constant, Inputs
 from crane_sim.supports.knuckle import Knuckle, Rod, Tower
 
@@ -54,11 +55,11 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)
 
 
-class KnuckleFile(Group):
+class KnuckleFile(HardwareGroups):
     """A scene with a knuckle-boom crane."""
 
     crane: Literal["knuckle"]
-    name: str = ""
+    name: Name = ""
     description: str = ""
     duration: Positive  # s
     gravity: NonNegative = 9.81  # m/s²
@@ -109,6 +110,11 @@ class KnuckleFile(Group):
     def target(self) -> tuple[float, ...] | None:
         """Where the actuated joints should go."""
         return self.reference.q[: len(self.effort_units)] if self.reference and self.reference.q else None
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.payload.mass
 
     @property
     def rope_length(self) -> float:

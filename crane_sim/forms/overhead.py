@@ -5,7 +5,8 @@ from math import sqrt
 from typing import Any, Literal
 
 from crane_sim.forms.base_motion import BaseMotion
-from crane_sim.forms.groups import Control, Group, Method
+from crane_sim.forms.groups import Control, Method
+from crane_sim.forms.hardware import HardwareGroups
 from crane_sim.forms.method_choice import Demands, asks_frequency
 from crane_sim.forms.overhead_base import on_base
 from crane_sim.forms.overhead_checks import check, check_start
@@ -27,15 +28,15 @@ from crane_sim.forms.overhead_models import crane_of, switches_of
 from crane_sim.forms.overhead_start import Cable, cable_of, start_of, what_is_modelled
 from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.quantities import Positive, Seed
+from crane_sim.quantities import Name, Positive, Seed
 from crane_sim.sources import Inputs as Channels
 
 
-class OverheadFile(Group):
+class OverheadFile(HardwareGroups):
     """A scene with an overhead crane."""
 
     crane: Literal["overhead"]
-    name: str = ""
+    name: Name = ""
     description: str = ""
     dimensions: Literal[2, 3] = 2
     duration: Positive  # s
@@ -111,6 +112,11 @@ class OverheadFile(Group):
             SceneError: it has another number of values.
         """
         return target_of(self.reference, self.actuated)
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.parts.masses[-1]
 
     @property
     def rope_length(self) -> float:

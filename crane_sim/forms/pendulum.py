@@ -8,12 +8,13 @@ from crane_sim.effects import PayloadDrag
 from crane_sim.explain import SceneError
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
+from crane_sim.forms.hardware import HardwareGroups
 from crane_sim.forms.method_choice import Demands
 from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
-from crane_sim.quantities import NonNegative, Positive, Real, Seed
+from crane_sim.quantities import Name, NonNegative, Positive, Real, Seed
 from crane_sim.sources import Constant, Inputs
 from crane_sim.supports.point import Lift, Point, Servo
 
@@ -69,11 +70,11 @@ class InputGroup(Group):
     tip_z: Channel | None = None
 
 
-class PendulumFile(Group):
+class PendulumFile(HardwareGroups):
     """A scene with a payload below a driven suspension point."""
 
     crane: Literal["pendulum"]
-    name: str = ""
+    name: Name = ""
     description: str = ""
     duration: Positive  # s
     gravity: NonNegative = 9.81  # m/s²
@@ -142,6 +143,11 @@ class PendulumFile(Group):
             SceneError: it has another number of coordinates than are driven.
         """
         return target_of(self.reference, self.actuated)
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.payload.mass
 
     @property
     def rope_length(self) -> float:

@@ -1,23 +1,24 @@
-"""Child processes that are ROS nodes: their environment, their pipes, and an end that leaves no orphan; no rclpy."""
+"""A child process that is a ROS node: its environment, its pipes, and an end that leaves no orphan; no rclpy."""
 
 import json
 import os
-import selectors
+import select
 import signal
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from crane_sim.catalogue import config_folder
+from crane_sim.orchestration.processes import Forked, Process
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
 _PATIENCE = (5.0, 2.0)  # s until SIGTERM, then until SIGKILL
+_BIRTH = 0.2  # s in which a process that was just forked says so
+_HURRY = (0.4, 0.3)  # the same where somebody waits for the end: what matters has been reported by then
 
 
 @contextmanager
@@ -55,9 +56,15 @@ def _in_use(domain: int) -> bool:
 
 
 def environment(domain: int, log_folder: Path) -> dict[str, str]:
-    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package."""
+    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package.
+
+    Raises:
+        RuntimeError: the environment names another profile of Fast DDS, and there is no such file; one line.
+    """
     package_root = Path(__file__).parents[2]
-    profile = str(config_folder() / "fastdds_loopback.xml")
+    profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
+    if not os.path.isfile(profile):  # Fast DDS would silently speak on every interface
+        raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
     path = os.environ.get("PYTHONPATH")
     ours = {
         "ROS_DOMAIN_ID": str(domain),
@@ -80,20 +87,21 @@ class Child:
         summary: what it reported when it was done, None before.
         fault: one line on what went wrong, empty while nothing did.
         gone: it has ended.
+        gave_up: it told the fault itself: another one like it would meet the same.
         step: the last step it reported.
+        recorded: steps that reached the disk, of a recorder.
+        waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 
-    def __init__(self, name: str, command: list[str], env: Mapping[str, str]) -> None:
-        """Start `command` with its ends of the two pipes as node parameters."""
-        self.name, self.ready, self.gone, self.fault, self.step = name, False, False, "", 0
+    def __init__(self, name: str, start: Callable[[int, int], Process]) -> None:
+        """Let `start` make the process, given its ends of two pipes: for orders, for reports."""
+        self.name, self.fault, self.waiting = name, "", ""
+        self.ready = self.gone = self.gave_up = False
+        self.step = self.recorded = 0
         self.summary: dict[str, Any] | None = None
         control, self._control = os.pipe()
         self.reports, report = os.pipe()
-        command = [*command, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
-        # A session of its own: Ctrl-C reaches the orchestrator alone, which then ends its children in order.
-        self._process = subprocess.Popen(
-            command, env=env, pass_fds=(control, report), start_new_session=True, stdin=subprocess.DEVNULL, stdout=2
-        )
+        self._process = start(control, report)
         os.close(control)
         os.close(report)
         self._rest = b""
@@ -120,74 +128,54 @@ class Child:
         for line in lines:
             self._take(json.loads(line))
 
-    def end(self) -> None:
-        """Close the pipes and make sure that the process ends."""
-        os.close(self._control)  # the node sees it and shuts down
-        for patience, number in zip(_PATIENCE, (signal.SIGTERM, signal.SIGKILL), strict=True):
+    def kill(self) -> None:
+        """End the process as no process can refuse."""
+        self._process.send_signal(signal.SIGKILL)
+
+    def let_go(self) -> None:
+        """Close the pipe of its orders: the node sees it and shuts down."""
+        os.close(self._control)
+
+    def end(self, hurry: bool = False, waited: float = 0.0) -> None:
+        """Make sure that the process, which was let go `waited` s ago, ends; in a hurry at once if it was not ready."""
+        self._await_birth()
+        if hurry and not self.ready:
+            self.kill()
+        for patience, number in zip(_HURRY if hurry else _PATIENCE, (signal.SIGTERM, signal.SIGKILL), strict=True):
             try:
-                self._process.wait(patience)
+                self._process.wait(max(patience - waited, 0.02))
                 break
             except subprocess.TimeoutExpired:
                 self._process.send_signal(number)
         self._process.wait()
         os.close(self.reports)
 
+    def _await_birth(self) -> None:
+        """Hear of the process of a child that was being forked when its end came."""
+        while not (self.pid or self.gone) and select.select([self.reports], [], [], _BIRTH)[0]:
+            self.read()
+
     def _take(self, event: dict[str, Any]) -> None:
         match event:
+            case {"event": "born", "pid": int(pid)} if isinstance(self._process, Forked):
+                self._process.born(pid)
+            case {"event": "ended", "code": int(code)} if isinstance(self._process, Forked):
+                self._process.ended(code)
             case {"event": "ready"}:
                 self.ready = True
-            case {"event": "progress", "step": int(step)}:
-                self.step = step
+            case {"event": "progress", "step": int(step), **more}:
+                self.step, self.recorded = step, more.get("recorded", 0)
+            case {"event": "waiting", "why": str(why)}:
+                self.waiting = why
+            case {"event": "resumed"}:
+                self.waiting = ""
             case {"event": "done", "summary": dict(summary)}:
                 self.summary = summary
             case {"event": "fault", "why": str(why)}:
-                self.fault = why
+                self.fault, self.gave_up = why, True
 
     def _depart(self) -> None:
         self.gone = True
         code = self._process.wait()
         ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
         self.fault = self.fault or f"it {ending}"
-
-
-class Crew:
-    """The children of one run; leaving the block ends them all."""
-
-    def __init__(self, env: Mapping[str, str]) -> None:
-        """Start nobody yet; `env` is the environment of all."""
-        self.children: list[Child] = []
-        self._env = env
-        self._selector = selectors.DefaultSelector()
-
-    def __enter__(self) -> Self:
-        """Enter the block."""
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """End every child."""
-        for child in self.children:
-            child.order("finish")
-        for child in self.children:
-            child.end()
-        self._selector.close()
-
-    def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
-        """Start the node of `module` in `namespace` with the given parameters."""
-        command = [sys.executable, "-m", module, "--ros-args", "-r", f"__ns:=/{namespace}"]
-        for key, value in settings.items():
-            command += ["-p", f"{key}:={json.dumps(value)}"]
-        child = Child(name, command, self._env)
-        self.children.append(child)
-        self._selector.register(child.reports, selectors.EVENT_READ, child)
-        return child
-
-    def listen(self, timeout: float) -> bool:
-        """Read what the children report within `timeout` seconds; whether there was anything."""
-        if not self._selector.get_map():
-            time.sleep(timeout)
-        heard = self._selector.select(timeout)
-        for key, _ in heard:
-            key.data.read()
-            if key.data.gone:
-                self._selector.unregister(key.fd)
-        return bool(heard)

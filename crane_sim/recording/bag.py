@@ -1,6 +1,5 @@
 """Keeps the messages of a run, in the very bytes that came over the wire, for the tools of others: an MCAP file."""
 
-import struct
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.recording.mcap_file import McapFile
-from crane_sim.recording.topic import Topic
+from crane_sim.recording.topic import Topic, stamp_of
 
 STATES, EFFORTS = "joint_states", "applied_effort"
 SAVE_SECONDS = 0.5  # at most so much of a run is lost with a killed process
 _SILENCE, _QUIET = 2.0, 0.1  # s without a message until nothing is expected any more; until everything seems to be here
-_SECOND = 1_000_000_000  # ns
 
 
 @dataclass
@@ -95,7 +93,7 @@ class Bag:
         if self.broken:
             return
         self._heard = time.monotonic()
-        stamp = _stamp(data) if track.topic.stamped else 0
+        stamp = stamp_of(data) if track.topic.stamped else 0
         if track is self._states:
             if stamp < self._now:
                 self._start_over()
@@ -128,9 +126,3 @@ class Bag:
             work(*arguments)
         except OSError as error:
             self.broken = f"{self._file.part}: {error.strerror}"
-
-
-def _stamp(data: bytes) -> int:
-    """Return the stamp, ns, of a serialized message that begins with a header."""
-    seconds, nanoseconds = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
-    return seconds * _SECOND + nanoseconds

@@ -31,15 +31,22 @@ class Pairing:
         lost: steps before the newest row that was handed out, and that never became complete.
     """
 
-    def __init__(self, period_ns: int, reference: Vector | None, commanded: bool = True) -> None:
-        """Start with the reference that holds until another one is published; `commanded`: commands are expected."""
+    def __init__(self, period_ns: int, reference: Vector | None, commanded: bool = True, after: int = 0) -> None:
+        """Begin behind the step `after`.
+
+        Args:
+            period_ns: control period.
+            reference: holds until another one is published.
+            commanded: commands are expected.
+            after: steps up to this one have been handed out, by somebody else.
+        """
         self._period_ns, self._commanded = period_ns, commanded
         self._states: dict[int, tuple[Vector, Vector]] = {}
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, Vector] = {}
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
-        self._newest_state = self._newest_command = 0
-        self._done = 0  # newest stamp handed out
+        self._newest_state = self._newest_effort = self._newest_command = 0
+        self._done = after * period_ns  # newest stamp handed out
         self.lost = 0
 
     def begins_anew(self, stamp: int) -> bool:
@@ -54,6 +61,7 @@ class Pairing:
 
     def add_effort(self, stamp: int, effort: Vector) -> None:
         """Take the effort that was applied from `stamp` on."""
+        self._newest_effort = stamp
         if stamp > self._done:
             self._efforts[stamp] = effort
 
@@ -73,10 +81,9 @@ class Pairing:
         """Number of steps that wait to be handed out; most of them are complete."""
         return len(self._efforts)
 
-    @property
-    def complete(self) -> int:
-        """Number of waiting steps whose state and effort are both here."""
-        return len(self._efforts.keys() & self._states.keys())
+    def has(self, step: int) -> bool:
+        """Whether states and efforts have come up to this step: what is missing before it is lost."""
+        return min(self._newest_state, self._newest_effort) >= step * self._period_ns
 
     def take(self, final: bool = False) -> list[Row]:
         """Hand out the rows that are complete; the final call waits for no command any more."""

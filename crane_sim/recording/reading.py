@@ -23,7 +23,7 @@ class Curves(NamedTuple):
 
 
 def read_curves(path: Path, entity: str) -> Curves:
-    """Return the curves of an entity such as `plots/q`.
+    """Return the curves of an entity such as `plots/q`, each step once.
 
     Raises:
         KeyError: the recording has no such curves.
@@ -39,7 +39,7 @@ def read_curves(path: Path, entity: str) -> Curves:
     step = np.concatenate([batch["step"].to_numpy() for batch in batches])
     time = np.concatenate([batch["sim_time"].cast(pa.int64()).to_numpy() for batch in batches])
     values = np.concatenate([_rows(batch[SCALARS], batch.num_rows) for batch in batches])
-    order = np.argsort(step, kind="stable")
+    _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
     return Curves(step[order], time[order] * 1e-9, values[order])
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.pairing import Pairing, Row
+from crane_sim.recording.parts import Before, Parts
 from crane_sim.recording.session import Session, block_of
 from crane_sim.recording.writer import RecordingError
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
 SILENCE = 2.0  # s without a message until what is missing counts as lost
+_QUIET = 0.3  # s without one until all is here of a run whose length nobody knows
 
 
 class Recorder:
@@ -24,20 +26,40 @@ class Recorder:
 
     Attributes:
         broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
+        last_step: the newest one on the disk.
     """
 
-    def __init__(self, scene: Scene, path: Path, live_port: int | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        path: Path,
+        live_port: int | None = None,
+        run_id: str = "",
+        whole: Path | None = None,
+        before: Before | None = None,
+    ) -> None:
         """Start the file.
+
+        Args:
+            scene: what is recorded.
+            path: the complete file, or the part of it that this recorder writes.
+            live_port: serve the run to viewers on this port, too.
+            run_id: what the viewer knows the run by; empty: one of its own.
+            whole: the complete file, where others wrote parts of it.
+            before: what they left.
 
         Raises:
             RecordingError: the file cannot be written.
         """
-        self._scene, self._path = scene, path
-        _warm_up(scene)
-        self._session = Session(scene, path, live_port)
-        self._pairing = Pairing(scene.period_ns, scene.reference, scene.sampled)
+        before = before or Before()
+        self._scene, self._path = scene, whole or path
+        warm_up(scene)
+        self._parts = Parts(self._path, before)
+        self._session = Session(scene, path, live_port, run_id, repairs=whole is None)
+        self._session.recorded = before.recorded
+        self._pairing = Pairing(scene.period_ns, scene.reference, scene.sampled, before.after)
         self._mode, self._passes = "", 0
-        self._last_step, self._last_time = 0, 0.0  # written, s of wall time
+        self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._heard = time.monotonic()
         self.broken = ""
 
@@ -67,8 +89,13 @@ class Recorder:
     def mode(self, name: str) -> None:
         """Take the simulation's mode."""
         if name != self._mode and not self.broken:
-            self._session.mode(self._last_step + self._pairing.waiting + 1, name)
+            self._session.mode(self.last_step + self._pairing.waiting + 1, name)
         self._mode = name
+
+    @property
+    def recorded(self) -> int:
+        """Steps on the disk, those in earlier parts among them."""
+        return self._session.recorded
 
     def idle(self) -> None:
         """Write what waits, when its time has come; to be called now and then."""
@@ -76,9 +103,9 @@ class Recorder:
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
-        if self.broken or time.monotonic() - self._heard > SILENCE:
+        if self.broken or time.monotonic() - self._heard > (_QUIET if steps is None else SILENCE):
             return True
-        return steps is not None and self._session.recorded + self._pairing.complete >= steps
+        return steps is not None and self._pairing.has(steps)
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
@@ -86,9 +113,13 @@ class Recorder:
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written.
         """
         self._write(final=True)
-        lost = max(self._pairing.lost, summary.get("steps", 0) - self._session.recorded)
-        closed = None if self.broken else self._guarded(lambda: self._session.close(summary, lost))
-        return closed or self._session.broken(self.broken, lost)
+        steps = summary.get("steps", self.last_step)
+        lost = max(self.last_step, steps) - self._session.recorded
+        closed = None if self.broken else self._guarded(lambda: self._session.close({"steps": steps, **summary}, lost))
+        if closed is None:
+            return self._session.broken(self.broken, lost)
+        files = self._parts.joined(Path(closed["recording"]))
+        return closed | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _tend(self) -> None:
         waiting = self._pairing.waiting
@@ -103,9 +134,9 @@ class Recorder:
         if not rows or self.broken:
             return
         step, now = rows[-1].step, time.monotonic()
-        simulated = (step - self._last_step) * self._scene.period
+        simulated = (step - self.last_step) * self._scene.period
         self._session.pace(step, simulated / max(now - self._last_time, 1e-9))
-        self._last_step, self._last_time = step, now
+        self.last_step, self._last_time = step, now
 
     def _guarded(self, work: Callable[[], Any]) -> Any:
         try:
@@ -119,13 +150,13 @@ class Recorder:
         self._passes += 1
         done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
         self._pairing = Pairing(self._scene.period_ns, self._scene.reference, self._scene.sampled)
-        self._last_step, self._last_time = 0, 0.0
+        self.last_step, self._last_time = 0, 0.0
         if not self.broken:
-            self._path.replace(self._path.with_name(f"{self._path.stem}.before_reset_{self._passes}.rrd"))
-            self._session = self._guarded(lambda: Session(self._scene, Path(done["recording"]))) or self._session
+            Path(done["recording"]).replace(self._path.with_name(f"{self._path.stem}.before_reset_{self._passes}.rrd"))
+            self._session = self._guarded(lambda: Session(self._scene, self._path)) or self._session
 
 
-def _warm_up(scene: Scene) -> None:
+def warm_up(scene: Scene) -> None:
     """Compile what derives the plots now, not while messages pile up."""
     effort = (0.0,) * len(scene.actuated)
     block_of(scene, [Row(1, scene.initial_q, scene.initial_v, effort, effort, scene.reference)])

@@ -31,17 +31,27 @@ class Session:
         recorded: steps that reached the disk.
     """
 
-    def __init__(self, scene: Scene, path: Path, live_port: int | None = None) -> None:
-        """Repair what an earlier, killed recorder left beside `path`, then start the file.
+    def __init__(
+        self, scene: Scene, path: Path, live_port: int | None = None, run_id: str = "", repairs: bool = True
+    ) -> None:
+        """Start the file, after recovering what an earlier, killed recorder left beside it.
+
+        Args:
+            scene: what is recorded.
+            path: the complete file.
+            live_port: serve the run to viewers on this port, too.
+            run_id: what the viewer knows the run by, the same for parts of one; empty: one of its own.
+            repairs: look for leftovers.
 
         Raises:
             RecordingError: the file cannot be written.
         """
         self._scene = scene
         self.recorded = 0
-        repair_leftovers(path.parent)
-        run_id = f"{scene.name}-{uuid.uuid4().hex[:12]}"
-        self._writer = RunWriter(path, of_scene(scene, run_id), live_port)
+        if repairs:
+            repair_leftovers(path.parent)
+        name = f"{scene.name}-{run_id or uuid.uuid4().hex[:12]}"
+        self._writer = RunWriter(path, of_scene(scene, name), live_port)
 
     def write(self, rows: Sequence[Row]) -> None:
         """Append rows.

@@ -1,6 +1,9 @@
 """What a bag says of a topic; apart from its writer, which needs a package that not everyone has."""
 
+import struct
 from typing import NamedTuple
+
+_SECOND = 1_000_000_000  # ns
 
 
 class Topic(NamedTuple):
@@ -11,3 +14,9 @@ class Topic(NamedTuple):
     stamped: bool  # its messages begin with a header
     latched: bool  # who comes late gets the last message, too
     reliable: bool
+
+
+def stamp_of(data: bytes) -> int:
+    """Return the stamp, ns, of a serialized message that begins with a header."""
+    seconds, nanoseconds = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
+    return seconds * _SECOND + nanoseconds

@@ -14,6 +14,10 @@ class Answering(Protocol):
 
     fault: str
 
+    def activate(self, active: bool) -> None:
+        """Answer from now on, or be silent."""
+        ...
+
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are there."""
         ...
@@ -27,8 +31,12 @@ class Answering(Protocol):
         ...
 
 
-def attend(host: Host, node: Answering) -> None:
-    """Let a node answer until it is told to finish; raises Fault when it cannot go on."""
+def attend(host: Host, node: Answering, autostart: bool) -> None:
+    """Let a node answer until it is told to finish; raises Fault when it cannot go on.
+
+    Without `autostart` it is a spare: matched and ready, but silent until it is activated.
+    """
+    host.manage(autostart, node.activate)
     host.wait(node.missing)
     host.pipes.report("ready")
     while not host.stopping:

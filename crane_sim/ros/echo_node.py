@@ -10,14 +10,15 @@ from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
 from crane_sim.ros import messages, process
+from crane_sim.ros.parameters import Option
 from crane_sim.ros.process import Host
 from crane_sim.ros.wire import JointWire
 
 PARAMETERS = {
-    "scene": "knuckle_setpoint",  # for the joint names and the period
-    "role": "ping",  # ping sends states, pong answers with commands
-    "steps": 1000,
-    "packed": False,  # pack and unpack the messages as plant and controller do, not by the generated classes
+    "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
+    "role": Option("ping", "ping sends states, pong answers with commands", choices=("ping", "pong")),
+    "steps": Option(1000, "messages to and fro", 1, 1_000_000_000),
+    "packed": Option(False, "pack and unpack messages as plant and controller do, not by the generated classes"),
 }
 
 
@@ -104,8 +105,6 @@ class Pong:
 
 def serve(host: Host, settings: SimpleNamespace) -> None:
     """Play the role of the parameters."""
-    if settings.role not in ("ping", "pong"):
-        raise ValueError(f"parameter role is {settings.role!r}; it must be ping or pong")
     role = Ping(host.node, settings) if settings.role == "ping" else Pong(host.node, settings)
     host.wait(role.missing)
     host.pipes.report("ready")

@@ -1,10 +1,21 @@
 """What the plant lets in: every command is screened before it can move the crane, every refusal is counted."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isfinite
+from typing import TypeVar
 
-_BAD = ("names", "length", "not finite", "future")  # refusals that are the sender's mistake
+Opened = TypeVar("Opened")
+
+_BAD = (
+    "names",
+    "length",
+    "not finite",
+    "huge",
+    "future",
+    "unreadable",
+    "commander",
+)  # refusals that are the sender's mistake
 _LATE = ("late", "stale")
 
 
@@ -13,12 +24,17 @@ class CommandGate:
 
     Attributes:
         received: commands that arrived, good or bad.
-        refused: number of refusals by reason (`names`, `length`, `not finite`, `future`, `late`, `stale`, `duplicate`).
+        refused: number of refusals by reason (`names`, `length`, `not finite`, `huge`, `unreadable`, `commander`,
+            `future`, `late`, `stale`, `duplicate`).
         last_refusal: one line on the latest refusal, empty while there is none.
     """
 
-    def __init__(self, actuated: Sequence[str]) -> None:
-        """Accept commands for exactly the joints `actuated`; the caller gets their efforts in this order."""
+    def __init__(self, actuated: Sequence[str], largest: float = 1e9) -> None:
+        """Accept commands for exactly the joints `actuated`; the caller gets their efforts in this order.
+
+        Efforts beyond `largest` [N m or N] are refused: no state would stay finite.
+        """
+        self._largest = largest
         self.received = 0
         self.refused: Counter[str] = Counter()
         self.last_refusal = ""
@@ -39,7 +55,7 @@ class CommandGate:
         """
         self.received += 1
         if reason := self._untimely(stamp, now, oldest):
-            return self._refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
+            return self.refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
         if names == self._actuated:
             ordered = self._numbers(efforts)
         else:
@@ -62,6 +78,24 @@ class CommandGate:
             "duplicate": self.refused["duplicate"],
         }
 
+    def opened(self, decode: Callable[[bytes], Opened], data: bytes) -> Opened | None:
+        """Return what a message says, or None when it is refused because it says nothing."""
+        try:
+            return decode(data)
+        except ValueError as error:
+            self.reject("unreadable", f"command {error}")
+            return None
+
+    def reject(self, reason: str, line: str) -> None:
+        """Count a command that is refused unread."""
+        self.received += 1
+        self.refuse(reason, line)
+
+    def refuse(self, reason: str, line: str) -> None:
+        """Count a refusal and keep the line on it."""
+        self.refused[reason] += 1
+        self.last_refusal = f"{line} ({reason})"
+
     def _untimely(self, stamp: int, now: int, oldest: int) -> str:
         if stamp > now:
             return "future"
@@ -73,7 +107,7 @@ class CommandGate:
 
     def _sorted(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
         if sorted(names) != sorted(self._actuated):
-            return self._refuse("names", f"command for joints {list(names)}, the actuated ones are {self._actuated}")
+            return self.refuse("names", f"command for joints {list(names)}, the actuated ones are {self._actuated}")
         if len(efforts) != len(names):
             return self._numbers(efforts)
         by_name = dict(zip(names, efforts, strict=True))
@@ -81,11 +115,9 @@ class CommandGate:
 
     def _numbers(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         if len(efforts) != len(self._actuated):
-            return self._refuse("length", f"command with {len(efforts)} efforts for {len(self._actuated)} joints")
+            return self.refuse("length", f"command with {len(efforts)} efforts for {len(self._actuated)} joints")
         if not all(map(isfinite, efforts)):
-            return self._refuse("not finite", f"command with efforts {list(efforts)}")
+            return self.refuse("not finite", f"command with efforts {list(efforts)}")
+        if max(efforts, default=0.0) > self._largest or min(efforts, default=0.0) < -self._largest:
+            return self.refuse("huge", f"command with efforts {list(efforts)}, the largest is {self._largest:g}")
         return tuple(efforts)
-
-    def _refuse(self, reason: str, line: str) -> None:
-        self.refused[reason] += 1
-        self.last_refusal = f"{line} ({reason})"

@@ -45,6 +45,7 @@ _SOURCES = {
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),
 }
+NAMES = tuple(_SOURCES)
 _sent = itemgetter(0)
 
 
@@ -64,13 +65,13 @@ class Hearing:
         """Subscribe to the topics that a listener takes."""
         self._began, self.over = False, False
         everyone = ({"simulation_state": self._on_mode}, *listeners)
-        self._ears: dict[str, _Ear] = {}
+        self._ears: dict[str, Ear] = {}
         self._waiting: list[tuple[int, Taker, bytes]] = []
         self._newest = 0  # ns, when the last of them was sent
-        for name, source in _SOURCES.items():
+        for name in NAMES:
             takers = [listener[name] for listener in everyone if name in listener]
             if takers:
-                self._ears[name] = _Ear(node, name, source, _to_all(takers))
+                self._ears[name] = Ear(node, name, _to_all(takers))
 
     def pass_on(self) -> None:
         """Hand over what had come by the last call, in the order in which it was sent.
@@ -99,10 +100,16 @@ class Hearing:
         self.over = self._began and mode in (messages.STOPPED, messages.QUITTING)
 
 
-class _Ear:
-    """A subscription that no executor serves."""
+class Ear:
+    """A subscription that no executor serves.
 
-    def __init__(self, node: Node, name: str, source: _Source, take: Taker) -> None:
+    Attributes:
+        topic: its name with the namespace.
+    """
+
+    def __init__(self, node: Node, name: str, take: Taker) -> None:
+        """Subscribe to the topic of this name; `take` is what `drain` names with its messages."""
+        source = _SOURCES[name]
         self._take, self._kind, self._sent = take, source.kind, 0
         check_for_type_support(source.kind)  # loads it, too
         with node.handle:  # what `create_subscription` wraps, and hands to the executor
@@ -112,6 +119,7 @@ class _Ear:
 
     @property
     def matched(self) -> bool:
+        """Whether somebody publishes it."""
         return self._handle.get_publisher_count() > 0
 
     def drain(self) -> Iterator[tuple[int, Taker, bytes]]:

@@ -6,11 +6,15 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from crane_sim.ros import messages
+from crane_sim.ros.commands import Commands
+from crane_sim.ros.companions import Companions
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 from crane_sim.ros.wire import JointWire
 
+_AGAIN = 0.05  # s between two messages of the same state while nobody answers, or it is not clear who does
+_COMPANY = 0.5  # s between two messages of the same state while another crane on the same clock is behind
+_TURN = 0.005  # s between two looks at services while messages come through inboxes
 _BLOCK = 4000  # steps between two waits for a recorder, each up to 20 ms: under half the depth of the streams
 
 
@@ -21,32 +25,44 @@ class Lockstep:
         """Listen to `joint_commands`."""
         self._host, self._stepper, self._settings = host, stepper, settings
         self._wire = JointWire(stepper.scene.actuated, effort=True)
-        self._answer: tuple[float, ...] | None = None  # to the present state, while the run is paused
+        self._companions = Companions(host.node, settings.beside)
+        self._answer: tuple[float, ...] | None = None  # to the present state, while something keeps it waiting
         self._sent, self._resends = 0.0, 0
-        self._commands = host.node.create_subscription(
-            JointState, "joint_commands", self._on_command, messages.STREAM, raw=True
-        )
+        takers = {"joint_commands": (JointState, self._on_command)}
+        self._commands = Commands(host, stepper, takers, settings.command_lease)
 
     def missing(self) -> str:
         """See `Pace`."""
-        number = self._settings.expected_controllers - self._commands.get_publisher_count()
-        return f"{number} more publisher(s) of {self._commands.topic_name}" if number > 0 else ""
+        number = self._settings.expected_controllers - self._commands.count()
+        return f"{number} more publisher(s) of {self._commands.topics}" if number > 0 else self._companions.missing()
 
     def run(self) -> None:
-        """See `Pace`; the run is at fault when a state stays without a valid answer."""
-        self._stepper.begin()
+        """See `Pace`; a state that stays without a valid answer is sent again and again, and nothing moves."""
+        stepper = self._stepper
+        self._commands.begin()
+        stepper.begin()
         self._sent = time.monotonic()
-        while self._stepper.running and not self._host.stopping:
-            self._host.spin()
-            self._stepper.heartbeat()
-            if time.monotonic() - self._sent > self._settings.step_timeout and self._answer is None:
+        while stepper.running and not self._host.stopping and not self._host.brake:
+            self._serve()
+            self._proceed()
+            stepper.heartbeat()
+            doubtful = stepper.waiting or self._commands.several
+            patience = min(_AGAIN, self._settings.step_timeout) if doubtful else self._settings.step_timeout
+            if time.monotonic() - self._sent > patience and self._answer is None:
                 self._resend()
+            elif self._answer is not None and not stepper.paused and time.monotonic() - self._sent > _COMPANY:
+                stepper.publish_state()  # another crane is behind: it may have missed this one's state
+                self._sent = time.monotonic()
 
     def step_once(self) -> bool:
         """See `Pace`; waits a little for the controller's answer to the present state."""
         deadline = time.monotonic() + self._settings.step_timeout
         while self._answer is None and time.monotonic() < deadline:
-            self._fetch()
+            if time.monotonic() - self._sent > _AGAIN:  # whoever should answer may have come since
+                self._stepper.publish_state()
+                self._sent = time.monotonic()
+            if not self._commands.fetch():
+                time.sleep(1e-4)
         if self._answer is None:
             return False
         self._step(self._answer)
@@ -55,8 +71,7 @@ class Lockstep:
     def go_on(self) -> None:
         """See `Pace`."""
         self._sent, self._resends = time.monotonic(), 0
-        if self._answer is not None:
-            self._step(self._answer)
+        self._proceed()
 
     def forget(self) -> None:
         """See `Pace`."""
@@ -71,25 +86,31 @@ class Lockstep:
         stepper = self._stepper
         if not stepper.stamp or not stepper.running:
             return  # the answer to the final state moves nothing
-        command = self._wire.decode(data)
-        effort = stepper.gate.screen(
-            command.stamp, command.names, command.effort, now=stepper.stamp, oldest=stepper.stamp
-        )
+        gate, now = stepper.gate, stepper.stamp
+        command = gate.opened(self._wire.decode, data)
+        effort = command and gate.screen(command.stamp, command.names, command.effort, now=now, oldest=now)
         if effort is None:
             return
-        if stepper.paused:
-            self._answer = effort
-        else:
-            self._step(effort)
+        if stepper.waiting:
+            stepper.wait("")
+        self._answer = effort
+        self._proceed()
 
-    def _fetch(self) -> None:
-        """Take a command without the executor, which is busy with the service that asked for this step."""
-        with self._commands.handle:
-            taken = self._commands.handle.take_message(JointState, True)
-        if taken:
-            self._on_command(taken[0])
+    def _serve(self) -> None:
+        """Serve everyone until something has come; commands move the crane on the way."""
+        self._commands.look()
+        if self._commands.several:
+            self._commands.wait(_TURN)
+            self._commands.poll()
+            self._host.spin(0.0)
         else:
-            time.sleep(1e-4)
+            self._host.spin()
+
+    def _proceed(self) -> None:
+        """Take the step whose command is at hand, unless the run is paused or a crane on the same clock is behind."""
+        stepper = self._stepper
+        if self._answer is not None and not stepper.paused and self._companions.level(stepper.stamp):
+            self._step(self._answer)
 
     def _step(self, effort: tuple[float, ...]) -> None:
         self._answer = None
@@ -98,12 +119,12 @@ class Lockstep:
         self._sent, self._resends = time.monotonic(), 0
 
     def _resend(self) -> None:
-        if self._resends == self._settings.resends:
+        stepper = self._stepper
+        if self._resends == self._settings.resends and not stepper.waiting:
             waited = self._settings.step_timeout * (self._resends + 1)
-            refusal = self._stepper.gate.last_refusal or "none"
-            state = self._stepper.plant.k + 1
-            self._stepper.fault = f"no valid command for state {state} within {waited:g} s; last refusal: {refusal}"
-            return
+            refusal = stepper.gate.last_refusal or "none"
+            state = stepper.plant.k + 1
+            stepper.wait(f"no valid command for state {state} within {waited:g} s; last refusal: {refusal}")
         self._resends += 1
-        self._stepper.publish_state()
+        stepper.publish_state()
         self._sent = time.monotonic()

@@ -52,7 +52,7 @@ class OpenLoop:
         """See `Pace`."""
         stepper = self._stepper
         stepper.begin()
-        while stepper.running and not self._host.stopping:
+        while stepper.running and not self._host.stopping and not self._host.brake:
             if stepper.paused:
                 self._host.spin()
             else:

@@ -1,18 +1,24 @@
 """The plant's services, with the meanings of simulation_interfaces 2.1."""
 
-from rclpy.node import Node
+from types import SimpleNamespace
+
 from std_srvs.srv import SetBool, Trigger
 
 from crane_sim.ros.pacing import Pace
+from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
 
 class PlantServices:
-    """Serves `~/set_pause`, `~/step_simulation` and `~/reset_simulation`."""
+    """Serves `~/set_pause`, `~/step_simulation` and `~/reset_simulation`.
 
-    def __init__(self, node: Node, stepper: Stepper, pace: Pace) -> None:
-        """Offer the services."""
-        self._stepper, self._pace = stepper, pace
+    How many steps, and which state, are the parameters `step_count`, `reset_positions` and `reset_velocities`.
+    """
+
+    def __init__(self, host: Host, stepper: Stepper, pace: Pace, settings: SimpleNamespace) -> None:
+        """Offer the services; `settings` follow the parameters."""
+        self._host, self._stepper, self._pace, self._settings = host, stepper, pace, settings
+        node = host.node
         node.create_service(SetBool, "~/set_pause", self._set_pause)
         node.create_service(Trigger, "~/step_simulation", self._step)
         node.create_service(Trigger, "~/reset_simulation", self._reset)
@@ -28,21 +34,43 @@ class PlantServices:
 
     def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._idle() or ("" if self._stepper.paused else "the simulation is not paused")
-        if not response.message and not self._pace.step_once():
-            response.message = f"the command for state {self._stepper.plant.k + 1} has not come yet"
-        response.message = response.message or self._stepper.fault
+        if not response.message:
+            response.message = self._steps(self._settings.step_count)
         response.success = not response.message
         return response
 
+    def _steps(self, wanted: int) -> str:
+        """Take steps; returns why it were fewer than wanted, empty where it were not."""
+        stepper = self._stepper
+        for taken in range(wanted):
+            if obstacle := self._obstacle():
+                return f"{taken} of {wanted} steps: {obstacle}" if wanted > 1 else obstacle
+            stepper.heartbeat()
+        return stepper.fault
+
+    def _obstacle(self) -> str:
+        """Take a step; returns why not, empty where it is done."""
+        self._host.poll()
+        if self._host.stopping or self._host.brake or not self._stepper.running:
+            return self._stepper.fault or "the run is over"
+        return "" if self._pace.step_once() else f"the command for state {self._stepper.plant.k + 1} has not come yet"
+
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._idle()
+        if not response.message:
+            try:
+                self._stepper.restart(self._settings.reset_positions or None, self._settings.reset_velocities or None)
+                self._pace.forget()
+            except ValueError as error:
+                response.message = str(error)
         response.success = not response.message
-        if response.success:
-            self._pace.forget()
-            self._stepper.restart()
         return response
 
     def _idle(self) -> str:
         if not self._stepper.stamp:
             return "the run has not begun"
+        if not self._host.active:
+            return "the node is inactive"
+        if self._stepper.ending:
+            return f"the run is ending: {self._stepper.ending}"
         return "" if self._stepper.running else "the run is over"

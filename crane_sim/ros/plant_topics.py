@@ -1,5 +1,6 @@
 """The plant's side of the ROS graph: its publishers, and what each needs to fill its message quickly."""
 
+import time
 from collections.abc import Mapping, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -11,6 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 
 from crane_sim.ros import messages
+from crane_sim.ros.punctuality import Errors
 from crane_sim.ros.wire import JointWire
 
 _FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
@@ -20,14 +22,15 @@ class PlantTopics:
     """Publishes what the plant has to say; stamps are integer ns, vectors in the scene's joint order.
 
     Attributes:
+        publishing: how long it took to hand each joint state to the middleware.
         clock_heard, effort_heard, payload_heard: somebody subscribed to this topic when `look_around` last looked.
     """
 
-    def __init__(self, node: Node, joints: Sequence[str], actuated: Sequence[str]) -> None:
-        """Create every publisher of the node `plant`."""
+    def __init__(self, node: Node, joints: Sequence[str], actuated: Sequence[str], clock: bool = True) -> None:
+        """Create every publisher of the node `plant`; that of /clock only where `clock`."""
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
         self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM)
-        self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK)
+        self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK) if clock else None
         self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR)
         self._description = node.create_publisher(String, "robot_description", messages.LATCHED)
         self._simulation = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
@@ -38,10 +41,14 @@ class PlantTopics:
         self._tick, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
         self.clock_heard = self.effort_heard = self.payload_heard = False
+        self.publishing = Errors()
 
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Publish the joint state; the first thing to leave in a step, since the controller waits for it."""
-        self._states.publish(self._state_wire.encode(stamp, q, v))
+        message = self._state_wire.encode(stamp, q, v)
+        began = time.perf_counter()
+        self._states.publish(message)
+        self.publishing.add(time.perf_counter() - began)
 
     def publish_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Publish the effort applied from `stamp` on, after limits and faults."""
@@ -49,8 +56,9 @@ class PlantTopics:
 
     def publish_clock(self, stamp: int) -> None:
         """Publish the simulation's time."""
-        messages.set_stamp(self._tick.clock, stamp)
-        self._clock.publish(self._tick)
+        if self._clock:
+            messages.set_stamp(self._tick.clock, stamp)
+            self._clock.publish(self._tick)
 
     def publish_payload(self, stamp: int, position: Sequence[float]) -> None:
         """Publish the payload's position, m, in the world frame."""
@@ -75,7 +83,7 @@ class PlantTopics:
 
     def look_around(self) -> None:
         """Note who listens: what nobody hears need not be said, which saves a tenth of a lockstep step."""
-        self.clock_heard = self._clock.get_subscription_count() > 0
+        self.clock_heard = self._clock is not None and self._clock.get_subscription_count() > 0
         self.effort_heard = self._efforts.get_subscription_count() > 0
         self.payload_heard = self._pose.get_subscription_count() > 0
 

@@ -6,21 +6,23 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 import rclpy
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import InvalidParameterValueException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
+from crane_sim.ros.lifecycle import MANAGED, Managed
+from crane_sim.ros.parameters import Option, declared, foreseen
+
 _POLL = 0.05  # s between looks at the control pipe
-_COMMON = {"control_fd": -1, "report_fd": -1}
-_OF_ROS = {"use_sim_time", "start_type_description_service"}  # declared by rclpy itself
 
 
 class Fault(RuntimeError):
@@ -64,19 +66,30 @@ class Host:
 
     Attributes:
         started: the orchestrator said "go", or there is none.
-        stopping: why the node is to end ("interrupted", "orphaned", "finish …"), empty while it is not.
+        brake: why nobody will command any more and the plant is to brake to rest, empty while it is not.
+        stopping: why the node is to end ("interrupted", "orphaned", "finish …", "shutdown"), empty while it is not.
     """
 
-    def __init__(self, node: Node, pipes: Pipes) -> None:
-        """Serve `node`; from here on SIGINT and SIGTERM ask it to end."""
+    def __init__(self, node: Node, pipes: Pipes, executor: str = "events") -> None:
+        """Serve `node` with an `executor` as of the parameter; from here on SIGINT and SIGTERM ask it to end."""
         self.node, self.pipes = node, pipes
         self.started = not pipes.attached
-        self.stopping = ""
-        self._executor = EventsExecutor()
+        self.brake = self.stopping = ""
+        self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
         self._next_poll = 0.0
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._stop("interrupted"))
+
+    def manage(self, autostart: bool, on_change: Callable[[bool], None]) -> None:
+        """Let others activate and end the node, as `Managed.manage`; a node that nobody manages is always active."""
+        if isinstance(self.node, Managed):
+            self.node.manage(autostart, on_change, self._stop)
+
+    @property
+    def active(self) -> bool:
+        """Whether the node may work."""
+        return self.node.active if isinstance(self.node, Managed) else True
 
     def spin(self, timeout: float = _POLL) -> None:
         """Serve callbacks for at most about `timeout` seconds, and look at the pipe now and then."""
@@ -88,16 +101,23 @@ class Host:
     def poll(self) -> None:
         """Take the orchestrator's orders."""
         for line in self.pipes.orders():
-            if line == "go":
-                self.started = True
+            word, _, rest = line.partition(" ")
+            if word == "go":
+                self._go()
+            elif word == "brake":
+                self.brake = self.brake or rest or "nobody commands"
             else:
                 self._stop(line)
 
-    def wait(self, obstacle: Callable[[], str]) -> None:
-        """Spin until `obstacle` returns nothing, or the node is to stop; log what it waits for every 5 s."""
+    def wait(self, obstacle: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Spin until `obstacle` returns nothing, or the node is to stop; log what it waits for every 5 s.
+
+        `meanwhile` is called again and again, some milliseconds apart.
+        """
         next_log = time.monotonic() + 5.0
         while not self.stopping and (why := obstacle()):
             self.spin(0.005)
+            meanwhile()
             if time.monotonic() >= next_log:
                 next_log += 5.0
                 self.node.get_logger().info(f"waiting for {why}")
@@ -107,56 +127,43 @@ class Host:
         self._executor.shutdown()
         self.node.destroy_node()
 
+    def _go(self) -> None:
+        self.started = True
+        if isinstance(self.node, Managed):
+            self.node.activate()
+
     def _stop(self, why: str) -> None:
         self.stopping = self.stopping or why
 
 
-def parameters(node: Node, defaults: Mapping[str, Any]) -> SimpleNamespace:
-    """Declare `defaults` read-only and return the values in force.
-
-    The node must have been created with `automatically_declare_parameters_from_overrides`.
-
-    Raises:
-        ValueError: a parameter is unknown or of another type than its default; one line.
-    """
-    given = _given(node)
-    known = {**_COMMON, **defaults}
-    if unknown := sorted(given.keys() - known.keys()):
-        raise ValueError(f"unknown parameter {', '.join(unknown)}; this node has {', '.join(sorted(known))}")
-    for name in given:
-        node.undeclare_parameter(name)
-    for name, default in known.items():
-        known[name] = _converted(name, given.get(name, default), default)
-        node.declare_parameter(name, known[name], ParameterDescriptor(read_only=True), ignore_override=True)
-    return SimpleNamespace(**known)
-
-
-def _given(node: Node) -> dict[str, Any]:
-    names = [name for name in node.get_parameters_by_prefix("") if name not in _OF_ROS]
-    return {parameter.name: parameter.value for parameter in node.get_parameters(names)}
-
-
-def _converted(name: str, value: Any, default: Any) -> Any:
-    if isinstance(default, float) and type(value) is int:
-        return float(value)
-    if type(value) is not type(default):
-        raise ValueError(f"parameter {name} is {value!r}; it must be a {type(default).__name__}")
-    return value
-
-
-def main(name: str, defaults: Mapping[str, Any], body: Callable[[Host, SimpleNamespace], None]) -> int:
+def main(
+    name: str,
+    options: dict[str, Option],
+    body: Callable[[Host, SimpleNamespace], None],
+    managed: bool = False,
+) -> int:
     """Run one node as a process of its own and return its exit code.
 
     The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both errors go as one line
     to the orchestrator, or to the log where there is none.
+
+    Args:
+        name: of the node.
+        options: its parameters.
+        body: what it does from start to end, with the parameters' values.
+        managed: it is a lifecycle node.
     """
-    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-    node = rclpy.create_node(name, automatically_declare_parameters_from_overrides=True)
-    given = _given(node)
-    control, report = (given.get(fd, default) for fd, default in _COMMON.items())
-    host = Host(node, Pipes(control, report))
     try:
-        body(host, parameters(node, defaults))
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+        make = Managed if managed else partial(rclpy.create_node, automatically_declare_parameters_from_overrides=True)
+        node = make(name)
+    except (ValueError, RuntimeError) as error:  # arguments that ROS cannot read, a name that is none
+        print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
+        return 2
+    common = foreseen(node)
+    host = Host(node, Pipes(common.control_fd, common.report_fd), common.executor)
+    try:
+        body(host, declared(node, options | MANAGED if managed else options))
         return 0
     except (ValueError, InvalidParameterValueException, Fault) as error:
         if not host.pipes.attached:

@@ -4,16 +4,22 @@ import time
 from types import SimpleNamespace
 from typing import Any
 
-from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros import messages
+from crane_sim.ros.commands import Commands
 from crane_sim.ros.process import Host
 from crane_sim.ros.punctuality import Punctuality
 from crane_sim.ros.stepper import Stepper
-from crane_sim.ros.wire import JointWire
+from crane_sim.ros.wire import JointWire, decode_array
 
+_WORDS = {"zero": "zero effort", "hold": "the last effort holds", "brake": "the brakes act"}
+SILENCE = tuple(_WORDS)
+"""What to do while nobody commands."""
+_ARRAYS = "effort_controller/commands"
+_SERVED = 0.05  # s between two looks at who commands
+_TURN = 0.001  # s between two looks into the inboxes, where there are some
 _MARGIN = 0.0004  # s; spin_once comes back up to 0.3 ms late, a plain sleep does not
 
 
@@ -25,22 +31,26 @@ class Realtime:
         self._host, self._stepper, self._settings = host, stepper, settings
         self._zero = (0.0,) * len(stepper.scene.actuated)
         self._held, self._held_since = self._zero, 0.0
+        self._silent, self._silences = False, 0
         self._punctuality = Punctuality()
         self._wire = JointWire(stepper.scene.actuated, effort=True)
-        self._commands = self._subscriptions() if stepper.scene.sampled else []
+        takers = {"joint_commands": (JointState, self._on_command), _ARRAYS: (Float64MultiArray, self._on_array)}
+        sampled = stepper.scene.sampled
+        self._commands = Commands(host, stepper, takers, settings.command_lease) if sampled else None
 
     def missing(self) -> str:
         """See `Pace`."""
-        found = sum(subscription.get_publisher_count() for subscription in self._commands)
-        number = self._settings.expected_controllers - found if self._commands else 0
-        return f"{number} more publisher(s) of joint_commands or effort_controller/commands" if number > 0 else ""
+        number = self._settings.expected_controllers - self._commands.count() if self._commands else 0
+        return f"{number} more publisher(s) of {self._commands.topics}" if self._commands and number > 0 else ""
 
     def run(self) -> None:
         """See `Pace`; a late step is counted, and the next ones catch up with the schedule."""
         stepper, period = self._stepper, self._stepper.scene.period / self._settings.rate
+        if self._commands:
+            self._commands.begin()
         stepper.begin()
         due = self._held_since = time.monotonic()
-        while stepper.running and not self._host.stopping:
+        while stepper.running and not self._host.stopping and not self._host.brake:
             due += period
             self._serve_until(due)
             if stepper.paused:
@@ -68,43 +78,55 @@ class Realtime:
         self._punctuality = Punctuality()
 
     def figures(self) -> dict[str, Any]:
-        """See `Pace`; how punctual the steps were."""
-        return self._punctuality.figures()
+        """See `Pace`; how punctual the steps were, and how often nobody commanded."""
+        return self._punctuality.figures() | {"silences": self._silences}
 
     def _serve_until(self, due: float) -> None:
         self._host.spin(0.0)
+        turn = self._listen()
         while (left := due - time.monotonic()) > _MARGIN and not self._host.stopping:
-            self._host.spin(min(left - _MARGIN, 0.05))
+            self._host.spin(min(left - _MARGIN, turn))
+            turn = self._listen()
         if left > 0.0 and not self._host.stopping:
             time.sleep(left)
+
+    def _listen(self) -> float:
+        """Take what waits in inboxes; returns the time [s] until that is due again."""
+        if self._commands is None:
+            return _SERVED
+        self._commands.look()
+        if not self._commands.several:
+            return _SERVED
+        self._commands.poll()
+        return _TURN
 
     def _effort(self) -> tuple[float, ...] | None:
         if not self._commands:
             return None
-        timeout = self._settings.command_timeout
+        timeout, way = self._settings.command_timeout, self._settings.on_silence
         silent = timeout > 0.0 and time.monotonic() - self._held_since > timeout
-        self._stepper.warning = f"no valid command for {timeout:g} s: zero effort" if silent else ""
-        return self._zero if silent else self._held
-
-    def _subscriptions(self) -> list[Subscription]:
-        depth, node = messages.STREAM, self._host.node
-        named = node.create_subscription(JointState, "joint_commands", self._on_command, depth, raw=True)
-        ordered = node.create_subscription(Float64MultiArray, "effort_controller/commands", self._on_array, depth)
-        return [named, ordered]
+        if silent != self._silent:
+            self._silent = silent
+            self._silences += silent
+            self._stepper.plant.braking = silent and way == "brake"
+            self._stepper.warn(f"no valid command for {timeout:g} s: {_WORDS[way]}" if silent else "", "commands")
+        return self._zero if silent and way == "zero" else self._held
 
     def _on_command(self, data: bytes) -> None:
         stepper = self._stepper
-        if not stepper.stamp or not stepper.running:
+        command = stepper.gate.opened(self._wire.decode, data) if stepper.stamp and stepper.running else None
+        if command is None:
             return
-        command = self._wire.decode(data)
         timeout = round(self._settings.command_timeout * messages.SECOND)
         oldest = stepper.stamp - timeout if timeout else 0
         effort = stepper.gate.screen(command.stamp, command.names, command.effort, now=stepper.stamp, oldest=oldest)
         self._hold(effort)
 
-    def _on_array(self, message: Float64MultiArray) -> None:
-        if self._stepper.stamp and self._stepper.running:
-            self._hold(self._stepper.gate.screen_array(message.data))
+    def _on_array(self, data: bytes) -> None:
+        stepper = self._stepper
+        efforts = stepper.gate.opened(decode_array, data) if stepper.stamp and stepper.running else None
+        if efforts is not None:
+            self._hold(stepper.gate.screen_array(efforts))
 
     def _hold(self, effort: tuple[float, ...] | None) -> None:
         if effort is not None:

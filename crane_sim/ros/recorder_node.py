@@ -4,49 +4,33 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from crane_sim import load_scene
 from crane_sim.ros import process
-from crane_sim.ros.hearing import Hearing, topics
+from crane_sim.ros.hearing import NAMES, Hearing
+from crane_sim.ros.outputs import Handover, Outputs, read_handover
+from crane_sim.ros.parameters import Option
 from crane_sim.ros.process import Fault, Host
-from crane_sim.ros.transcript import Transcript
+from crane_sim.ros.tail import Tail
+from crane_sim.ros.transcript import TOPICS
 
 if TYPE_CHECKING:
-    from crane_sim.recording.bag import Bag
-    from crane_sim.recording.recorder import Recorder
     from crane_sim.scene import Scene
 
 PARAMETERS = {
-    "scene": "knuckle_setpoint",  # catalogue name or path
-    "path": "runs/run.rrd",  # the Rerun recording; <path>.part while it grows; empty: none
-    "mcap": "",  # the messages as they came, for other tools; <mcap>.part while it grows; empty: none
-    "live_port": 0,  # serve the Rerun recording to viewers on this local port, too; 0: do not
+    "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
+    "path": Option("runs/run.rrd", "the Rerun recording, with .part behind its name while it grows; empty: none"),
+    "mcap": Option("", "MCAP file of the messages as they came, with .part while it grows; empty: none"),
+    "live_port": Option(0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535),
+    "recording_id": Option("", "what the viewer knows the recording by; empty: one of its own"),
+    "handover": Option("", "stand by, and at the order go begin where this file says; empty: record from the start"),
 }
 
-
 _PERIOD = 0.01  # s between two looks at what has come: bursts cost less than messages one by one
-
-
-class Output(Protocol):
-    """A file in the making."""
-
-    broken: str
-
-    def idle(self) -> None:
-        """Write what waits, when its time has come."""
-
-    def has_all(self, steps: int | None) -> bool:
-        """Whether everything of `steps` steps has come in, or nothing more is coming."""
-        ...
-
-    def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
-        """Complete the file; return what it adds to the run's summary."""
-        ...
 
 
 def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
@@ -58,23 +42,17 @@ def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     """
     check(settings)
     scene = load_scene(settings.scene)
-    bag = _opened_bag(host, scene, settings)
-    recorder = _opened_recorder(scene, settings, kept, bag)
-    outputs = [output for output in (bag, recorder) if output]
-    readers = [bag, recorder and Transcript(scene, recorder)]
-    hearing = Hearing(host.node, [reader.takers() for reader in readers if reader])
-    if settings.live_port:
-        host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
-    host.wait(hearing.missing)
-    host.pipes.report("ready")
-    _listen(host, hearing, outputs)
-    added = _finish(host, hearing, outputs, _summary(scene, host.stopping))
-    host.pipes.report("done", summary=added)
-    for output in outputs:
-        if output.broken:
-            raise Fault(output.broken)
-    files = [added[key] for key in ("recording", "mcap") if key in added]
-    host.node.get_logger().info(f"wrote {' and '.join(files)}")
+    if settings.handover:
+        hearing, outputs = _stood_by(host, scene, settings, kept)
+    else:
+        outputs = Outputs(host.node, scene, settings, kept, Handover())
+        hearing = Hearing(host.node, outputs.takers)
+        if settings.live_port:
+            host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
+        host.wait(hearing.missing)
+        host.pipes.report("ready")
+    if outputs:
+        _record(host, scene, hearing, outputs)
 
 
 def check(settings: SimpleNamespace) -> None:
@@ -91,60 +69,65 @@ def viewer_command(port: int) -> str:
     return f"{program} --connect rerun+http://127.0.0.1:{port}/proxy"
 
 
-def _opened_bag(host: Host, scene: "Scene", settings: SimpleNamespace) -> "Bag | None":
-    if not settings.mcap:
-        return None
-    from crane_sim.recording.bag import Bag  # needs rosbags, which not everyone has
+def _stood_by(
+    host: Host, scene: "Scene", settings: SimpleNamespace, kept: list[object]
+) -> tuple[Hearing, Outputs | None]:
+    """Listen until another recorder has died, and begin where it ended; None where the run ended before."""
+    tail = Tail(NAMES if settings.mcap else TOPICS)
+    hearing = Hearing(host.node, [tail.takers()])
+    if settings.path:
+        from crane_sim.recording.recorder import warm_up  # imports Rerun now, not when every second counts
 
-    try:
-        return Bag(Path(settings.mcap), topics(host.node), scene.period_ns)
-    except OSError as error:
-        raise Fault(f"{settings.mcap}: {error.strerror}") from error
-
-
-def _opened_recorder(
-    scene: "Scene", settings: SimpleNamespace, kept: list[object], bag: "Bag | None"
-) -> "Recorder | None":
-    if not settings.path:
-        return None
-    from crane_sim.recording.recorder import Recorder  # needs Rerun
-    from crane_sim.recording.writer import RecordingError
-
-    try:
-        recorder = Recorder(scene, Path(settings.path), settings.live_port or None)
-    except RecordingError as error:
-        kept.append(error)
-        if bag:
-            bag.abandon()
-        raise Fault(str(error)) from error
-    kept.append(recorder)
-    return recorder
+        warm_up(scene)
+    host.wait(hearing.missing)
+    host.pipes.report("ready")
+    while not (host.started or host.stopping):
+        host.spin(_PERIOD)
+        hearing.pass_on()
+    if not host.started:
+        return hearing, None
+    before = read_handover(settings.handover)
+    outputs = Outputs(host.node, scene, settings, kept, before)
+    tail.pass_to(outputs.takers, before.after * scene.period_ns)
+    return hearing, outputs
 
 
-def _listen(host: Host, hearing: Hearing, outputs: Sequence[Output]) -> None:
+def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> None:
+    _listen(host, hearing, outputs)
+    added = _finish(host, hearing, outputs, _summary(scene, host.stopping))
+    host.pipes.report("done", summary=added)
+    for output in outputs.files:
+        if output.broken:
+            raise Fault(output.broken)
+    files = [added[key] for key in ("recording", "mcap") if key in added]
+    host.node.get_logger().info(f"wrote {' and '.join(files)}")
+
+
+def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
     complaints: set[str] = set()
+    told = outputs.progress()
     while not host.stopping and (host.pipes.attached or not hearing.over):
         host.spin(_PERIOD)
         hearing.pass_on()
-        for output in outputs:
+        for output in outputs.files:
             output.idle()
             if output.broken and output.broken not in complaints:
                 complaints.add(output.broken)
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
+        if (now := outputs.progress()) != told:
+            told = now
+            host.pipes.report("progress", step=now[0], recorded=now[1])
 
 
-def _finish(host: Host, hearing: Hearing, outputs: Sequence[Output], summary: dict[str, Any]) -> dict[str, Any]:
-    """Wait for what is still on its way, complete the files one after the other, return what they add together."""
+def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, Any]) -> dict[str, Any]:
+    """Wait for what is still on its way, complete the files, return what they add to the summary."""
     steps = summary.get("steps")
     hearing.pass_on()
-    while not host.stopping.startswith("interrupted") and not all(output.has_all(steps) for output in outputs):
+    while not host.stopping.startswith("interrupted") and not all(output.has_all(steps) for output in outputs.files):
         host.spin(_PERIOD)
         hearing.pass_on()
     hearing.pass_on()  # what the last call held back
-    added: dict[str, Any] = {}
-    for output in outputs:
-        added = output.finish(summary | added) | added  # the first error stands
-    return added
+    return outputs.finish(summary)
 
 
 def _summary(scene: "Scene", order: str) -> dict[str, Any]:

@@ -22,25 +22,35 @@ class Stepper:
     Attributes:
         stamp: of the newest published state, ns; 0 before the run begins.
         paused: commands and the wall clock move nothing for now.
+        waiting: why nothing moves although the run is not paused: nobody commands; one line, or empty.
+        ending: why the run is on its way to its end, one line, or empty.
         fault: why the run cannot go on, one line, or empty.
-        warning: what the diagnostics warn of, one line, or empty.
         deadline_misses: real-time steps that came too late.
     """
 
-    def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes) -> None:
-        """Prepare a run of `scene`; nothing is published yet."""
-        self.scene, self.plant = scene, plant
-        self.gate = CommandGate(scene.actuated)
+    def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes, largest: float) -> None:
+        """Prepare a run of `scene` that takes no effort beyond `largest` [N m or N]; nothing is published yet."""
+        self.scene, self.plant, self._largest = scene, plant, largest
+        self.gate = CommandGate(scene.actuated, largest)
         self.stamp, self.deadline_misses = 0, 0
-        self.paused, self.fault, self.warning = False, "", ""
+        self.paused, self.waiting, self.ending, self.fault = False, "", "", ""
         self._topics, self._pipes = topics, pipes
+        self._warnings: dict[str, str] = {}
         self._began = self._ended = 0.0
         self._next_progress = self._next_diagnostics = 0.0
+        self._told = 0  # stamp of the clock's last message that came from here
 
-    def warm_up(self) -> None:
-        """Do once, on a plant that is then reset, all that a step does: what needs compiling is compiled here."""
+    def warm_up(self, braking: bool = False) -> None:
+        """Do once, on a plant that is then reset, all that a step does: what needs compiling is compiled here.
+
+        Brakes are code of their own; `braking` says whether the wall clock will not wait for it.
+        """
+        effort = (0.0,) * len(self.scene.actuated) if self.scene.sampled else None
         with suppress(SimulationError):  # the run itself will meet it again, and report it
-            self.plant.advance((0.0,) * len(self.scene.actuated) if self.scene.sampled else None)
+            self.plant.advance(effort)
+            if braking:
+                self.plant.braking = True
+                self.plant.advance(effort)
         self.plant.summary()
         self.plant.reset()
 
@@ -57,12 +67,31 @@ class Stepper:
     def pause(self, paused: bool) -> None:
         """Pause or go on, and say so."""
         self.paused = paused
-        self._topics.publish_simulation_state(messages.PAUSED if paused else messages.PLAYING)
+        self._topics.publish_simulation_state(messages.PAUSED if paused or self.waiting else messages.PLAYING)
 
-    def restart(self) -> None:
-        """Return to the scene's initial state, with new books."""
-        self.plant.reset()
-        self.gate = CommandGate(self.scene.actuated)
+    def wait(self, why: str) -> None:
+        """Say at once that the run waits for somebody, or with an empty line that it does no more."""
+        self.waiting = why
+        self.pause(self.paused)
+        self.warn(why, "commands")
+        self._pipes.report("waiting" if why else "resumed", why=why)
+
+    @property
+    def warning(self) -> str:
+        """What the diagnostics warn of, one line, empty while there is nothing."""
+        return "; ".join(filter(None, self._warnings.values()))
+
+    def warn(self, line: str, subject: str) -> None:
+        """Warn of a subject in the diagnostics, at once where the line is new; an empty line ends the warning."""
+        if line == self._warnings.get(subject, ""):
+            return
+        self._warnings[subject] = line
+        self._tell(time.monotonic())
+
+    def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
+        """Return to the scene's initial state, or to another one, with new books; arguments as of `Plant.reset`."""
+        self.plant.reset(q, v)
+        self.gate = CommandGate(self.scene.actuated, self._largest)
         self.deadline_misses = 0
         self.begin()
 
@@ -78,7 +107,7 @@ class Stepper:
         """Publish the present state, for the first time or again."""
         plant = self.plant
         self.stamp = (plant.k + 1) * self.scene.period_ns
-        self._topics.publish_state(self.stamp, plant.q, plant.v)
+        self._topics.publish_state(self.stamp, *plant.seen)
 
     def step(self, effort: Sequence[float] | None) -> None:
         """Advance one period with `effort` (nu,) held; the state leaves first, so that the controller can go on."""
@@ -99,21 +128,33 @@ class Stepper:
             self._topics.flush()
 
     def heartbeat(self) -> None:
-        """Report progress and publish diagnostics when they are due."""
+        """Report progress, publish diagnostics and the clock when they are due."""
+        now = time.monotonic()
+        if now < self._next_progress:
+            return
+        self.tell_time()
+        self._pipes.report("progress", step=self.plant.k)
+        if now >= self._next_diagnostics:
+            self._tell(now)
+
+    def tell_time(self) -> None:
+        """Publish the clock now and then, also before the run begins and while it stands: somebody may have come."""
         now = time.monotonic()
         if now < self._next_progress:
             return
         self._next_progress = now + _PROGRESS
         self._topics.look_around()
-        self._pipes.report("progress", step=self.plant.k)
-        if now >= self._next_diagnostics:
-            self._next_diagnostics = now + _DIAGNOSTICS
-            self._topics.publish_diagnostics(self.stamp, self.warning, self._health(now))
+        stamp = (self.plant.k + 1) * self.scene.period_ns
+        if stamp == self._told or not self.stamp:
+            self._topics.publish_clock(stamp)
+        self._told = stamp
 
     def end(self) -> None:
-        """Say that the run is over, and wait until every subscriber has all of it."""
+        """Say that the run is over, with zero effort where it ends early; wait until every subscriber has all of it."""
         self._ended = time.monotonic()
         self._topics.publish_simulation_state(messages.QUITTING)
+        if self.stamp and not self.finished:  # behind QUITTING: it belongs to no step
+            self._topics.publish_effort(self.stamp, (0.0,) * len(self.scene.actuated))
         self._topics.publish_simulation_state(messages.STOPPED)
         self._topics.flush()
 
@@ -127,6 +168,7 @@ class Stepper:
             "real_time_factor": steps * self.scene.period / wall if wall else 0.0,
             "steps_per_second": steps / wall if wall else 0.0,
             "deadline_misses": self.deadline_misses,
+            "publish_us": self._topics.publishing.figures(),
             "commands": self.gate.summary(),
         }
         return head | self.plant.summary() | speed
@@ -136,6 +178,10 @@ class Stepper:
             self._topics.publish_clock(self.stamp)
         if self._topics.payload_heard:
             self._topics.publish_payload(self.stamp, self.plant.payload)
+
+    def _tell(self, now: float) -> None:
+        self._next_diagnostics = now + _DIAGNOSTICS
+        self._topics.publish_diagnostics(self.stamp, self.warning, self._health(now))
 
     def _health(self, now: float) -> dict[str, object]:
         physics = self.plant.summary()

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.recorder import Recorder
     from crane_sim.scene import Scene
 
+TOPICS = ("joint_states", "applied_effort", "joint_commands", "joint_trajectory", "simulation_state")
 MODES = ("stopped", "playing", "paused", "quitting")
 
 
@@ -22,7 +23,7 @@ class Transcript:
 
     def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
         """Expect the joints of a scene."""
-        self._recorder, self._scene = recorder, scene
+        self._recorder, self._scene, self._over = recorder, scene, False
         self._state_wire = JointWire(scene.joint_names, effort=False)
         self._effort_wire = JointWire(scene.actuated, effort=True)
 
@@ -41,6 +42,8 @@ class Transcript:
         self._recorder.state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
+        if self._over:
+            return  # the drives are switched off behind the last step: that is none itself
         applied = self._effort_wire.decode(data)
         self._recorder.effort(applied.stamp, applied.effort)
 
@@ -60,6 +63,7 @@ class Transcript:
 
     def _on_mode(self, data: bytes) -> None:
         mode = deserialize_message(data, UInt8).data
+        self._over = mode == messages.QUITTING or (self._over and mode == messages.STOPPED)
         self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
 
     def _sorted(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:

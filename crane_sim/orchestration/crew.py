@@ -1,0 +1,94 @@
+"""The children of a run: started, listened to, and ended in any case."""
+
+import json
+import selectors
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from crane_sim.orchestration.children import Child
+from crane_sim.orchestration.processes import Nursery, Process, program
+
+
+class Crew:
+    """The children of one run; leaving the block ends them all.
+
+    Attributes:
+        children: those who have not been dismissed.
+        hurry: somebody waits for the end.
+    """
+
+    def __init__(self, env: Mapping[str, str]) -> None:
+        """Start nobody yet; `env` is the environment of all."""
+        self.children: list[Child] = []
+        self.hurry = False
+        self._env = env
+        self._selector = selectors.DefaultSelector()
+        self._nursery: Nursery | None = None
+
+    def __enter__(self) -> Self:
+        """Enter the block."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """End every child."""
+        if self._nursery:
+            self._nursery.close()
+        for child in self.children:
+            child.order("finish")
+            child.let_go()
+        began = time.monotonic()
+        for child in self.children:
+            child.end(self.hurry, time.monotonic() - began)
+        self._selector.close()
+
+    def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
+        """Start the node of `module` in `namespace` with the given parameters."""
+        arguments = _arguments(namespace, settings)
+
+        def start(control: int, report: int) -> Process:
+            pipes = ["-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
+            return program(module, [*arguments, *pipes], self._env, (control, report))
+
+        return self._joined(Child(name, start))
+
+    def prepare_forks(self, scene_file: Path) -> None:
+        """From now on, nodes of this scene can be forked."""
+        self._nursery = Nursery(scene_file, self._env)
+
+    def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
+        """Start a node as `start` does, of that `name` in ROS, too, and in a fraction of the time."""
+        nursery = self._nursery
+        if nursery is None:
+            raise RuntimeError("no forks were prepared")
+        arguments = [*_arguments(namespace, settings), "-r", f"__node:={name}"]
+        return self._joined(Child(name, lambda control, report: nursery.bear(module, arguments, control, report)))
+
+    def _joined(self, child: Child) -> Child:
+        self.children.append(child)
+        self._selector.register(child.reports, selectors.EVENT_READ, child)
+        return child
+
+    def dismiss(self, child: Child) -> None:
+        """Forget a child that has gone."""
+        self.children.remove(child)
+        child.let_go()
+        child.end()
+
+    def listen(self, timeout: float) -> bool:
+        """Read what the children report within `timeout` seconds; whether there was anything."""
+        if not self._selector.get_map():
+            time.sleep(timeout)
+        heard = self._selector.select(timeout)
+        for key, _ in heard:
+            key.data.read()
+            if key.data.gone:
+                self._selector.unregister(key.fd)
+        return bool(heard)
+
+
+def _arguments(namespace: str, settings: Mapping[str, object]) -> list[str]:
+    parameters = [f"{key}:={json.dumps(value)}" for key, value in settings.items()]
+    return ["--ros-args", "-r", f"__ns:=/{namespace}", *(word for each in parameters for word in ("-p", each))]

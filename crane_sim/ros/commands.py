@@ -1,0 +1,158 @@
+"""The topics on which commands come, and who sends them.
+
+While there is one publisher, messages come the quick way, through the executor, and need no sender. As soon as there
+is a second one, inboxes are opened, whose messages have senders, and what the executor brings no longer counts.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+
+from crane_sim.ros import messages
+from crane_sim.ros.helm import Helm
+from crane_sim.ros.inbox import Inbox
+from crane_sim.ros.process import Host
+from crane_sim.ros.stepper import Stepper
+
+Taker = Callable[[bytes], None]
+
+_MOST = 1000  # messages handed on at a time: others want to be served, too
+_HANDOVER = 2.0  # s for a commander at work to find the inboxes; after that the middleware knows whether he is dead
+_QOS = QoSProfile(depth=1000)  # of inboxes, where one sender must not push another one's messages out at once
+_LOOK = 0.1  # s between two looks at who publishes
+_MEMORY = 2.0  # s for which a refused commander is warned of
+
+
+class Commands:
+    """Hands on the commands of one commander, and refuses those of everybody else by name."""
+
+    def __init__(self, host: Host, stepper: Stepper, takers: Mapping[str, tuple[Any, Taker]], lease: float) -> None:
+        """Listen.
+
+        Args:
+            host: whose topics they are.
+            stepper: whose books and diagnostics tell of refusals.
+            takers: message class, and what takes the bytes of a message that counts, by topic.
+            lease: silence that costs a commander the crane, s.
+        """
+        self._node, self._stepper, self._takers, self._helm = host.node, stepper, takers, Helm(lease)
+        self._lease = lease
+        self._ears: dict[str, Subscription] = {
+            topic: host.node.create_subscription(
+                kind, topic, partial(self._on_message, take), messages.STREAM, raw=True
+            )
+            for topic, (kind, take) in takers.items()
+        }
+        self._inboxes: dict[str, Inbox] = {}
+        self._told, self._line = (b"", b""), ""  # who was refused for whom, and the words for it
+        self._heard = self._looked = self._refused = 0.0
+
+    @property
+    def several(self) -> bool:
+        """Whether more than one may command: then `poll` hands the messages on, and the executor does not."""
+        return bool(self._inboxes)
+
+    @property
+    def topics(self) -> str:
+        """The full names of the topics."""
+        return " or ".join(ear.topic_name for ear in self._ears.values())
+
+    def count(self) -> int:
+        """Return the number of publishers."""
+        return sum(ear.handle.get_publisher_count() for ear in self._ears.values())
+
+    def fetch(self) -> bool:
+        """Hand on a message that waits, without the executor; False where there is none."""
+        if self._inboxes:
+            return self.poll()
+        for topic, ear in self._ears.items():
+            kind, take = self._takers[topic]
+            with ear.handle:
+                taken = ear.handle.take_message(kind, True)
+            if taken:
+                self._on_message(take, taken[0])
+                return True
+        return False
+
+    def wait(self, seconds: float) -> None:
+        """Let so much time pass, less where a message comes on the first topic."""
+        next(iter(self._inboxes.values())).wait(seconds)
+
+    def poll(self) -> bool:
+        """Hand on what has come of the commander, refuse the rest; False where nothing has come."""
+        found = False
+        for topic, inbox in self._inboxes.items():
+            for _ in range(_MOST):
+                if (letter := inbox.take()) is None:
+                    break
+                found = True
+                if self._helm.admits(letter.sender, time.monotonic()):
+                    self._takers[topic][1](letter.data)
+                else:
+                    self._refuse(letter.sender)
+        return found
+
+    def begin(self) -> None:
+        """See who is there at the begin of the run: he commands, unless there are several."""
+        self._heard, self._looked = time.monotonic(), 0.0
+        self.look()
+
+    def look(self) -> None:
+        """See now and then who is there."""
+        now = time.monotonic()
+        if now - self._looked < _LOOK:
+            return
+        self._looked = now
+        count = self.count()
+        if count > 1 and not self._inboxes:
+            self._open()
+        elif count < 2 and self._inboxes:
+            self._close()
+        if count == 1 and (publishers := self._publishers()):
+            self._helm.commander = next(iter(publishers))
+        if now - self._refused > _MEMORY:
+            self._stepper.warn("", "commander")
+
+    def _on_message(self, take: Taker, data: bytes) -> None:
+        if self._inboxes:
+            return  # they have it, too, and who sent it
+        if self.count() > 1:
+            self._open()  # nobody knows whose this one is; what does not come again is lost
+            return
+        self._heard = time.monotonic()
+        take(data)
+
+    def _open(self) -> None:
+        now = time.monotonic()
+        at_work = now - self._heard < self._lease
+        self._helm.renew(now + _HANDOVER if at_work else self._heard)
+        self._inboxes = {topic: Inbox(self._node, kind, topic, _QOS) for topic, (kind, _) in self._takers.items()}
+
+    def _close(self) -> None:
+        self.poll()
+        for inbox in self._inboxes.values():
+            inbox.close()
+        self._inboxes = {}
+
+    def _refuse(self, sender: bytes) -> None:
+        """Count it; say so where it is news, since there may be thousands in a second."""
+        now, both = time.monotonic(), (sender, self._helm.commander)
+        if both != self._told or now - self._refused > _MEMORY:
+            self._told, names = both, self._publishers()
+            intruder, commander = (names.get(who, "a node that left") for who in both)
+            self._line = f"command of {intruder} refused: {commander} commands"
+        self._refused = now
+        self._stepper.gate.reject("commander", self._line)
+        self._stepper.warn(self._line, "commander")
+
+    def _publishers(self) -> dict[bytes, str]:
+        """Return the full node names of all publishers by their identifiers."""
+        return {
+            bytes(info.endpoint_gid): f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+            for ear in self._ears.values()
+            for info in self._node.get_publishers_info_by_topic(ear.topic_name)
+        }

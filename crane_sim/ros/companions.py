@@ -1,0 +1,47 @@
+"""Other cranes on the same clock: no crane is ever more than one of its periods ahead of another."""
+
+import struct
+from functools import partial
+
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
+
+from crane_sim.ros import messages
+
+_STAMP = struct.Struct("<4xiI")  # where CDR, little endian, has the stamp of a message with a header
+
+
+class Companions:
+    """Knows how far the other cranes are, by the stamps of their joint states."""
+
+    def __init__(self, node: Node, namespaces: str) -> None:
+        """Listen to the plants in these namespaces, with commas between them; to nobody where there are none."""
+        names = [name.strip().strip("/") for name in namespaces.split(",") if name.strip()]
+        self._stamps = dict.fromkeys(names, 0)  # ns
+        self._states: dict[str, Subscription] = {
+            name: node.create_subscription(
+                JointState, f"/{name}/joint_states", partial(self._note, name), messages.DEEP_STREAM, raw=True
+            )
+            for name in names
+        }
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._states)
+
+    def missing(self) -> str:
+        """Return one line on those that are not there yet, empty when all are."""
+        for states in self._states.values():
+            if not states.get_publisher_count():
+                return f"a publisher of {states.topic_name}"
+        return ""
+
+    def level(self, stamp: int) -> bool:
+        """Return whether all have come to `stamp` [ns]; one that has left keeps nobody waiting."""
+        behind = [name for name, newest in self._stamps.items() if newest < stamp]
+        return not any(self._states[name].get_publisher_count() for name in behind)
+
+    def _note(self, name: str, data: bytes) -> None:
+        seconds, rest = _STAMP.unpack_from(data)
+        self._stamps[name] = seconds * messages.SECOND + rest

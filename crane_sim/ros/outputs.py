@@ -1,0 +1,123 @@
+"""The files that a recorder writes: opened at the start of a run, or where another recorder died."""
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from rclpy.node import Node
+
+from crane_sim.ros.hearing import topics
+from crane_sim.ros.process import Fault
+from crane_sim.ros.transcript import Transcript
+
+if TYPE_CHECKING:
+    from crane_sim.recording.bag import Bag
+    from crane_sim.recording.recorder import Recorder
+    from crane_sim.scene import Scene
+
+
+class Output(Protocol):
+    """A file in the making."""
+
+    broken: str
+
+    def idle(self) -> None:
+        """Write what waits, when its time has come."""
+
+    def has_all(self, steps: int | None) -> bool:
+        """Whether everything of `steps` steps has come in, or nothing more is coming."""
+        ...
+
+    def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
+        """Complete the file; return what it adds to the run's summary."""
+        ...
+
+
+class Handover(NamedTuple):
+    """What a recorder is told that goes on for another one."""
+
+    after: int = 0  # the last step that the other one is known to have written
+    recorded: int = 0  # steps that it, and those before it, have written
+    parts: tuple[str, ...] = ()  # the recording's unfinished files
+    number: int = 1  # of the part that now begins
+
+
+class Outputs:
+    """The Rerun recording and the bag of one run, or one of them.
+
+    Attributes:
+        files: those in the making.
+        takers: functions of a serialized message per topic, by what takes them.
+    """
+
+    def __init__(
+        self, node: Node, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: Handover
+    ) -> None:
+        """Open the files; raises Fault where one cannot be written. What must outlive a failure goes into `kept`."""
+        self._number = before.number
+        bag = _opened_bag(node, scene, settings, before)
+        self.recorder = _opened_recorder(scene, settings, kept, bag, before)
+        self.files: list[Output] = [output for output in (bag, self.recorder) if output]
+        readers = [bag, self.recorder and Transcript(scene, self.recorder)]
+        self.takers: list[dict[str, Callable[[bytes], None]]] = [reader.takers() for reader in readers if reader]
+
+    def progress(self) -> tuple[int, int]:
+        """Return the last step on the disk, and how many there are."""
+        return (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
+
+    def finish(self, summary: dict[str, Any]) -> dict[str, Any]:
+        """Complete the files one after the other, return what they add to the summary together."""
+        added: dict[str, Any] = {}
+        for output in self.files:
+            told = summary | added
+            if self._number > 1 and output is not self.recorder:
+                told.pop("steps", None)  # no bag that begins in the middle of a run can have them all
+            added = output.finish(told) | added  # the first error stands
+        return added
+
+
+def read_handover(path: str) -> Handover:
+    """Return what the orchestrator has left for a recorder that goes on for another one."""
+    told = json.loads(Path(path).read_text())
+    return Handover(told["after"], told["recorded"], tuple(told["parts"]), told["number"])
+
+
+def _part(path: str, before: Handover) -> Path:
+    whole = Path(path)
+    return whole if before.number == 1 else whole.with_name(f"{whole.stem}.part{before.number}{whole.suffix}")
+
+
+def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: Handover) -> "Bag | None":
+    if not settings.mcap:
+        return None
+    from crane_sim.recording.bag import Bag  # needs rosbags, which not everyone has
+
+    try:
+        return Bag(_part(settings.mcap, before), topics(node), scene.period_ns)
+    except OSError as error:
+        raise Fault(f"{settings.mcap}: {error.strerror}") from error
+
+
+def _opened_recorder(
+    scene: "Scene", settings: SimpleNamespace, kept: list[object], bag: "Bag | None", before: Handover
+) -> "Recorder | None":
+    if not settings.path:
+        return None
+    from crane_sim.recording.parts import Before
+    from crane_sim.recording.recorder import Recorder  # needs Rerun
+    from crane_sim.recording.writer import RecordingError
+
+    earlier = Before(before.after, before.recorded, tuple(map(Path, before.parts)))
+    whole = Path(settings.path) if before.number > 1 else None
+    port = settings.live_port or None
+    try:
+        recorder = Recorder(scene, _part(settings.path, before), port, settings.recording_id, whole, earlier)
+    except RecordingError as error:
+        kept.append(error)
+        if bag:
+            bag.abandon()
+        raise Fault(str(error)) from error
+    kept.append(recorder)
+    return recorder

@@ -1,0 +1,128 @@
+"""Parameters of a node: declared once, with a description and what is possible; what does not fit is one line."""
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+_KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+_OF_ROS = {"use_sim_time", "start_type_description_service"}  # declared by rclpy itself
+
+
+class Option(NamedTuple):
+    """One parameter: its default, and what it may be.
+
+    A default of type tuple stands for an array of numbers; `live` ones may be set while the node runs.
+    """
+
+    default: Any
+    description: str
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] = ()
+    live: bool = False
+
+
+COMMON = {
+    "control_fd": Option(-1, "pipe end with the orchestrator's orders; -1: there is no orchestrator", -1, 1 << 20),
+    "report_fd": Option(-1, "pipe end for reports to the orchestrator; -1: there is none", -1, 1 << 20),
+    "executor": Option("events", "what serves callbacks: events is quicker", choices=("events", "single")),
+}
+
+
+def given(node: Node) -> dict[str, Any]:
+    """Return the parameters that a node was started with; it declares them from overrides."""
+    names = [name for name in node.get_parameters_by_prefix("") if name not in _OF_ROS]
+    return {parameter.name: parameter.value for parameter in node.get_parameters(names)}
+
+
+def foreseen(node: Node) -> SimpleNamespace:
+    """Return what all nodes need before they can complain: where a value is not possible, its default."""
+    found = {name: option.default for name, option in COMMON.items()}
+    for name, value in given(node).items():
+        with suppress(ValueError):
+            found |= {name: checked(name, value, COMMON[name])} if name in COMMON else {}
+    return SimpleNamespace(**found)
+
+
+def declared(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
+    """Declare the options of a node and return the values in force, which follow those set while it runs.
+
+    Args:
+        node: created with `automatically_declare_parameters_from_overrides`.
+        options: by name.
+
+    Raises:
+        ValueError: a parameter is unknown, or its value is not possible; one line.
+    """
+    found, known = given(node), COMMON | dict(options)
+    if unknown := sorted(found.keys() - known.keys()):
+        raise ValueError(f"unknown parameter {', '.join(unknown)}; this node has {', '.join(sorted(known))}")
+    for name in found:
+        node.undeclare_parameter(name)
+    values = {name: checked(name, found.get(name, option.default), option) for name, option in known.items()}
+    for name, option in known.items():
+        node.declare_parameter(name, values[name], _descriptor(option), ignore_override=True)
+    settings = SimpleNamespace(**values)
+    node.add_on_set_parameters_callback(lambda parameters: _set(parameters, known, settings))
+    return settings
+
+
+def checked(name: str, value: Any, option: Option) -> Any:
+    """Return the value of a parameter in the type of its default.
+
+    Raises:
+        ValueError: it has another type, or is out of range; one line.
+    """
+    kind = type(option.default)
+    if kind is tuple:
+        return _numbers(name, value)
+    if kind is float and type(value) is int and abs(value) < 1 << 63:
+        value = float(value)
+    if type(value) is not kind:
+        raise ValueError(f"parameter {name} is {value!r}; it must be {_KINDS[kind]}")
+    if option.choices and value not in option.choices:
+        raise ValueError(f"parameter {name} is {value!r}; it must be {' or '.join(option.choices)}")
+    if option.low is not None and option.high is not None and not option.low <= value <= option.high:
+        raise ValueError(f"parameter {name} is {value}; it must be from {option.low:g} to {option.high:g}")
+    return value
+
+
+def _numbers(name: str, value: Any) -> tuple[float, ...]:
+    """Return an array of numbers; an empty one comes as whatever type ROS takes it for."""
+    try:
+        found = tuple(map(float, value))
+    except (TypeError, ValueError, OverflowError):
+        found = (math.nan,)
+    if not all(map(math.isfinite, found)):
+        raise ValueError(f"parameter {name} is {value!r}; it must be an array of finite numbers")
+    return found
+
+
+def _descriptor(option: Option) -> ParameterDescriptor:
+    array = isinstance(option.default, tuple)  # of dynamic type: an empty array tells ROS nothing of its numbers
+    found = ParameterDescriptor(description=option.description, read_only=not option.live, dynamic_typing=array)
+    if option.choices:
+        found.additional_constraints = "one of " + ", ".join(option.choices)
+    if option.low is not None and option.high is not None:
+        if isinstance(option.default, float):
+            found.floating_point_range = [FloatingPointRange(from_value=option.low, to_value=option.high)]
+        else:
+            found.integer_range = [IntegerRange(from_value=int(option.low), to_value=int(option.high), step=1)]
+    return found
+
+
+def _set(parameters: Sequence[Parameter], known: Mapping[str, Option], settings: SimpleNamespace) -> Any:
+    """Take over what is set while the node runs, all of it or nothing."""
+    ours = [parameter for parameter in parameters if parameter.name in known]
+    try:
+        values = {parameter.name: checked(parameter.name, parameter.value, known[parameter.name]) for parameter in ours}
+    except ValueError as error:
+        return SetParametersResult(successful=False, reason=str(error))
+    vars(settings).update(values)
+    return SetParametersResult(successful=True)

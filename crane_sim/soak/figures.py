@@ -1,0 +1,34 @@
+"""What a soak found: figures, and which of them were promised."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Figure(NamedTuple):
+    """One thing that was measured."""
+
+    what: str
+    value: Any
+    unit: str = ""
+    promise: str = ""  # what it should be, in words; empty where nothing was promised
+    kept: bool = True
+
+
+def at_most(what: str, value: float, limit: float, unit: str = "") -> Figure:
+    """Return a figure that was promised not to exceed a limit."""
+    return Figure(what, value, unit, f"at most {limit:g} {unit}".strip(), value <= limit)
+
+
+def equal(what: str, value: Any, wanted: Any, unit: str = "") -> Figure:
+    """Return a figure that was promised to be exactly this."""
+    return Figure(what, value, unit, f"{wanted}", value == wanted)
+
+
+def quantiles(values: Sequence[float]) -> dict[str, float]:
+    """Return median, 99 % quantile and largest of some numbers; nan where there are none."""
+    if not len(values):
+        return dict.fromkeys(("p50", "p99", "max"), float("nan"))
+    found = np.asarray(values)
+    return {"p50": float(np.median(found)), "p99": float(np.quantile(found, 0.99)), "max": float(found.max())}

@@ -1,0 +1,66 @@
+"""Resident memory and rate of millions of control periods without ROS: `crane soak inprocess`."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from crane_sim import load_scene
+from crane_sim.bench.memory import resident
+from crane_sim.plant import Plant
+from crane_sim.rollout import simulate
+from crane_sim.scene import Scene
+from crane_sim.soak.figures import Figure, at_most
+
+BLOCKS = 20  # looks at memory and rate; what the first shows is the warm-up
+GROWTH = 5.0  # MB
+
+
+def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
+    """Take so many steps in each of the two ways; return figures, and the data behind them."""
+    block = max(steps // BLOCKS, 1)
+    ways: dict[str, Callable[[Scene, int], Iterator[None]]] = {"Plant.advance": _advanced, "simulate": _simulated}
+    figures, data = [], {}
+    for way, blocks in ways.items():
+        memory, rates = _measured(blocks(load_scene(name), block), block)
+        data[way] = {"memory_MB": memory, "steps_per_second": rates}
+        half = len(rates) // 2
+        drift = 100.0 * (sum(rates[half:]) / sum(rates[:half]) - 1.0)
+        figures += [
+            Figure(f"{way}, steps", block * BLOCKS),
+            Figure(f"{way}, rate", sum(rates) / len(rates), "steps/s"),
+            Figure(f"{way}, second half's rate against the first's", drift, "%"),
+            at_most(f"{way}, growth of resident memory", memory[-1] - memory[0], GROWTH, "MB"),
+        ]
+    return figures, data
+
+
+def _measured(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:
+    """Return resident memory [MB] and rate [steps/s] after each block of steps."""
+    memory, rates = [], []
+    began = time.perf_counter()
+    for _ in blocks:
+        rates.append(steps / (time.perf_counter() - began))
+        memory.append(resident(os.getpid()))
+        began = time.perf_counter()
+    return memory, rates
+
+
+def _advanced(scene: Scene, block: int) -> Iterator[None]:
+    """Step one plant with its law, without an end."""
+    plant, law = Plant(scene), scene.law
+    if law is None:
+        raise RuntimeError(f"scene {scene.name} has no law")
+    for _ in range(BLOCKS):
+        for _ in range(block):
+            plant.advance(law(plant.t, plant.q, plant.v))
+        yield
+
+
+def _simulated(scene: Scene, block: int) -> Iterator[None]:
+    """Simulate the same run again and again."""
+    run = replace(scene, duration=block * scene.period)
+    for _ in range(BLOCKS):
+        simulate(run)
+        yield

@@ -1,0 +1,137 @@
+"""SIGKILL at random instants, on controller and recorder in turn, in one long real-time run: `crane soak kill`."""
+
+import os
+import random
+import signal
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim import load_scene
+from crane_sim.bench.memory import resident
+from crane_sim.orchestration import run
+from crane_sim.orchestration.children import reserved_domain
+from crane_sim.soak.figures import Figure, at_most, equal, quantiles
+from crane_sim.soak.witness import Heard, witness
+
+VICTIMS = ("controller", "recorder")
+_GAP = (0.5, 2.5)  # s between two kills, uniform
+_LOOK = 0.01  # s between two looks for somebody to kill
+_BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
+_GROWTH = 5.0  # MB that the plant may grow
+_SECOND = 1e9  # ns
+
+
+class Kill(NamedTuple):
+    """One of them; instants in ns of the system's clock."""
+
+    victim: str
+    at: int
+    filled: int  # when the place was filled again, 0: not within the run
+
+
+class _Killer(threading.Thread):
+    """Kills whoever fills the places.
+
+    Attributes:
+        plant_memory: the plant's resident memory [MB], after each kill.
+    """
+
+    def __init__(self, gaps: list[float]) -> None:
+        super().__init__(daemon=True)
+        self.plant_memory: list[float] = []
+        self._gaps, self._pids, self._filled = gaps, dict[str, int](), list[tuple[str, int]]()
+        self._begun, self._struck = threading.Event(), list[tuple[str, int]]()
+
+    def filled(self, name: str, pid: int) -> None:
+        """Take note of who fills a place from now on."""
+        self._pids[name] = pid
+        self._filled.append((name, time.time_ns()))
+        if name == VICTIMS[-1]:
+            self._begun.set()
+
+    def run(self) -> None:
+        self._begun.wait()
+        time.sleep(_BEFORE)
+        for i, gap in enumerate(self._gaps):
+            time.sleep(gap)
+            victim = VICTIMS[i % len(VICTIMS)]
+            while not (pid := self._pids.pop(victim, 0)):
+                time.sleep(_LOOK)  # nobody fills the place yet
+            self._struck.append((victim, time.time_ns()))
+            os.kill(pid, signal.SIGKILL)
+            self.plant_memory.append(resident(self._pids["plant"]))
+
+    def kills(self) -> list[Kill]:
+        """Return what was done."""
+        return [
+            Kill(victim, at, next((t for name, t in self._filled if name == victim and t > at), 0))
+            for victim, at in self._struck
+        ]
+
+
+def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
+    """Kill so many times; return figures, and the data behind them."""
+    draw = random.Random(seed)
+    gaps = [draw.uniform(*_GAP) for _ in range(count)]
+    loaded = load_scene(scene, {"duration": round(_BEFORE + sum(gaps) + _BEHIND)})
+    killer, shared = _Killer(gaps), len(os.listdir("/dev/shm"))
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        reserved_domain() as domain,
+        witness(loaded, domain) as account,
+    ):
+        killer.start()
+        options = {"mode": "realtime", "domain_id": domain, "restart": True}
+        summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.filled, **options)
+        time.sleep(0.1)  # what the witness writes ten times as often
+        heard = account.read()
+    back = [back_after(kill, heard) for kill in killer.kills() if kill.victim == "controller"]
+    left = len(os.listdir("/dev/shm")) - shared
+    figures = [Figure("kills", count), *_survival(loaded.steps, summary, heard), *_control(back)]
+    figures += [Figure("longest gap between two states above the period", _stall(loaded.period_ns, heard["s"]), "ms")]
+    figures += [equal("files more in /dev/shm", left, 0), _growth(killer.plant_memory)]
+    return figures, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
+
+
+def back_after(kill: Kill, heard: dict[str, list[Heard]]) -> float:
+    """Return after how many s the plant applied a command that the next controller had sent; inf: never."""
+    commands = {h.effort for h in heard["c"] if kill.filled and h.sent >= kill.filled}
+    applied = (h.sent for h in heard["e"] if h.sent >= kill.filled and h.effort in commands)
+    return (next(applied, float("inf")) - kill.at) / _SECOND
+
+
+def _control(back: list[float]) -> list[Figure]:
+    found = quantiles(back)
+    return [
+        at_most("control back, median", found["p50"], 0.5, "s"),
+        Figure("control back, 99 %", found["p99"], "s"),
+        at_most("control back, longest", found["max"], 1.0, "s"),
+    ]
+
+
+def _survival(steps: int, summary: dict[str, Any], heard: dict[str, list[Heard]]) -> list[Figure]:
+    stamps = [h.stamp for h in heard["e"]]
+    return [
+        Figure("error of the run", summary.get("error", "none"), promise="none", kept="error" not in summary),
+        equal("steps, the plant's own count", summary["steps"], steps),
+        equal("steps, heard by an independent subscriber", len(set(stamps)), steps),
+        equal("steps in the recording", summary["recorded_steps"], steps),
+        Figure("late steps", summary.get("deadline_misses")),
+        Figure("replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())),
+        *(
+            Figure(f"publish call, {name}", value / 1e3, "ms", "at most 20 ms" if name == "max" else "", value <= 20e3)
+            for name, value in summary.get("publish_us", {}).items()
+        ),
+    ]
+
+
+def _growth(memory: list[float]) -> Figure:
+    return at_most("growth of the plant's memory", memory[-1] - memory[0], _GROWTH, "MB")
+
+
+def _stall(period: int, states: list[Heard]) -> float:
+    """Return the longest time between two states, less the period, ms."""
+    return max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0) / 1e6

@@ -1,0 +1,68 @@
+"""1 kHz in real time: rate, overruns as an independent subscriber counts them, punctuality: `crane soak realtime`."""
+
+import time
+from typing import Any
+
+import numpy as np
+
+from crane_sim import load_scene
+from crane_sim.bench.realtime import bare_apart
+from crane_sim.orchestration import run
+from crane_sim.orchestration.children import reserved_domain
+from crane_sim.soak.figures import Figure, at_most
+from crane_sim.soak.witness import Heard, witness
+
+PERIOD = 0.001  # s
+ROUND = 10.0  # s of the bare loop, then as many of the plant
+_RATE, _RATIO = 0.1, 1.5  # Hz that the mean rate may be off; p99 of the plant's period error against the bare loop's
+
+_DOUBT = 0.5  # % of the steps: a state leaves a moment before its step ends, and the subscriber must guess the schedule
+
+
+def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
+    """Run for so long, in rounds; return figures, and the data behind them."""
+    rounds = max(round(seconds / ROUND), 1)
+    scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
+    bare, plant, counted, rates = [], [], [], []
+    with reserved_domain() as domain, witness(scene, domain) as account:
+        for _ in range(rounds):
+            bare.append(bare_apart(PERIOD, scene.steps))
+            summary = run(scene, mode="realtime", record=None, domain_id=domain)
+            if "error" in summary:
+                raise RuntimeError(summary["error"])
+            plant.append(summary)
+            time.sleep(0.1)  # what the witness writes ten times as often
+            states = account.read()["s"]
+            counted.append(overruns(states, scene.period_ns))
+            rates.append((len(states) - 1) * 1e9 / (states[-1].sent - states[0].sent))
+    return _figures(bare, plant, counted, rates), {"bare": bare, "plant": plant, "counted": counted, "rates": rates}
+
+
+def overruns(states: list[Heard], period: int) -> int:
+    """Count the states that left after the deadline of the next one; ns.
+
+    The schedule is the latest one that no state is ahead of, the first one apart, which leaves before it begins.
+    """
+    sent = np.array([h.sent for h in states[1:]]) - period * np.arange(len(states) - 1)
+    return int(np.count_nonzero(sent - sent.min() > period))
+
+
+def _figures(
+    bare: list[dict[str, Any]], plant: list[dict[str, Any]], counted: list[int], rates: list[float]
+) -> list[Figure]:
+    off = max(abs(rate - 1.0 / PERIOD) for rate in rates)
+    p99 = [(p["period_error_us"]["p99"], b["period_error_us"]["p99"]) for p, b in zip(plant, bare, strict=True)]
+    ratio = float(np.median([ours / theirs for ours, theirs in p99]))
+    own, steps = [summary["deadline_misses"] for summary in plant], sum(summary["steps"] for summary in plant)
+    return [
+        Figure("rounds", len(plant)),
+        Figure("mean rate, heard", float(np.mean(rates)), "Hz"),
+        at_most("mean rate of a round, farthest off", off, _RATE, "Hz"),
+        Figure("overruns of the bare loop", sum(round_["deadline_misses"] for round_ in bare)),
+        Figure("overruns, the plant's own count", sum(own)),
+        Figure("overruns, the subscriber's count", sum(counted)),
+        at_most("their difference, of all steps", 100.0 * abs(sum(own) - sum(counted)) / steps, _DOUBT, "%"),
+        Figure("period error p99, plant", float(np.median([ours for ours, _ in p99])), "us"),
+        Figure("period error p99, bare loop", float(np.median([theirs for _, theirs in p99])), "us"),
+        at_most("their ratio, median of the rounds", ratio, _RATIO),
+    ]

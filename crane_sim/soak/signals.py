@@ -1,0 +1,161 @@
+"""SIGINT and SIGTERM at random instants of `crane run`, from its first millisecond on: `crane soak signals`."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim import load_scene
+from crane_sim.catalogue import config_folder
+from crane_sim.orchestration.children import reserved_domain
+from crane_sim.recording.reading import read_curves, read_summary
+from crane_sim.soak.figures import Figure, at_most, equal, quantiles
+from crane_sim.soak.witness import Account, witness
+
+SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
+LIMIT = 3.0  # s from the signal to the end
+_EARLY = 0.1  # s, of which every fifth instant is one
+_MARK = "CRANE_SIM_SOAK"
+_PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
+
+
+class Interruption(NamedTuple):
+    """What is sent to one run."""
+
+    number: signal.Signals
+    at: float  # s after its start
+    again: float | None  # s after the first signal, a second one
+    fresh: bool  # nothing is compiled: the signal comes while it is
+
+
+class End(NamedTuple):
+    """How that run ended."""
+
+    took: float  # s from the first signal, 0 where it had ended before
+    code: int
+    complaints: tuple[str, ...]  # what was not as it should be
+
+
+def plan(count: int, seed: int, usual: float) -> list[Interruption]:
+    """Return so many interruptions of runs that usually take `usual` seconds."""
+    draw = random.Random(seed)
+    found = []
+    for i in range(count):
+        fresh = i % 10 == 3
+        span = _EARLY if i % 5 == 0 else 8.0 if fresh else usual + 0.3
+        again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
+        number = draw.choice((signal.SIGINT, signal.SIGTERM))
+        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh))
+    return found
+
+
+def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
+    """Interrupt so many runs; return figures, and the data behind them."""
+    scene = load_scene(SCENE, {"duration": DURATION})
+    with reserved_domain() as domain, witness(scene, domain) as account:
+        began = time.monotonic()
+        undisturbed = interrupted(None, domain, account)
+        if undisturbed.complaints:
+            raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
+        planned = plan(count, seed, time.monotonic() - began)
+        ends = [interrupted(each, domain, account) for each in planned]
+    took = quantiles([end.took for end in ends])
+    complaints = [f"{planned[i].at:.3f} s: {why}" for i, end in enumerate(ends) for why in end.complaints]
+    figures = [
+        Figure("runs interrupted", count),
+        Figure("of them after their end", sum(end.code == 0 for end in ends)),
+        Figure("until the end, median", took["p50"], "s"),
+        at_most("until the end, longest", took["max"], LIMIT, "s"),
+        equal("complaints", len(complaints), 0),
+        *(Figure("complaint", why) for why in complaints),
+    ]
+    told = [each._asdict() | end._asdict() for each, end in zip(planned, ends, strict=True)]
+    return figures, {"runs": told}
+
+
+def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
+    """Start a run, interrupt it, and look at what is left."""
+    mark = str(uuid.uuid4())
+    account.read()
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
+        recording = Path(folder, "run.rrd")
+        env = os.environ | {_MARK: mark} | ({"CRANE_SIM_CACHE": folder} if how and how.fresh else {})
+        command = [_crane(), "run", SCENE, "--mode", "realtime", "--duration", str(DURATION)]
+        command += ["--domain-id", str(domain), "--record", str(recording), "--json"]
+        with subprocess.Popen(command, env=env, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+            took = _signalled(process, how)
+            _, errors = process.communicate()
+        complaints = [*_orphans(mark), *_recording(recording), *_last_effort(account)]
+        complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
+        return End(took, process.returncode, tuple(complaints))
+
+
+def _crane() -> str:
+    """Return the start script of the source tree, or the installed command where there is none."""
+    script = config_folder().parent / "crane"
+    return str(script if script.is_file() else Path(sys.executable).with_name("crane"))
+
+
+def _signalled(process: subprocess.Popen[str], how: Interruption | None) -> float:
+    """Send the signals and wait for the end; return how long it took."""
+    if how is None:
+        return 0.0
+    try:
+        process.wait(how.at)
+        return 0.0
+    except subprocess.TimeoutExpired:
+        process.send_signal(how.number)
+    began = time.monotonic()
+    if how.again is not None:
+        try:
+            process.wait(how.again)
+        except subprocess.TimeoutExpired:
+            process.send_signal(how.number)
+    try:
+        process.wait(_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+    return time.monotonic() - began
+
+
+def _orphans(mark: str) -> list[str]:
+    """Return a complaint about every process that has outlived its run, and end it."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"{_MARK}={mark}".encode() in (folder / "environ").read_bytes():
+                found.append(f"outlives the run: {(folder / 'cmdline').read_bytes().replace(bytes(1), b' ').decode()}")
+                os.kill(int(folder.name), signal.SIGKILL)
+        except OSError:
+            continue
+    return found
+
+
+def _recording(path: Path) -> list[str]:
+    """Return what is wrong with a recording; there may be none, but no part of one."""
+    left = [f"left: {file.name}" for file in path.parent.glob("*.part")]
+    if not path.exists():
+        return left
+    summary = read_summary(path)
+    if not summary["recorded_steps"]:
+        return left
+    steps = read_curves(path, "plots/q").step.tolist()
+    whole = steps == list(range(1, summary["recorded_steps"] + 1)) and not summary["lost_steps"]
+    return left if whole else [*left, f"recording: {len(steps)} steps, summary {summary['recorded_steps']}"]
+
+
+def _last_effort(account: Account) -> list[str]:
+    """Return a complaint where a run that began was cut short, and the last effort heard of it is not zero."""
+    time.sleep(0.1)  # what the witness writes ten times as often
+    efforts = account.read()["e"]
+    scene = load_scene(SCENE, {"duration": DURATION})
+    if not efforts or len(efforts) == scene.steps:
+        return []
+    last = efforts[-1].effort
+    return [] if not any(map(float, last)) else [f"last effort {', '.join(last)}"]

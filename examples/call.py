@@ -1,0 +1,54 @@
+"""Calls a service of the plant: `call.py /knuckle/plant/set_pause true`, `call.py /knuckle/plant/step_simulation`.
+
+Parameters go first: `call.py /knuckle/plant/step_simulation step_count=100`,
+`call.py /knuckle/plant/reset_simulation "reset_positions=[0, 0.5, 0, 2, 0.1, 0]"`. Prints the plant's answer. With
+ROS 2 from apt, `ros2 service call` and `ros2 param set` do the same.
+"""
+
+import json
+import sys
+from typing import Any
+
+import rclpy
+from rcl_interfaces.srv import SetParameters
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import SetBool, Trigger
+
+
+def answer(node: Node, kind: type, name: str, request: object) -> Any:
+    """Return what a service answers."""
+    client = node.create_client(kind, name)
+    if not client.wait_for_service(10.0):
+        sys.exit(f"nobody serves {name}")
+    future = client.call_async(request)
+    rclpy.spin_until_future_complete(node, future)
+    return future.result()
+
+
+def parameter(name: str, text: str) -> Any:
+    """Return the message of a parameter whose value is written as JSON; arrays are arrays of doubles."""
+    value = json.loads(text)
+    return Parameter(name, value=list(map(float, value)) if isinstance(value, list) else value).to_parameter_msg()
+
+
+def main() -> None:
+    """Set the parameters, then call."""
+    rclpy.init()
+    node, (service, *words) = rclpy.create_node("call"), sys.argv[1:]
+    pairs = [word.split("=", 1) for word in words if "=" in word]
+    if pairs:
+        plant = service.split("/plant/")[0] + "/plant/set_parameters"
+        request = SetParameters.Request(parameters=[parameter(*pair) for pair in pairs])
+        for (name, _), result in zip(pairs, answer(node, SetParameters, plant, request).results, strict=True):
+            if not result.successful:
+                sys.exit(f"{name}: {result.reason}")
+    switch = [word == "true" for word in words if word in ("true", "false")]
+    if switch:
+        print(answer(node, SetBool, service, SetBool.Request(data=switch[0])))
+    else:
+        print(answer(node, Trigger, service, Trigger.Request()))
+
+
+if __name__ == "__main__":
+    main()

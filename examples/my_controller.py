@@ -1,0 +1,33 @@
+"""A controller of your own, for `./crane run --no-controller --domain-id 7`: plain rclpy, nothing of crane_sim.
+
+In lockstep the plant waits for the command that carries its state's stamp: answer every state, and echo the stamp.
+In real time the same node works; there the newest command holds until the next one comes.
+"""
+
+import rclpy
+from my_law import TARGET, effort
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+
+class MyController(Node):
+    """Answers every state."""
+
+    def __init__(self) -> None:
+        """Join the crane's namespace."""
+        super().__init__("my_controller", namespace="knuckle")
+        self._commands = self.create_publisher(JointState, "joint_commands", 10)
+        self.create_subscription(JointState, "joint_states", self._on_state, 10)
+
+    def _on_state(self, state: JointState) -> None:
+        efforts = effort(state.name, state.position, state.velocity)
+        self._commands.publish(JointState(header=state.header, name=list(TARGET), effort=efforts))
+
+
+if __name__ == "__main__":
+    rclpy.init()
+    try:
+        rclpy.spin(MyController())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # Ctrl-C ends it

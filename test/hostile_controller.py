@@ -1,0 +1,48 @@
+"""A controller that sends hostile commands before every right one, and prints how many of which kind as JSON."""
+
+import json
+import sys
+from collections import Counter
+
+import rclpy
+from hostility import JOINTS, PERIOD, Hostility, message
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from crane_sim import load_scene
+
+
+class HostileController(Node):
+    """The law of the default scene, between `each` hostile commands per state."""
+
+    def __init__(self, each: int) -> None:
+        """Join the crane's namespace."""
+        super().__init__("hostile", namespace="knuckle")
+        self.sent: Counter[str] = Counter()
+        self.answered = 0
+        self._each, self._hostility, self._scene = each, Hostility(2), load_scene("knuckle_setpoint")
+        self._commands = self.create_publisher(JointState, "joint_commands", 10)
+        self.create_subscription(JointState, "joint_states", self._on_state, 10)
+
+    def _on_state(self, state: JointState) -> None:
+        stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+        if stamp // PERIOD != self.answered + 1:
+            return  # sent again: it has been answered
+        self.answered += 1
+        for _ in range(self._each):
+            reason, data = self._hostility.command(stamp)
+            self.sent[reason] += 1
+            self._commands.publish(data)
+        t = (stamp // PERIOD - 1) * self._scene.period
+        law = self._scene.law
+        assert law is not None
+        self._commands.publish(message(stamp, JOINTS, law(t, tuple(state.position), tuple(state.velocity))))
+
+
+if __name__ == "__main__":
+    rclpy.init()
+    node = HostileController(int(sys.argv[1]))
+    while node.answered < int(sys.argv[2]):
+        rclpy.spin_once(node, timeout_sec=0.1)
+    print(json.dumps(node.sent), flush=True)
+    rclpy.spin_once(node, timeout_sec=1.0)  # until the last answer has left for certain

@@ -1,0 +1,69 @@
+"""Floods `joint_commands` at 20 kHz from the first state on until the run is over; prints what it sent as JSON."""
+
+import json
+import sys
+import time
+
+import rclpy
+from hostility import JOINTS, Hostility, message
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import UInt8
+
+RATE = 20_000.0  # Hz
+PLAYING, OVER = 1, 0
+
+
+class Flood(Node):
+    """Sends hostile commands, and every fourth time a good one that nobody asked for."""
+
+    def __init__(self) -> None:
+        """Join the crane's namespace."""
+        super().__init__("flood", namespace="knuckle")
+        self.stamp, self.mode, self.sent = 0, -1, 0
+        hostility = Hostility(3)
+        self._stock = [hostility.command(10**9)[1] for _ in range(1000)]
+        self._commands = None
+        latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(JointState, "joint_states", self._on_state, 10)
+        self.create_subscription(UInt8, "simulation_state", self._on_mode, latched)
+
+    def begin(self) -> None:
+        """Appear as a commander: the scene's own controller is there already."""
+        self._commands = self.create_publisher(JointState, "joint_commands", 10)
+
+    def send(self) -> None:
+        """Send one command."""
+        assert self._commands is not None
+        good = self.sent % 4 == 0
+        self._commands.publish(message(self.stamp, JOINTS, [5.0] * 4) if good else self._stock[self.sent % 1000])
+        self.sent += 1
+
+    def _on_state(self, state: JointState) -> None:
+        self.stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+
+    def _on_mode(self, message: UInt8) -> None:
+        self.mode = message.data
+
+
+def main() -> None:
+    """Flood one run."""
+    rclpy.init(args=sys.argv)
+    flood = Flood()
+    while not flood.stamp:
+        rclpy.spin_once(flood, timeout_sec=0.1)
+    flood.begin()
+    began, after = time.monotonic(), 0
+    while flood.mode != OVER:
+        due = int((time.monotonic() - began) * RATE)
+        for _ in range(min(due - after, 200)):
+            flood.send()
+        after = due
+        rclpy.spin_once(flood, timeout_sec=0.0)
+    print(json.dumps({"sent": flood.sent, "rate": flood.sent / (time.monotonic() - began)}), flush=True)
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""Several cranes at once: on one clock in one domain, or side by side without ever hearing each other."""
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from crane_sim import load_scene, simulate
+
+HERE = Path(__file__).parent
+CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # as the example has them
+
+
+def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
+    """Two cranes step together, never more than a period apart, /clock is one, and each moves as it does alone."""
+    watcher = [sys.executable, HERE / "clock_watcher.py", *CRANES]
+    example = [sys.executable, HERE.parent / "examples" / "two_cranes.py"]
+    with subprocess.Popen(watcher, env=ros_environment, stdout=subprocess.PIPE, text=True) as watch:
+        try:
+            run = subprocess.run(example, env=ros_environment, capture_output=True, text=True, timeout=120.0)
+            seen = json.loads(watch.communicate(timeout=30.0)[0])
+        finally:
+            watch.kill()
+    summaries = json.loads(run.stdout)
+    for crane, scene in CRANES.items():
+        assert summaries[crane]["state_sha256"] == simulate(scene).summary["state_sha256"]
+    assert seen["hasty"] == 0
+    # All states of the shorter run, the first one too, but for what went by before the watcher was known.
+    assert seen["common"] > 0.9 * load_scene("overhead_energy").steps
+    assert seen["leaders"] == 1 and seen["times"] > 0
+
+
+def together(*runs: dict) -> list[dict]:
+    """Run several orchestrators at once, each as `crane run` in a process of its own; return the summaries."""
+    script = "import sys; from crane_sim.cli import main; sys.exit(main())"
+
+    def run(options: dict) -> dict:
+        command = [sys.executable, "-c", script, "run", options["scene"], "--no-record", "--json"]
+        command += ["--duration", str(options["duration"])]
+        return json.loads(subprocess.run(command, capture_output=True, text=True, timeout=120.0).stdout)
+
+    with ThreadPoolExecutor() as pool:
+        return list(pool.map(run, runs))
+
+
+def test_two_runs_side_by_side_never_hear_each_other() -> None:
+    """Two `crane run` of the same scene at once: each in a domain of its own, exact, and with its own commands only."""
+    wanted = [{"scene": "knuckle_setpoint", "duration": duration} for duration in (20.0, 18.0)]
+    for options, summary in zip(wanted, together(*wanted), strict=True):
+        scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
+        assert "error" not in summary
+        assert summary["commands"] == {"received": scene.steps, "rejected": 0, "late": 0, "duplicate": 0}
+        assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+@pytest.mark.slow
+def test_six_runs_side_by_side() -> None:
+    """The same with six of them on however few cores."""
+    wanted = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
+    for options, summary in zip(wanted, together(*wanted), strict=True):
+        scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
+        assert summary["commands"]["received"] == scene.steps
+        assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+def test_only_lockstep_can_wait_for_another_crane(ros_environment: dict[str, str]) -> None:
+    """A plant that cannot wait says so in one line."""
+    command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", "beside:=other"]
+    run = subprocess.run(
+        [*command, "-p", "mode:=realtime"], env=ros_environment, capture_output=True, text=True, timeout=60.0
+    )
+    assert run.returncode == 2
+    assert "parameter beside is 'other'; only a crane in lockstep can have it" in run.stderr

@@ -1,0 +1,31 @@
+"""Faults by order of a node in the graph."""
+
+from pathlib import Path
+
+import pytest
+from bench_graph import NodeProcess, graph, remote, wait_until
+from std_srvs.srv import SetBool
+
+from crane_sim import load_scene
+
+
+@pytest.mark.slow
+def test_a_service_for_every_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`~/faults/NAME` lets a fault be there from the next state on, and ends it; joint states are what sensors show."""
+    file, dark = tmp_path / "scene.yaml", {"dark": {"kind": "sensor_loss", "joint": "boom"}}
+    load_scene("knuckle_setpoint", {"duration": 1e5, "faults": dark}).dump(file)
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+        options = (f"scene:={file}", "commanded:=true")
+        with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
+            plant.await_event("ready")
+            plant.order("go")
+            ours.answers = [0.0] * 4
+            wait_until(lambda: len(ours.states) > 3)
+            assert ours.pause(True) == "ok"
+            for on in (True, False):
+                answer = ours.request(SetBool, "plant/faults/dark", SetBool.Request(data=on))
+                assert answer.success and answer.message.startswith(f"dark is {'on' if on else 'off'} from t = ")
+                seen = len(ours.states)
+                wait_until(lambda: ours.step() == "ok")
+                wait_until(lambda seen=seen: len(ours.states) > seen)
+                assert (ours.positions[-1][1] == 0.0) == on and ours.positions[-1][2] != 0.0

@@ -1,0 +1,124 @@
+"""Hostile commands by the thousand: none moves the crane, every one is counted, and the run goes on undisturbed."""
+
+import json
+import math
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hostility import JOINTS, Hostility, message
+
+from crane_sim import load_scene, orchestration, simulate
+from crane_sim.plant import Plant
+from crane_sim.ros.gate import CommandGate
+from crane_sim.ros.wire import JointWire
+from crane_sim.scene import Scene
+
+HERE = Path(__file__).parent
+
+
+def besieged(scene: Scene, number: int) -> tuple[Plant, CommandGate, Counter[str]]:
+    """Run a scene in lockstep on the plant's own ways in, with `number` hostile commands spread over its states.
+
+    Returns:
+        the plant, its gate, and how many commands are to be refused for which reason.
+    """
+    plant, gate, wire, hostility = Plant(scene), CommandGate(JOINTS), JointWire(JOINTS, effort=True), Hostility(1)
+    expected: Counter[str] = Counter()
+    for k in range(1, scene.steps + 1):
+        now = k * scene.period_ns
+        batch = [hostility.command(now) for _ in range(number * k // scene.steps - number * (k - 1) // scene.steps)]
+        expected += Counter(reason for reason, _ in batch)
+        answer = message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
+        for data in (*(data for _, data in batch), answer):
+            frame = gate.opened(wire.decode, data)
+            effort = frame and gate.screen(frame.stamp, frame.names, frame.effort, now=now, oldest=now)
+            if effort:
+                plant.advance(effort)
+    return plant, gate, expected
+
+
+def check_siege(number: int) -> None:
+    """Check that hostile commands are counted exactly and change no bit of a run."""
+    scene = load_scene("knuckle_setpoint", {"duration": 4.0})
+    plant, gate, expected = besieged(scene, number)
+    assert sum(expected.values()) == number
+    assert gate.refused == expected
+    assert gate.received == number + scene.steps
+    assert all(map(math.isfinite, (*plant.q, *plant.v)))
+    assert plant.summary()["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+def test_ten_thousand_hostile_commands() -> None:
+    """Every hostile command is refused for the reason for which it is hostile, and none changes a bit of the run."""
+    check_siege(10_000)
+
+
+@pytest.mark.slow
+def test_a_million_hostile_commands() -> None:
+    """The same with a million of them."""
+    check_siege(1_000_000)
+
+
+def controlled(scene: Scene, domain: int, environment: dict[str, str], each: int) -> tuple[dict, Counter[str]]:
+    """Run a scene over DDS with a controller that sends `each` hostile commands before every right one.
+
+    Returns:
+        the run's summary, and how many commands are to be refused for which reason.
+    """
+    command = [sys.executable, HERE / "hostile_controller.py", str(each), str(scene.steps)]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            summary = orchestration.run(scene, record=None, controller=False, domain_id=domain)
+            return summary, Counter(json.loads(process.communicate(timeout=30.0)[0]))
+        finally:
+            process.kill()
+
+
+def check_controlled(duration: float, each: int, domain: int, environment: dict[str, str]) -> None:
+    """Check the books of a run whose controller is hostile."""
+    scene = load_scene("knuckle_setpoint", {"duration": duration})
+    summary, sent = controlled(scene, domain, environment, each)
+    assert "error" not in summary
+    assert sum(sent.values()) == each * scene.steps
+    assert summary["commands"] == {
+        "received": (each + 1) * scene.steps,
+        "rejected": sum(sent[reason] for reason in ("not finite", "huge", "names", "length", "future", "unreadable")),
+        "late": sent["late"] + sent["stale"],
+        "duplicate": sent["duplicate"],
+    }
+    assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """Over the wire, too, hostile commands are counted to the last one and change no bit of the run."""
+    check_controlled(10.0, 8, domain_id, ros_environment)  # with the right one 9: the queue of a subscription holds 10
+
+
+@pytest.mark.slow
+def test_a_hostile_controller_for_long(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """The same for 320 000 hostile commands."""
+    check_controlled(400.0, 8, domain_id, ros_environment)
+
+
+@pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
+def test_a_flood_from_somebody_else(mode: str, domain_id: int, ros_environment: dict[str, str]) -> None:
+    """A stranger's commands at 20 kHz, some of them good, leave the crane to its own controller, and are counted."""
+    scene = load_scene("knuckle_setpoint", {"duration": 4.0})
+    command = [sys.executable, HERE / "hostile_flood.py"]
+    with subprocess.Popen(command, env=ros_environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            summary = orchestration.run(scene, record=None, mode=mode, rate=2.0, domain_id=domain_id)
+            sent = json.loads(process.communicate(timeout=30.0)[0])
+        finally:
+            process.kill()
+    commands = summary["commands"]
+    refused = commands["rejected"] + commands["late"] + commands["duplicate"]
+    assert "error" not in summary
+    assert 0 < refused <= commands["received"] <= sent["sent"] + scene.steps + refused
+    assert all(math.isfinite(error) for error in summary["final_error"].values())
+    if mode == "lockstep":
+        assert commands["received"] - refused == scene.steps
+        assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]

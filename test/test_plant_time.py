@@ -1,0 +1,129 @@
+"""The plant's time: it stands, goes step by step, begins anew, and everybody knows what time it is."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from bench_graph import JOINTS, PERIOD, NodeProcess, Remote, graph, remote, wait_until
+from rclpy.parameter import Parameter
+
+from crane_sim import load_scene
+
+PLANT = "crane_sim.ros.plant_node"
+ZERO = [0.0] * len(JOINTS)
+
+
+@pytest.fixture(scope="module")
+def endless(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return a scene file whose run does not end by itself."""
+    file = tmp_path_factory.mktemp("scene") / "endless.yaml"
+    load_scene("knuckle_setpoint", {"duration": 1e5}).dump(file)
+    return str(file)
+
+
+@pytest.fixture(scope="module")
+def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[NodeProcess, Remote]]:
+    """Yield a plant in lockstep that sends its first state to a node of ours, which is silent so far."""
+    with (
+        pytest.MonkeyPatch.context() as monkeypatch,
+        graph(tmp_path_factory.mktemp("log"), monkeypatch) as (domain, env),
+    ):
+        options = (f"scene:={endless}", "commanded:=true", "step_timeout:=0.2", "resends:=2")
+        with remote(domain) as ours, NodeProcess(PLANT, env, *options) as plant:
+            plant.await_event("ready")
+            plant.order("go")
+            wait_until(lambda: bool(ours.states))
+            yield plant, ours
+
+
+@pytest.fixture
+def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
+    """Yield the node of ours beside a plant that stands at its first state."""
+    _, ours = bench
+    ours.answers = None
+    ours.pause(True)
+    assert (ours.set(step_count=1, reset_positions=[], reset_velocities=[]), ours.reset()) == ("", "ok")
+    wait_until(lambda: ours.states[-1] == PERIOD)
+    yield ours
+    ours.pause(False)
+
+
+def test_a_plant_that_nobody_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:
+    """Without commands lockstep says that it waits, serves everyone, and goes on with the first valid command."""
+    plant, ours = bench
+    why = plant.await_event("waiting")["why"]
+    assert why.startswith("no valid command for state 1 within 0.6 s")
+    wait_until(lambda: ours.modes[-1] == 2 and any(message == why for _, message in ours.warnings))
+    assert (ours.pause(True), ours.pause(False)) == ("ok", "ok")
+    assert ours.modes[-1] == 2  # it still waits
+    ours.answers = ZERO
+    ours.send(PERIOD, ZERO)
+    plant.await_event("resumed")
+    wait_until(lambda: ours.modes[-1] == 1 and ours.states[-1] > 10 * PERIOD)
+    assert ours.warnings[-1][1] == "running"
+
+
+def test_many_steps_in_one_call(paused: Remote) -> None:
+    """A paused plant takes as many steps as `step_count` says, and says so when the commands do not come."""
+    ours = paused
+    assert ours.step() == "the command for state 1 has not come yet"
+    assert "step_count out of range" in ours.set(step_count=0)
+    assert ours.set(step_count=50) == ""
+    ours.answers = ZERO
+    assert ours.step() == "ok"
+    wait_until(lambda: ours.states[-1] == 51 * PERIOD)
+    ours.answers = None
+    assert ours.step().startswith(("0 of 50 steps: the command for state", "1 of 50 steps: the command for state"))
+
+
+def test_reset_to_a_state(paused: Remote) -> None:
+    """A reset goes to the state that the parameters name, to the scene's own without one, and refuses nonsense."""
+    ours = paused
+    first, elsewhere = ours.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
+    assert ours.set(reset_positions=elsewhere) == ""
+    assert ours.reset() == "ok"
+    wait_until(lambda: ours.positions[-1] == pytest.approx(elsewhere, abs=1e-12))  # to and fro between coordinates
+    assert ours.set(reset_positions=[1.0]) == ""
+    assert ours.reset() != "ok"
+    assert ours.set(reset_positions=[]) == ""
+    assert ours.reset() == "ok"
+    wait_until(lambda: ours.positions[-1] == first)
+    assert ours.states[-1] == PERIOD
+
+
+def test_the_clock_is_there_from_the_start(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node on simulation time that comes before the run has a clock, and its timer follows the simulation."""
+    sim_time = {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, **sim_time) as ours:
+        ticks: list[int] = []
+        ours.node.create_timer(0.1, lambda: ticks.append(ours.node.get_clock().now().nanoseconds))
+        with NodeProcess(PLANT, env, f"scene:={endless}", "commanded:=true") as plant:
+            wait_until(lambda: ours.node.get_clock().now().nanoseconds == PERIOD)
+            plant.await_event("ready")
+            ours.answers = ZERO
+            plant.order("go")
+            wait_until(lambda: len(ticks) >= 5)
+    steps = [later - sooner for sooner, later in zip(ticks, ticks[1:], strict=False)]
+    assert ticks == sorted(ticks) and all(step > 0 for step in steps)
+    assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(10 * PERIOD, rel=0.5)  # the executor may come late
+
+
+@pytest.mark.parametrize("pace", ["realtime", "open loop"])
+def test_nobody_commands(pace: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In real time and open loop, too, a paused plant takes the steps asked for, begins anew, and goes on."""
+    document = load_scene("knuckle_setpoint", {"duration": 1e5}).to_dict()
+    if pace == "open loop":
+        del document["control"]
+    load_scene(document).dump(tmp_path / "scene.yaml")
+    options = (f"scene:={tmp_path / 'scene.yaml'}", f"mode:={'realtime' if pace == 'realtime' else 'lockstep'}")
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+        with NodeProcess(PLANT, env, *options, "step_count:=7") as plant:
+            plant.await_event("ready")
+            plant.order("go")
+            wait_until(lambda: bool(ours.states))
+            assert (ours.pause(True), ours.reset()) == ("ok", "ok")
+            wait_until(lambda: ours.states[-1] == PERIOD)
+            assert ours.step() == "ok"
+            wait_until(lambda: ours.states[-1] == 8 * PERIOD)
+            assert ours.pause(False) == "ok"
+            wait_until(lambda: ours.states[-1] > 10 * PERIOD)
