@@ -141,9 +141,7 @@ def test(arguments: tuple[str, ...]) -> None:
 def _compiling(quiet: bool) -> Any:
     """Return a context that tells a person why the first run of a kind of scene takes its time."""
     console = Console(stderr=True, quiet=quiet)
-    return console.status(
-        "compiling the equations of this kind of scene (the first time only: ten seconds to a minute)"
-    )
+    return console.status("compiling the equations of this kind of scene (the first time only, up to a minute)")
 
 
 def _warm_plant(scene: Any) -> None:

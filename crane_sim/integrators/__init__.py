@@ -13,6 +13,7 @@ from crane_sim.integrators.flow import (
     Flow,
     advance,
     horizon,
+    patience,
     scratch,
     stages,
     start,
@@ -46,14 +47,10 @@ __all__ = [
 ]
 
 
-MOST_STEPS = 2_000_000
-"""Steps on the way to one instant: a law that blows up asks for ever shorter ones, and a run must end."""
-
-
 @kernel
 def reach(method, p, u, flow, t, end):
     """Return the flow advanced until it covers time t, by steps that do not pass `end`."""
-    most = flow.steps + MOST_STEPS
+    most = flow.steps + patience(method)
     while flow.t < t and flow.status == OK:
         flow = located(switching(p), method, p, u, advance(method, p, u, flow, end))
         if flow.steps >= most and flow.t < t:

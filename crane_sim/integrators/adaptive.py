@@ -14,6 +14,10 @@ SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
 """A step is scaled by SAFETY err^(-1/order), within these bounds."""
 
 
+MOST_STEPS = 1_000_000
+"""To one instant: a law that blows up asks for ever shorter ones, and a run must end."""
+
+
 @lean_generic
 def attempt(method, scratch, k1, p, t, x, u, h, out):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance).

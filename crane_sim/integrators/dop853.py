@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import Scratch, advance, found, horizon, stages, stride
+from crane_sim.integrators.adaptive import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.integrators.flow import Scratch, advance, found, horizon, patience, stages, stride
 from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
 from crane_sim.jit import lean_generic, lean_kernel
 from crane_sim.quantities import NonNegative, Positive
@@ -109,6 +109,11 @@ def _(method, scratch, k1, p, t, x, u, h, out):
     ks = slopes(scratch, k1, p, t, x, u, h)
     y = moved(x, h, B, ks, out)
     return y, _error(ks, x, found(out, y), h, method.rtol, method.atol)
+
+
+@patience.register(DOP853)
+def _(method):
+    return MOST_STEPS
 
 
 @error_order.register(DOP853)

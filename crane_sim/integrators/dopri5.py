@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import Scratch, advance, found, horizon, stages, stride
+from crane_sim.integrators.adaptive import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.integrators.flow import Scratch, advance, found, horizon, patience, stages, stride
 from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
 from crane_sim.jit import lean_generic
 from crane_sim.quantities import NonNegative, Positive
@@ -60,6 +60,11 @@ def _(method, scratch, k1, p, t, x, u, h, out):
     ks = slopes(scratch, k1, p, t, x, u, h)
     y = moved(x, h, B, ks, out)
     return y, sqrt(error_square(h, E, ks, x, found(out, y), method.rtol, method.atol) / dimension(x))
+
+
+@patience.register(DOPRI5)
+def _(method):
+    return MOST_STEPS
 
 
 @error_order.register(DOPRI5)

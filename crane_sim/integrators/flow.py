@@ -105,6 +105,12 @@ def stages(method):
     raise NotImplementedError
 
 
+@lean_generic
+def patience(method):
+    """Return how many steps may lead to one instant. Those of a fixed size are as many as the scene asks for."""
+    return 2**62
+
+
 @kernel
 def even_step(largest, t, end):
     """Return (size, time after it) of the next of the steps of equal size, not above `largest`, that fill the way."""

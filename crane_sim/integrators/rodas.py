@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.adaptive import accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, stages, step
+from crane_sim.integrators.adaptive import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.integrators.flow import advance, horizon, patience, stages, step
 from crane_sim.integrators.runge_kutta import dense
 from crane_sim.jit import kernel, routine
 from crane_sim.quantities import NonNegative, Positive
@@ -120,6 +120,11 @@ def measured(method, p, t, x, u, h, now, out):
     for i in range(len(x)):
         out[i] = y[i]
     return sqrt(weighted_square(error, x, y, method.rtol, method.atol) / len(x))
+
+
+@patience.register(Rodas)
+def _(method):
+    return MOST_STEPS
 
 
 @error_order.register(Rodas)
