@@ -58,7 +58,7 @@ class ControllerNode:
         self._reader, self._workload = StateReader(node, scene), Workload(node)
         self._command_wire = JointWire(scene.actuated, effort=True)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
-        self._orders = PathOrders(node, scene, self._law, self._reference)
+        self._orders = PathOrders(node, scene, self._law)
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
         self._demands = self._heard(node)

@@ -21,7 +21,7 @@ from crane_sim.laws import read_group
 from crane_sim.quantities import NonNegative, Positive
 from crane_sim.scene import Scene
 
-SEEING, WATCHING = Manner(1.25, 0.65, 1.9, True), Manner(2.0, 0.65, 0.6, True)
+SEEING, WATCHING = Manner(1.25, 0.65, 1.6, True), Manner(2.0, 0.65, 0.6, True)
 """How the law tracks, without a camera and with one: beside a camera's noise its own start makes no harder jerks."""
 
 

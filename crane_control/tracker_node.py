@@ -44,7 +44,7 @@ class TrackerNode:
         self.fault = ""
         self._reader, self._workload = StateReader(node, scene), Workload(node)
         self._demand = messages.demand_message(half.names)
-        self._orders = PathOrders(node, scene, self._law, JointTrajectory())
+        self._orders = PathOrders(node, scene, self._law)
         self._demands = node.create_publisher(JointTrajectory, "tip_demand", messages.STREAM)
         self._states = node.create_subscription(
             JointState, "joint_states", self._on_state, messages.DEEP_STREAM, raw=True

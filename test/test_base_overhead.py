@@ -62,6 +62,7 @@ def planar(viscous: float, static: float, **groups: Any) -> crane_sim.Scene:
     return crane_sim.load_scene(document | groups)
 
 
+@pytest.mark.slow
 def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
     """Trolley, hoisted link and rods with inertia move as d'Alembert's principle in the world says."""
 
@@ -87,6 +88,7 @@ def test_friction_holds_a_trolley_until_the_base_shakes_it_loose() -> None:
     assert hard.summary["energy_audit_error"] < 1e-10  # events, each located to rounding
 
 
+@pytest.mark.slow
 def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
     """Nodes on springs, trolley and bridge move as Newton's law in the world says."""
     at, moving = start_of(LENGTHS, UNITS, RATES)

@@ -66,6 +66,7 @@ def test_simulate_prints_one_object_with_the_summary() -> None:
     assert {key: found[key] for key in expected} == expected
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_early_is_told_with_what_there_is() -> None:
     """A model that stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
     done = crane("simulate", "overhead_slack", "--json")

@@ -49,7 +49,7 @@ def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
         [sys.executable, "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert yaml.safe_load(done.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], done.stderr
-    assert "control: unknown key 'stifness', did you mean 'stiffness'?" in done.stderr
+    assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in done.stderr
 
 
 def test_a_scene_of_ones_own_runs_from_its_file(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ REFERENCES = hardcases.references()
 ELSEWHERE = """overhead_drum overhead_friction_chain overhead_hoist_chain overhead_winch_hook overhead_drop
 overhead_steel overhead_spring overhead_pole overhead_pole_chain overhead_spatial overhead_elastic_free overhead_bounce
 overhead_bounce_chain overhead_toss overhead_toss_chain overhead_coulomb overhead_rods overhead_winch
-knuckle_springs""".split()
+knuckle_springs overhead_joints""".split()
 """Kinds of crane whose compilation takes long, and that other tests compile in other combinations."""
 SCENES = [pytest.param(name, marks=pytest.mark.slow if name in ELSEWHERE else ()) for name in REFERENCES]
 

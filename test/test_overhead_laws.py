@@ -44,7 +44,11 @@ LOOPS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("loop", LOOPS, ids=lambda name: name.replace(" ", "-"))
+@pytest.mark.parametrize(
+    "loop",
+    [pytest.param(name, marks=pytest.mark.slow) if name == "hoist" else name for name in LOOPS],
+    ids=lambda name: name.replace(" ", "-"),
+)
 def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     """Along every continuous closed loop V never rises, and falls at the rate that the proof gives."""
     groups = LOOPS[loop]
@@ -120,6 +124,7 @@ def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) ->
     assert np.sort_complex(law.poles) == pytest.approx(np.sort_complex(expected), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_lqr_holds_any_target() -> None:
     """The weights of the knuckle paper bring the knuckle crane to its target in the times found elsewhere."""
     weights = [25, 400, 450, 200, 1, 1, 1, 1, 1, 1, 120, 120]
@@ -157,7 +162,15 @@ def test_the_first_link_alone_misleads_lqr() -> None:
     assert bent[1] > 10.0 * bent[0]  # linearised they grow by exp(2.7 t) and fall by exp(-0.015 t)
 
 
-@pytest.mark.parametrize("name", ["overhead_energy", "overhead_lqr", "overhead_lqr_chain", "overhead_hoist_energy"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "overhead_energy",
+        "overhead_lqr",
+        pytest.param("overhead_lqr_chain", marks=pytest.mark.slow),
+        "overhead_hoist_energy",
+    ],
+)
 def test_the_catalogue_reaches_its_targets(name: str) -> None:
     """Every scene with a law ends on its target with the payload hanging still."""
     run = simulate(name)

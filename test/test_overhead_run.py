@@ -26,7 +26,7 @@ def test_a_run_that_the_model_ends_keeps_its_recording(tmp_path: Path) -> None:
     assert summary["recorded_steps"] == summary["steps"] > 10 and summary["lost_steps"] == 0
 
 
-@pytest.mark.parametrize("scene", ["overhead_friction", "overhead_drum"])
+@pytest.mark.parametrize("scene", ["overhead_friction", pytest.param("overhead_drum", marks=pytest.mark.slow)])
 def test_a_reset_forgets_the_run(scene: str) -> None:
     """A plant that is reset in mid-run repeats it bit for bit, events included."""
     plant = Plant(load_scene(scene))
@@ -39,6 +39,7 @@ def test_a_reset_forgets_the_run(scene: str) -> None:
     assert summaries[0] == summaries[1] and np.isfinite(plant.q).all()
 
 
+@pytest.mark.slow
 def test_a_trolley_on_an_elastic_cable_breaks_loose() -> None:
     """Stick and slip above a stiff elastic cable are those above a rigid one, at nearly the same times."""
     scene = {
@@ -65,6 +66,7 @@ def test_forward_dynamics_break_a_resting_trolley_loose() -> None:
     assert acceleration(scene, still, still, [16.0])[0] == pytest.approx((16.0 - 4.0) / 10.0)
 
 
+@pytest.mark.slow
 def test_what_happens_after_the_end_is_not_part_of_the_run() -> None:
     """Steps that follow the solution may look beyond the end of a run; events found there are not reported."""
     run = simulate(load_scene("overhead_drop", {"duration": 0.995}))

@@ -55,6 +55,7 @@ def wound(azimuth: float, **groups: Any) -> crane_sim.Scene:
     return turned("08b_force_winch_N2", azimuth, **({"inputs": inputs, "hoist": hoist, "initial": start} | groups))
 
 
+@pytest.mark.slow
 def test_a_force_driven_hoist() -> None:
     """A winch with inertia pays out and winds up in any plane as its planar reference."""
     name = "08b_force_winch_N2"

@@ -19,6 +19,7 @@ from crane_sim.references.minimum_jerk import MinimumJerk
 from crane_sim.references.pieces import values
 from crane_sim.references.replanning import joined, pieces_of, redirected
 from crane_sim.references.trajectory import Point, Trajectory
+from crane_sim.ros.messages import reference_message
 from crane_sim.ros.path_orders import PathOrders
 from crane_sim.tracking import Tracking, in_base
 
@@ -141,8 +142,8 @@ def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> Joi
 
 def test_trajectories_from_the_topic() -> None:
     """A message becomes the law's path, once; the node's own, and what does not fit, change nothing."""
-    node, law, own = OneTopicNode(), Follower(OLD, None), message([[7.0]], ("tip_x",))
-    orders = PathOrders(node, SCENE, law, own)  # pyright: ignore[reportArgumentType]
+    node, law, own = OneTopicNode(), Follower(OLD, None), reference_message(SCENE.actuated, ())
+    orders = PathOrders(node, SCENE, law)  # pyright: ignore[reportArgumentType]
     assert orders.applied(law, 1.0) is law
     for ignored in (own, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
         node.callback(ignored)
@@ -160,7 +161,7 @@ def test_trajectories_from_the_topic() -> None:
 def test_a_law_without_a_path_hears_nothing() -> None:
     """A node whose law follows no path does not even subscribe."""
     node = OneTopicNode()
-    PathOrders(node, SCENE, Follower(1.0, None), message([]))  # pyright: ignore[reportArgumentType]
+    PathOrders(node, SCENE, Follower(1.0, None))  # pyright: ignore[reportArgumentType]
     assert node.callback is None
 
 

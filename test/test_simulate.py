@@ -65,6 +65,7 @@ def test_constant_efforts_conserve_energy_minus_their_work() -> None:
     assert np.max(np.abs(h - h[0])) < 1e-10 * np.ptp(run.energy)
 
 
+@pytest.mark.slow
 def test_the_payload_passes_the_pole() -> None:
     """A payload that loops through theta2 = 90 degrees keeps its rope length and energy; angles stay finite."""
     run = simulate("knuckle_pole")

@@ -25,9 +25,10 @@ class PathOrders:
     (and z) of the payload in the base frame, whatever the law follows; what does not fit is refused in one line.
     """
 
-    def __init__(self, node: Node, scene: Scene, law: Any, own: JointTrajectory) -> None:
-        """Listen where the law follows a path; `own` is what this very node sends on the topic, which is no order."""
-        self._node, self._scene, self._own = node, scene, own
+    def __init__(self, node: Node, scene: Scene, law: Any) -> None:
+        """Listen where the law follows a path. What the controller says of the scene's target is no order."""
+        self._node, self._scene = node, scene
+        self._own = messages.reference_message(scene.actuated, scene.reference or ())
         self._waiting: JointTrajectory | None = None
         path = followed(law)
         if path is None:
