@@ -82,9 +82,10 @@ def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
             _tracked(path, error, experiment, colour)
         path.set_aspect("equal")
         path.set_title(f"{experiments[0].table}: path of the payload, m", fontsize=9)
-        error.set_title(f"{experiments[0].table}: distance from where it should be, m", fontsize=9)
+        error.set_title(f"{experiments[0].table}: distance from where it should be, m", fontsize=9, loc="left")
         error.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, frameon=False)
-        path.legend(fontsize=7, loc="lower left", frameon=False)
+        path.plot([], [], color=GOAL, linewidth=0.8, linestyle="--", label="path")
+        path.legend(fontsize=7, loc="upper left", frameon=False)
     panels[-1][1].set_xlabel("t, s")
 
 
@@ -92,7 +93,7 @@ def _tracked(path: Any, error: Any, experiment: offshore.Experiment, colour: str
     run = offshore.run(experiment)
     found, goal = offshore.followed(run)
     path.plot(found[:, 0], found[:, 1], color=colour, linewidth=1.0)
-    path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--", label="path")
+    path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--")
     error.plot(run.t, np.linalg.norm(found - goal, axis=1), color=colour, linewidth=1.0, label=experiment.name)
     for axes in (path, error):
         axes.grid(alpha=0.3)
