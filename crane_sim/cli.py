@@ -22,7 +22,7 @@ def main() -> int:
         return _fail(error.format_message(), 2)
     except click.Abort:  # a RuntimeError as well
         return _fail("interrupted", 1)
-    except RuntimeError as error:
+    except (RuntimeError, OSError) as error:
         return _fail(str(error), 1)
     except MemoryError:
         return _fail("the run does not fit into memory; shorten its duration", 1)

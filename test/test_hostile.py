@@ -62,8 +62,10 @@ def test_a_million_hostile_commands() -> None:
     check_siege(1_000_000)
 
 
-def controlled(scene: Scene, domain: int, environment: dict[str, str], each: int) -> tuple[dict, Counter[str]]:
-    """Run a scene over DDS with a controller that sends `each` hostile commands before every right one.
+def controlled(
+    scene: Scene, domain: int, environment: dict[str, str], each: int, folder: Path
+) -> tuple[dict, Counter[str]]:
+    """Run a scene over DDS with a controller that sends `each` hostile commands before every right one, recorded.
 
     Returns:
         the run's summary, and how many commands are to be refused for which reason.
@@ -71,17 +73,19 @@ def controlled(scene: Scene, domain: int, environment: dict[str, str], each: int
     command = [sys.executable, HERE / "hostile_controller.py", str(each), str(scene.steps)]
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         try:
-            summary = orchestration.run(scene, record=None, controller=False, domain_id=domain)
+            files = {"record": folder / "run.rrd", "mcap": folder / "run.mcap"}
+            summary = orchestration.run(scene, **files, controller=False, domain_id=domain)
             return summary, Counter(json.loads(process.communicate(timeout=30.0)[0]))
         finally:
             process.kill()
 
 
-def check_controlled(duration: float, each: int, domain: int, environment: dict[str, str]) -> None:
+def check_controlled(duration: float, each: int, domain: int, environment: dict[str, str], folder: Path) -> None:
     """Check the books of a run whose controller is hostile."""
     scene = load_scene("knuckle_setpoint", {"duration": duration})
-    summary, sent = controlled(scene, domain, environment, each)
+    summary, sent = controlled(scene, domain, environment, each, folder)
     assert "error" not in summary
+    assert summary["recorded_steps"] == scene.steps and summary["lost_steps"] == 0
     assert sum(sent.values()) == each * scene.steps
     assert summary["commands"] == {
         "received": (each + 1) * scene.steps,
@@ -92,15 +96,17 @@ def check_controlled(duration: float, each: int, domain: int, environment: dict[
     assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
-def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str]) -> None:
-    """Over the wire, too, hostile commands are counted to the last one and change no bit of the run."""
-    check_controlled(10.0, 8, domain_id, ros_environment)  # with the right one 9: the queue of a subscription holds 10
+def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """Over the wire, too, hostile commands are counted to the last one, change no bit and harm no recording."""
+    check_controlled(
+        10.0, 8, domain_id, ros_environment, tmp_path
+    )  # with the right one 9: the queue of a subscription holds 10
 
 
 @pytest.mark.slow
-def test_a_hostile_controller_for_long(domain_id: int, ros_environment: dict[str, str]) -> None:
+def test_a_hostile_controller_for_long(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
     """The same for 320 000 hostile commands."""
-    check_controlled(400.0, 8, domain_id, ros_environment)
+    check_controlled(400.0, 8, domain_id, ros_environment, tmp_path)
 
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])

@@ -67,7 +67,8 @@ class Pairing:
 
     def add_command(self, stamp: int, effort: Vector) -> None:
         """Take the command that answers the state of this stamp; the first one counts."""
-        if stamp > self._done:
+        furthest = max(self._done, self._newest_state) + PATIENCE * self._period_ns  # beyond, it answers nothing
+        if self._done < stamp <= furthest:
             self._commands.setdefault(stamp, effort)
             self._newest_command = max(self._newest_command, stamp)
 

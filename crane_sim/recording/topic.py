@@ -4,6 +4,7 @@ import struct
 from typing import NamedTuple
 
 _SECOND = 1_000_000_000  # ns
+_HEAD = 12  # bytes, of the encapsulation and a stamp
 
 
 class Topic(NamedTuple):
@@ -16,7 +17,12 @@ class Topic(NamedTuple):
     reliable: bool
 
 
+def has_stamp(data: bytes) -> bool:
+    """Return whether a serialized message that should begin with a header is long enough to."""
+    return len(data) >= _HEAD
+
+
 def stamp_of(data: bytes) -> int:
-    """Return the stamp, ns, of a serialized message that begins with a header."""
+    """Return the stamp, ns, of a serialized message that begins with a header, of which `has_stamp` holds."""
     seconds, nanoseconds = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
     return seconds * _SECOND + nanoseconds

@@ -29,4 +29,5 @@ def brake_to_rest(host: Host, stepper: Stepper, period: float) -> None:
             host.spin(0.0)
             stepper.heartbeat()
         time.sleep(max(due - time.monotonic(), 0.0))
-    stepper.fault = f"{host.brake}; while braking: {stepper.fault}" if stepper.fault else host.brake
+    restless = "" if plant.at_rest or plant.k < last else f"; braked for {_LIMIT:g} s the crane still moves"
+    stepper.fault = f"{host.brake}; while braking: {stepper.fault}" if stepper.fault else host.brake + restless

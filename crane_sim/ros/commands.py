@@ -104,6 +104,8 @@ class Commands:
     def look(self) -> None:
         """See now and then who is there."""
         now = time.monotonic()
+        if self._stepper.paused:
+            self._helm.renew(now)  # who has nothing to answer is not silent
         if now - self._looked < _LOOK:
             return
         self._looked = now

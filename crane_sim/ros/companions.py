@@ -1,15 +1,13 @@
 """Other cranes on the same clock: no crane is ever more than one of its periods ahead of another."""
 
-import struct
 from functools import partial
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
+from crane_sim.recording.topic import has_stamp, stamp_of
 from crane_sim.ros import messages
-
-_STAMP = struct.Struct("<4xiI")  # where CDR, little endian, has the stamp of a message with a header
 
 
 class Companions:
@@ -43,5 +41,5 @@ class Companions:
         return not any(self._states[name].get_publisher_count() for name in behind)
 
     def _note(self, name: str, data: bytes) -> None:
-        seconds, rest = _STAMP.unpack_from(data)
-        self._stamps[name] = seconds * messages.SECOND + rest
+        if has_stamp(data):
+            self._stamps[name] = stamp_of(data)

@@ -17,6 +17,7 @@ _BAD = (
     "commander",
 )  # refusals that are the sender's mistake
 _LATE = ("late", "stale")
+_TOLD = 200  # characters of a refusal
 
 
 class CommandGate:
@@ -94,7 +95,7 @@ class CommandGate:
     def refuse(self, reason: str, line: str) -> None:
         """Count a refusal and keep the line on it."""
         self.refused[reason] += 1
-        self.last_refusal = f"{line} ({reason})"
+        self.last_refusal = f"{line[:_TOLD]} ({reason})"
 
     def _untimely(self, stamp: int, now: int, oldest: int) -> str:
         if stamp > now:

@@ -19,7 +19,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 from trajectory_msgs.msg import JointTrajectory
 
-from crane_sim.recording.topic import Topic
+from crane_sim.recording.topic import Topic, has_stamp
 from crane_sim.ros import messages
 
 Taker = Callable[[bytes], None]
@@ -111,6 +111,7 @@ class Ear:
         """Subscribe to the topic of this name; `take` is what `drain` names with its messages."""
         source = _SOURCES[name]
         self._take, self._kind, self._sent = take, source.kind, 0
+        self._stamped = _topic(name, source).stamped
         check_for_type_support(source.kind)  # loads it, too
         with node.handle:  # what `create_subscription` wraps, and hands to the executor
             qos = source.qos.get_c_qos_profile()
@@ -128,6 +129,8 @@ class Ear:
             while taken := self._handle.take_message(self._kind, True):
                 data, about = taken
                 self._sent = max(self._sent, about["source_timestamp"])  # a clock set back reorders no topic
+                if self._stamped and not has_stamp(data):
+                    continue  # anybody may publish anything: what is no message is nothing to record
                 yield self._sent, self._take, data
 
 

@@ -23,5 +23,5 @@ class Helm:
         return True
 
     def renew(self, now: float) -> None:
-        """Begin the commander's lease anew at `now` [s]."""
-        self._heard = now
+        """Begin the commander's lease anew at `now` [s], if that is later than it began."""
+        self._heard = max(self._heard, now)

@@ -27,8 +27,12 @@ class StateReader:
         self._wire = JointWire(scene.joint_names, effort=False)
 
     def read(self, data: bytes) -> State | None:
-        """Return what a message says, None where joints are missing."""
-        frame = self._wire.decode(data)
+        """Return what a message says, None where joints are missing or it is no such message."""
+        try:
+            frame = self._wire.decode(data)
+        except ValueError as error:
+            self._node.get_logger().warning(f"joint state that cannot be read: {error}", throttle_duration_sec=1.0)
+            return None
         vectors = (frame.position, frame.velocity) if frame.names == self._names else self._sorted(frame)
         if vectors is None:
             return None

@@ -8,7 +8,7 @@ from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.ros import messages
-from crane_sim.ros.wire import JointWire
+from crane_sim.ros.wire import Frame, JointWire
 
 if TYPE_CHECKING:
     from crane_sim.recording.recorder import Recorder
@@ -38,23 +38,28 @@ class Transcript:
         }
 
     def _on_state(self, data: bytes) -> None:
-        state = self._state_wire.decode(data)
-        self._recorder.state(state.stamp, state.position, state.velocity)
+        state = _decoded(self._state_wire, data)
+        if state is not None:
+            self._recorder.state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
         if self._over:
             return  # the drives are switched off behind the last step: that is none itself
-        applied = self._effort_wire.decode(data)
-        self._recorder.effort(applied.stamp, applied.effort)
+        applied = _decoded(self._effort_wire, data)
+        if applied is not None:
+            self._recorder.effort(applied.stamp, applied.effort)
 
     def _on_command(self, data: bytes) -> None:
-        command = self._effort_wire.decode(data)
-        effort = self._sorted(command.names, command.effort)
-        if effort is not None:
+        command = _decoded(self._effort_wire, data)
+        effort = self._sorted(command.names, command.effort) if command is not None else None
+        if command is not None and effort is not None:
             self._recorder.command(command.stamp, effort)
 
     def _on_reference(self, data: bytes) -> None:
-        message = deserialize_message(data, JointTrajectory)
+        try:
+            message = deserialize_message(data, JointTrajectory)
+        except RuntimeError:  # the middleware's: these bytes are no such message
+            return
         if message.points:
             point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
             target = self._sorted(list(message.joint_names), list(point.positions))
@@ -72,3 +77,11 @@ class Transcript:
         if by_name.keys() != set(self._scene.actuated):
             return None
         return tuple(by_name[name] for name in self._scene.actuated)
+
+
+def _decoded(wire: JointWire, data: bytes) -> Frame | None:
+    """Return what a message says, None where it is no such message: anybody may publish anything."""
+    try:
+        return wire.decode(data)
+    except ValueError:
+        return None
