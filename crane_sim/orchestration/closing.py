@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.orchestration.conductor import Conductor
-from crane_sim.orchestration.posts import Post, part_of
+from crane_sim.orchestration.posts import Post
+from crane_sim.recording.part_names import part_of
 
 _WIND_UP = 10.0, 0.4  # s for a law to report; where somebody waits for the end
 _WRITE = 120.0, 2.0  # s for the recorder to finish the file; where somebody waits
@@ -64,7 +65,7 @@ def _left(post: Post, path: str, summary: dict[str, Any]) -> dict[str, Any]:
     """Return what a recorder that could not say so itself has left: an unfinished file, recovered where possible."""
     from crane_sim.recording.repair import repair  # needs Rerun
 
-    parts = [Path(part_of(path, number) + ".part") for number in range(1, post.restarts + 2)]
+    parts = [Path(f"{part_of(path, number)}.part") for number in range(1, post.restarts + 2)]
     found, steps = [part for part in parts if part.exists()], post.holder.recorded
     if not (steps or summary.get("steps")):
         for part in found:

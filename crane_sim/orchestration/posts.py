@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.crew import Crew
+from crane_sim.recording.part_names import part_of
 
 _RESERVES = 2  # who stand by: a second kill may come before the next one has started
 
@@ -98,13 +99,7 @@ class RecorderPost(Post):
         number, path = self.restarts, str(self._place.settings["path"])
         self.holder.step, self.holder.recorded = gone.step, gone.recorded
         if path:
-            self._parts.append(part_of(path, number) + ".part")
+            self._parts.append(f"{part_of(path, number)}.part")
         told = {"after": gone.step, "recorded": gone.recorded, "parts": self._parts, "number": number + 1}
         number = self.holder.name.removeprefix(f"{self.name}_")
         (self._folder / f"handover_{number}.json").write_text(json.dumps(told))
-
-
-def part_of(path: str, number: int) -> str:
-    """Return the name of a part of a file, counted from 1; the first one has the whole's."""
-    whole = Path(path)
-    return path if number == 1 else str(whole.with_name(f"{whole.stem}.part{number}{whole.suffix}"))

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
 
-_OK, _NOTHING = 0, 401  # return codes of rcl
+_OK = 0  # return code of rcl
 _ROOM = 4096  # bytes for a message at first; rcl makes more where it needs more
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rclpy.node import Node
 
+from crane_sim.recording.part_names import part_of
 from crane_sim.ros.hearing import topics
 from crane_sim.ros.process import Fault
 from crane_sim.ros.transcript import Transcript
@@ -84,18 +85,13 @@ def read_handover(path: str) -> Handover:
     return Handover(told["after"], told["recorded"], tuple(told["parts"]), told["number"])
 
 
-def _part(path: str, before: Handover) -> Path:
-    whole = Path(path)
-    return whole if before.number == 1 else whole.with_name(f"{whole.stem}.part{before.number}{whole.suffix}")
-
-
 def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: Handover) -> "Bag | None":
     if not settings.mcap:
         return None
     from crane_sim.recording.bag import Bag  # needs rosbags, which not everyone has
 
     try:
-        return Bag(_part(settings.mcap, before), topics(node), scene.period_ns)
+        return Bag(part_of(settings.mcap, before.number), topics(node), scene.period_ns)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 
@@ -113,7 +109,7 @@ def _opened_recorder(
     whole = Path(settings.path) if before.number > 1 else None
     port = settings.live_port or None
     try:
-        recorder = Recorder(scene, _part(settings.path, before), port, settings.recording_id, whole, earlier)
+        recorder = Recorder(scene, part_of(settings.path, before.number), port, settings.recording_id, whole, earlier)
     except RecordingError as error:
         kept.append(error)
         if bag:

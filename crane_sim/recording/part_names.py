@@ -1,0 +1,9 @@
+"""What the files of a run are called when more than one recorder writes them."""
+
+from pathlib import Path
+
+
+def part_of(path: str, number: int) -> Path:
+    """Return the name of a part of a file, counted from 1; the first one has the whole's."""
+    whole = Path(path)
+    return whole if number == 1 else whole.with_name(f"{whole.stem}.part{number}{whole.suffix}")
