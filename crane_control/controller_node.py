@@ -15,7 +15,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError, fast_half, slow_half
 from crane_sim.ros import messages, process
-from crane_sim.ros.answering import attend
+from crane_sim.ros.answering import Standby, attend
 from crane_sim.ros.demands import Demands
 from crane_sim.ros.parameters import Option
 from crane_sim.ros.path_orders import PathOrders
@@ -34,8 +34,6 @@ PARAMETERS = {
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
 
-_FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
-
 
 class ControllerNode:
     """One law between two topics; a state that comes twice gets the same answer, from memory.
@@ -52,7 +50,7 @@ class ControllerNode:
         fast_half(fresh_law(settings))(0.0, scene.initial_q, scene.initial_v)  # compiles, our law stays untouched
         self._answered: State | None = None
         self._next_reference = 0  # ns
-        self._active, self._unanswered = False, b""
+        self._standby = Standby(self._on_state)
         self.fault = ""
         self._command = b""
         self._reader, self._workload = StateReader(node, scene), Workload(node)
@@ -63,15 +61,12 @@ class ControllerNode:
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
         self._demands = self._heard(node)
         self._states = node.create_subscription(
-            JointState, "joint_states", self._on_state, messages.DEEP_STREAM, raw=True
+            JointState, "joint_states", self._standby.hear, messages.DEEP_STREAM, raw=True
         )
 
     def activate(self, active: bool) -> None:
         """Answer from now on, beginning with the newest state, or be silent."""
-        self._active, unanswered = active, self._unanswered
-        self._unanswered = b""
-        if active and unanswered:
-            self._on_state(unanswered)
+        self._standby.activate(active)
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are there, the plant both ways."""
@@ -90,7 +85,7 @@ class ControllerNode:
 
     def finish(self) -> dict[str, Any]:
         """Wait until everyone has every command; return what the run's summary says of the law."""
-        self._commands.wait_for_all_acked(Duration(seconds=_FLUSH))
+        self._commands.wait_for_all_acked(Duration(seconds=messages.LEASE))
         demands = {"demands": self._demands.figures()} if self._demands else {}
         return {"law_us": self._workload.figures()} | demands
 
@@ -99,9 +94,6 @@ class ControllerNode:
         return Demands(node, half.names, self._settings.mode == "lockstep", self._answer) if half else None
 
     def _on_state(self, data: bytes) -> None:
-        if not self._active:
-            self._unanswered = data
-            return
         state = self._reader.read(data)
         if state is None:
             return

@@ -11,7 +11,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_control.controller_node import chosen_scene, fresh_law
 from crane_sim.laws import Law, LawError, SlowHalf, slow_half
 from crane_sim.ros import messages, process
-from crane_sim.ros.answering import attend
+from crane_sim.ros.answering import Standby, attend
 from crane_sim.ros.parameters import Option
 from crane_sim.ros.path_orders import PathOrders
 from crane_sim.ros.process import Host
@@ -40,22 +40,19 @@ class TrackerNode:
         halved_law(settings)[0](0.0, scene.initial_q, scene.initial_v)  # compiles, and leaves our law untouched
         self._seen: State | None = None
         self._answered = 0  # ns
-        self._active, self._unanswered = False, b""
+        self._standby = Standby(self._on_state)
         self.fault = ""
         self._reader, self._workload = StateReader(node, scene), Workload(node)
         self._demand = messages.demand_message(half.names)
         self._orders = PathOrders(node, scene, self._law)
         self._demands = node.create_publisher(JointTrajectory, "tip_demand", messages.STREAM)
         self._states = node.create_subscription(
-            JointState, "joint_states", self._on_state, messages.DEEP_STREAM, raw=True
+            JointState, "joint_states", self._standby.hear, messages.DEEP_STREAM, raw=True
         )
 
     def activate(self, active: bool) -> None:
         """Answer from now on, beginning with the newest state, or be silent."""
-        self._active, unanswered = active, self._unanswered
-        self._unanswered = b""
-        if active and unanswered:
-            self._on_state(unanswered)
+        self._standby.activate(active)
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are there."""
@@ -74,9 +71,6 @@ class TrackerNode:
         return {"tracker_us": self._workload.figures()}
 
     def _on_state(self, data: bytes) -> None:
-        if not self._active:
-            self._unanswered = data
-            return
         state = self._reader.read(data)
         if state is None:
             return

@@ -10,7 +10,7 @@ import click
 import yaml
 from rich.console import Console
 
-from crane_sim import report
+from crane_sim import interruption, report
 from crane_sim.catalogue import config_folder, scene_files
 from crane_sim.explain import SceneError
 from crane_sim.run_options import RunOptions, check_folder, run_options
@@ -40,7 +40,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
         summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
-    _finish(summary, as_json)
+    interruption.leave(_told(summary, as_json))
 
 
 @app.command()
@@ -60,7 +60,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
         if error.run is None:
             raise
         result, ended = error.run, {"error": str(error)}
-    _finish(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, as_json)
+    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, as_json))
 
 
 @app.command()
@@ -154,12 +154,12 @@ def _warm_plant(scene: Any) -> None:
     plant.summary()
 
 
-def _finish(summary: dict[str, Any], as_json: bool) -> None:
-    """Print the summary and leave with the exit code it asks for."""
+def _told(summary: dict[str, Any], as_json: bool) -> int:
+    """Print the summary and return the exit code it asks for."""
     if as_json:
         print(json.dumps(report.plain(summary)))
     elif summary.get("steps"):
         report.print_summary(summary)
     if "error" in summary:
         print(f"crane: {summary['error']}", file=sys.stderr)
-        raise SystemExit(1)
+    return int("error" in summary)

@@ -1,16 +1,20 @@
-"""SIGINT and SIGTERM, from the first statement of a process to its last; nothing heavy is imported here.
+"""What ends a process, from its first statement to its last: signals, a dead parent; nothing heavy is imported here.
 
 Python's own handlers wait until compiled code comes back, which may take seconds, and then raise an exception wherever
-the program happens to be. Here a thread hears of a signal at once, or a run collects it and ends in order.
+the program happens to be. Here a thread hears of a signal at once, or a run collects it and ends in order. Nobody hears
+of SIGKILL: what a process has started outlives it, unless the kernel is told otherwise.
 """
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import NoReturn
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
+_PDEATHSIG = 1  # of prctl(2)
 
 
 def end_at_once(end: Callable[[], object]) -> None:
@@ -29,6 +33,13 @@ def end_at_once(end: Callable[[], object]) -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)  # the start script holds them back until somebody listens
 
 
+def leave(code: int) -> NoReturn:
+    """End the process with an exit code now: it can take Python seconds to take down what it has loaded."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 @contextmanager
 def collected() -> Iterator[list[int]]:
     """Yield a list that signals are put into while the block runs; nobody else is told of them."""
@@ -44,3 +55,27 @@ def collected() -> Iterator[list[int]]:
         signal.set_wakeup_fd(listener, warn_on_full_buffer=False)
         for number, handler in zip(NUMBERS, before, strict=True):
             signal.signal(number, handler)
+
+
+def tie() -> Callable[[], None]:
+    """Return what a child calls right after the fork, so that the kernel ends it together with this process.
+
+    More exactly with the thread that forks; it holds beyond an exec.
+    """
+    import ctypes
+
+    prctl, parent = ctypes.CDLL(None).prctl, os.getpid()
+
+    def bind() -> None:
+        prctl(_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)  # it had ended before
+
+    return bind
+
+
+def untie() -> None:
+    """Let this process outlive its parent again."""
+    import ctypes
+
+    ctypes.CDLL(None).prctl(_PDEATHSIG, 0)

@@ -12,57 +12,69 @@ from typing import Any, NamedTuple
 import click
 
 from crane_sim.explain import SceneError
+from crane_sim.recording.leftover import held
+from crane_sim.recording.part_names import unfinished
+from crane_sim.silence import WAYS
 
-SILENCES = ("zero", "hold", "brake")
 VIEWER_PORT = 9876  # where a Rerun viewer looks when it is told nothing
 
 _OPTIONS = (
     click.option("--mode", default="lockstep", help="lockstep | realtime"),
-    click.option("--rate", type=float, default=1.0, help="realtime: simulated seconds per second."),
+    click.option("--rate", type=float, help="realtime: simulated seconds per second."),
     click.option("--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."),
     click.option("--no-record", is_flag=True, help="Write no recording."),
     click.option("--mcap", type=click.Path(path_type=Path), help="Write the ROS messages, too: FILE.mcap."),
     click.option("--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."),
     click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
     click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
-    click.option("--wait", type=float, default=120.0, help="s without your own node until the run ends; 0: never."),
+    click.option("--wait", type=float, help="s without your own node until the run ends (two minutes); 0: never."),
     click.option("--restart", is_flag=True, help="Replace a controller or recorder that dies."),
-    click.option("--on-silence", default="zero", help="Realtime, no commands: zero | hold | brake."),
-    click.option("--fifo", type=int, default=0, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
+    click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(WAYS)}."),
+    click.option("--fifo", type=int, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
 
 class RunOptions(NamedTuple):
-    """The options of one run."""
+    """The options of one run; what is None was not given, and its default is that of `orchestration.run`."""
 
     mode: str
-    rate: float
+    rate: float | None
     record: Path | None
     no_record: bool
     mcap: Path | None
     live: bool
     domain_id: int | None
     no_controller: bool
-    wait: float = 120.0
-    restart: bool = False
-    on_silence: str = "zero"
-    fifo: int = 0
+    wait: float | None
+    restart: bool
+    on_silence: str | None
+    fifo: int | None
 
     def check(self) -> None:
         """Raise SceneError, one line, for what is not possible."""
         if self.mode not in ("lockstep", "realtime"):
             raise SceneError(f"--mode = {self.mode!r}: possible: lockstep, realtime")
-        if not (self.rate > 0.0 and math.isfinite(self.rate)):
+        if self.rate is not None and not (self.rate > 0.0 and math.isfinite(self.rate)):
             raise SceneError(f"--rate = {self.rate}: must be a positive number")
         if self.domain_id is not None and not 0 <= self.domain_id <= 232:
             raise SceneError(f"--domain-id = {self.domain_id}: possible: 0 .. 232")
-        if self.on_silence not in SILENCES:
-            raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(SILENCES)}")
-        if not 0 <= self.fifo <= 99:
+        if self.on_silence is not None and self.on_silence not in WAYS:
+            raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(WAYS)}")
+        if self.fifo is not None and not 0 <= self.fifo <= 99:
             raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
-        if not (self.wait >= 0.0 and math.isfinite(self.wait)):
+        if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
             raise SceneError(f"--wait = {self.wait}: must be a number of seconds, 0 or more")
+        self._check_use()
         self._check_files()
+
+    def _check_use(self) -> None:
+        """Refuse what the run would have no use for."""
+        timed = {"--rate": self.rate, "--on-silence": self.on_silence, "--fifo": self.fifo}
+        for option, value in timed.items():
+            if self.mode == "lockstep" and value is not None:
+                raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
+        if self.wait is not None and not self.no_controller:
+            raise SceneError(f"--wait = {self.wait:g}: only with --no-controller, which lets a node of yours command")
 
     def _check_files(self) -> None:
         if self.record is not None and self.no_record:
@@ -84,18 +96,16 @@ class RunOptions(NamedTuple):
         for option, path in (("--record", record), ("--mcap", self.mcap)):
             if path is not None:
                 _check_writable(option, path)
-        return {
+        chosen = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
+        chosen["wait"] = math.inf if self.wait == 0.0 else self.wait
+        return {name: value for name, value in chosen.items() if value is not None} | {
             "mode": self.mode,
-            "rate": self.rate,
             "record": record,
             "mcap": self.mcap,
             "live_port": _free_port() if self.live else None,
             "domain_id": self.domain_id,
             "controller": not self.no_controller,
-            "wait": self.wait or math.inf,
             "restart": self.restart,
-            "on_silence": self.on_silence,
-            "fifo": self.fifo,
         }
 
 
@@ -127,9 +137,12 @@ def _check_mcap(path: Path) -> None:
         raise SceneError("--mcap: needs the Python package rosbags, which is not installed")
     if path.suffix != ".mcap":
         raise SceneError(f"--mcap {path}: must end in .mcap, by which its readers know it")
-    part = path.with_name(path.name + ".part")
-    if part.exists():
-        raise SceneError(f"--mcap {path}: {part} is in the way, left by a killed run or in use by another one")
+    part = unfinished(path)
+    if not part.exists():
+        return
+    with held(part) as free:  # what a killed run left is recovered when this one begins
+        if not free or not part.is_dir():
+            raise SceneError(f"--mcap {path}: {part} is in the way{'' if free else ', another run is writing it'}")
 
 
 def _check_writable(option: str, path: Path) -> None:

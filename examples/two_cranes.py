@@ -2,45 +2,62 @@
 
 `examples/in_domain 7 python examples/two_cranes.py` prints the summary of each as JSON, by namespace. The first plant
 publishes /clock; neither is ever more than one period ahead of the other, and each passes through the states that it
-passes through alone.
+passes through alone. When a node fails the others are ended, too, and the exit code is 1.
 """
 
 import json
 import signal
 import subprocess
 import sys
+import tempfile
+import time
+from contextlib import ExitStack
+from typing import IO
 
 CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # namespace: scene, with a law and a period
 
 
-def node(module: str, crane: str, **parameters: object) -> subprocess.Popen[str]:
-    """Start a node of a crane."""
+def node(module: str, crane: str, log: IO[str] | None = None, **parameters: object) -> subprocess.Popen[str]:
+    """Start a node of a crane, which writes its log to the terminal or to a file."""
     command = [sys.executable, "-m", module, "--ros-args", "-r", f"__ns:=/{crane}", "-p", f"scene:={CRANES[crane]}"]
     command += [part for name, value in parameters.items() for part in ("-p", f"{name}:={json.dumps(value)}")]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(command, stderr=log, text=True)
 
 
-def summary(log: str) -> dict:
+def summary(log: IO[str]) -> dict:
     """Return what a plant logged at its end."""
-    lines = [line[line.index("{") :] for line in log.splitlines() if "state_sha256" in line]
-    return json.loads(lines[0]) if lines else {"error": log}
+    log.seek(0)
+    lines = log.read().splitlines()
+    told = [line[line.index("{") :] for line in lines if "state_sha256" in line]
+    return json.loads(told[0]) if told else {"error": lines[-1] if lines else "it said nothing"}
 
 
-def main() -> None:
-    """Run both to their ends."""
+def main() -> int:
+    """Run both to their ends; return the exit code."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as Ctrl-C does: the nodes end, too
-    plants, controllers = {}, []
-    for number, crane in enumerate(CRANES):
-        others = ",".join(other for other in CRANES if other != crane)
-        plants[crane] = node("crane_sim.ros.plant_node", crane, beside=others, clock=number == 0)
-        controllers.append(node("crane_control.controller_node", crane))
-    try:
-        print(json.dumps({crane: summary(plant.communicate()[1]) for crane, plant in plants.items()}))
-    finally:
-        for process in (*plants.values(), *controllers):
-            process.terminate()
-            process.wait()
+    with ExitStack() as stack:
+        logs = {crane: stack.enter_context(tempfile.TemporaryFile("w+")) for crane in CRANES}
+        plants, controllers = [], []
+        for number, (crane, log) in enumerate(logs.items()):
+            others = ",".join(other for other in CRANES if other != crane)
+            plants.append(node("crane_sim.ros.plant_node", crane, log, beside=others, clock=number == 0))
+            controllers.append(node("crane_control.controller_node", crane))
+        try:
+            while any(plant.poll() is None for plant in plants) and not failed(*plants, *controllers):
+                time.sleep(0.05)
+            code = int(failed(*plants, *controllers))
+        finally:
+            for process in (*plants, *controllers):
+                process.terminate()
+                process.wait()
+        print(json.dumps({crane: summary(log) for crane, log in logs.items()}))
+    return code
+
+
+def failed(*nodes: subprocess.Popen[str]) -> bool:
+    """Whether a node has ended, and not as it should."""
+    return any(process.poll() for process in nodes)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

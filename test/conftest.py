@@ -1,5 +1,6 @@
 """What all tests share: a ROS domain of their own, and a check that a test session leaves nothing behind."""
 
+import faulthandler
 import os
 import time
 import uuid
@@ -35,6 +36,18 @@ def no_process_left() -> Iterator[None]:
     while (left := marked_processes()) and time.monotonic() < deadline:
         time.sleep(0.1)
     assert not left, f"processes outlive the tests: {left}"
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let slow tests take as long as they do: the limit of pyproject.toml is for tests that hang."""
+    if item.get_closest_marker("slow"):
+        faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_handlecrashitem(crashitem: str) -> None:
+    """End the session where a test has taken its worker with it: the next worker would try it again, and so on."""
+    pytest.exit(f"{crashitem} has ended its worker: it crashed, or hung, then its stacks are above", returncode=1)
 
 
 _FILES = pytest.StashKey[set[str]]()

@@ -110,6 +110,7 @@ def test_a_base_at_rest_is_the_ground() -> None:
     assert found == pytest.approx(expected, abs=1e-14)  # the same sums, a few of them in another order
 
 
+@pytest.mark.slow
 def test_a_steady_ride_changes_nothing() -> None:
     """On a base at constant velocity the crane moves as on one at rest, and its nodes go along in the world."""
     slow = {"amplitude": 1e6, "frequency": 1e-6}  # 1 m/s: after 2 s it has slowed by 2e-12

@@ -19,9 +19,10 @@ KINDS: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
     "friction, error control": ("overhead_coulomb", {}, MASSES, 1),
     "chain": ("overhead_chain", {"integrator.rtol": 1e-6}, {"payload.mass": [50.0, 100.0, 200.0]}, 1),
 }
+LONG = ("knuckle in lanes", "chain")  # to compile: up to three minutes
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in KINDS])
 def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
     """Every crane of a batch ends, and passes the instants asked for, bit for bit where `simulate` takes it alone."""
     name, overrides, parameters, lanes = KINDS[kind]

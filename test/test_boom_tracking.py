@@ -150,15 +150,10 @@ def test_a_path_beyond_reach_is_followed_as_far_as_it_goes() -> None:
     assert np.linalg.norm(run.payload[-1, :2] - (1.35, 0.0)) < 1e-4
 
 
-CASES = [
-    ("cartesian", STILL),
-    pytest.param("angular", STILL, marks=pytest.mark.slow),
-    pytest.param("adaptive", {}, marks=pytest.mark.slow),
-    pytest.param("harmonic", {}, marks=pytest.mark.slow),
-]
-
-
-@pytest.mark.parametrize(("law", "changes"), CASES)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "changes"), [("cartesian", STILL), ("angular", STILL), ("adaptive", {}), ("harmonic", {})]
+)
 def test_joint_efforts_track_as_an_ideal_suspension_point(law: str, changes: dict[str, Any]) -> None:
     """The payload of the boom follows its path with at most twice the ideal suspension point's mean square error."""
     boom, ideal = (

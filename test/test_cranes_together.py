@@ -1,8 +1,11 @@
 """Several cranes at once: on one clock in one domain, or side by side without ever hearing each other."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -31,6 +34,19 @@ def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
     # All states of the shorter run, the first one too, but for what went by before the watcher was known.
     assert seen["common"] > 0.9 * load_scene("overhead_energy").steps
     assert seen["leaders"] == 1 and seen["times"] > 0
+
+
+def test_two_cranes_end_together(ros_environment: dict[str, str]) -> None:
+    """When one plant of the example is killed, it ends all nodes, says whose it was, and returns 1."""
+    example = [sys.executable, HERE.parent / "examples" / "two_cranes.py"]
+    with subprocess.Popen(example, env=ros_environment, stdout=subprocess.PIPE, text=True) as run:
+        children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
+        while len(nodes := children.read_text().split()) < 2 * len(CRANES):
+            time.sleep(0.05)
+        os.kill(int(nodes[0]), signal.SIGKILL)
+        told = json.loads(run.communicate(timeout=30.0)[0])
+    assert run.returncode == 1
+    assert set(told) == set(CRANES) and told["harbour"]["error"]
 
 
 def together(*runs: dict) -> list[dict]:

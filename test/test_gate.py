@@ -11,6 +11,7 @@ from crane_sim.ros.wire import JointWire, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
 EFFORTS = [1.0, 2.0, 3.0, 4.0]
+LARGEST = [1e9, 1e9, 1e9, 50.0]
 NOW = 50_000_000  # ns
 
 
@@ -23,7 +24,7 @@ def screen(gate: CommandGate, stamp: int = NOW, names: list[str] = JOINTS, effor
 def test_joints_are_matched_by_name(order: list[int]) -> None:
     """Whatever the order of its joints, a command reaches each joint with the effort meant for it."""
     names, efforts = [JOINTS[i] for i in order], [EFFORTS[i] for i in order]
-    assert screen(CommandGate(JOINTS), names=names, efforts=efforts) == tuple(EFFORTS)
+    assert screen(CommandGate(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
 
 
 @pytest.mark.parametrize(
@@ -37,6 +38,8 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
         ("length", {"names": JOINTS[::-1], "efforts": EFFORTS[:3]}),
         ("huge", {"efforts": [1.0, 2.0, 1e308, 4.0]}),
         ("huge", {"efforts": [1.0, 2.0, -1.1e9, 4.0]}),
+        ("huge", {"efforts": [1.0, 2.0, 3.0, 51.0]}),
+        ("huge", {"names": JOINTS[::-1], "efforts": [-51.0, 3.0, 2.0, 1.0]}),
         ("names", {"names": JOINTS[:3], "efforts": EFFORTS[:3]}),
         ("names", {"names": [*JOINTS, "swing_radial"], "efforts": [*EFFORTS, 0.0]}),
         ("names", {"names": ["slew", "boom", "jib", "jib"]}),
@@ -47,7 +50,7 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
 )
 def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
     """A command that is wrong is refused for the reason that it is wrong, and counts as rejected."""
-    gate = CommandGate(JOINTS)
+    gate = CommandGate(JOINTS, LARGEST)
     assert screen(gate, **bad) is None
     assert gate.refused == {reason: 1}
     assert gate.last_refusal.endswith(f"({reason})")
@@ -56,7 +59,7 @@ def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
 
 def test_an_answer_counts_once() -> None:
     """The same answer again is a duplicate, an earlier one comes too late, and neither moves the crane."""
-    gate = CommandGate(JOINTS)
+    gate = CommandGate(JOINTS, LARGEST)
     assert screen(gate) == tuple(EFFORTS)
     assert screen(gate) is None
     assert screen(gate, stamp=NOW - 1) is None
@@ -66,17 +69,17 @@ def test_an_answer_counts_once() -> None:
 
 def test_a_refused_command_can_be_sent_again() -> None:
     """After a refusal the right command with the same stamp is still accepted."""
-    gate = CommandGate(JOINTS)
+    gate = CommandGate(JOINTS, LARGEST)
     assert screen(gate, efforts=[math.nan] * 4) is None
     assert screen(gate) == tuple(EFFORTS)
 
 
 def test_lockstep_wants_the_exact_stamp_and_realtime_a_fresh_one() -> None:
     """A command older than `oldest` is stale: in lockstep any but the newest, in real time beyond the time-out."""
-    assert screen(CommandGate(JOINTS), stamp=NOW - 1) is None
-    gate = CommandGate(JOINTS)
+    assert screen(CommandGate(JOINTS, LARGEST), stamp=NOW - 1) is None
+    gate = CommandGate(JOINTS, LARGEST)
     assert gate.screen(NOW - 10, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) == tuple(EFFORTS)
-    gate = CommandGate(JOINTS)
+    gate = CommandGate(JOINTS, LARGEST)
     assert gate.screen(NOW - 11, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) is None
     assert gate.refused == {"stale": 1}
     assert gate.summary()["late"] == 1
@@ -84,7 +87,7 @@ def test_lockstep_wants_the_exact_stamp_and_realtime_a_fresh_one() -> None:
 
 def test_bare_arrays_are_checked_too() -> None:
     """A command without names needs exactly one finite effort per actuated joint."""
-    gate = CommandGate(JOINTS)
+    gate = CommandGate(JOINTS, LARGEST)
     assert gate.screen_array(EFFORTS) == tuple(EFFORTS)
     assert gate.screen_array(EFFORTS[:3]) is None
     assert gate.screen_array([math.inf] * 4) is None
@@ -95,7 +98,7 @@ def test_bare_arrays_are_checked_too() -> None:
 @given(st.binary(max_size=400))
 def test_garbage_is_refused(data: bytes) -> None:
     """Bytes that are no message are counted as unreadable, and nothing else comes of them."""
-    gate = CommandGate(JOINTS)
+    gate = CommandGate(JOINTS, LARGEST)
     for decode in (JointWire(JOINTS, effort=True).decode, decode_array):
         gate.opened(decode, data)
         gate.opened(decode, b"\x00\x01\x00\x00" + data)
@@ -105,7 +108,7 @@ def test_garbage_is_refused(data: bytes) -> None:
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
 def test_a_damaged_command_is_no_harm(data: st.DataObject, at: int, length: int) -> None:
     """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
-    gate, wire = CommandGate(JOINTS), JointWire(JOINTS, effort=True)
+    gate, wire = CommandGate(JOINTS, LARGEST), JointWire(JOINTS, effort=True)
     whole = wire.encode(NOW, EFFORTS)
     noise = data.draw(st.binary(min_size=length, max_size=length))
     for message in (whole[:at] + noise + whole[at + length :], whole[:at]):

@@ -13,6 +13,7 @@ from hostility import JOINTS, Hostility, message
 from crane_sim import load_scene, orchestration, simulate
 from crane_sim.plant import Plant
 from crane_sim.ros.gate import CommandGate
+from crane_sim.ros.limits import largest_efforts
 from crane_sim.ros.wire import JointWire
 from crane_sim.scene import Scene
 
@@ -25,7 +26,8 @@ def besieged(scene: Scene, number: int) -> tuple[Plant, CommandGate, Counter[str
     Returns:
         the plant, its gate, and how many commands are to be refused for which reason.
     """
-    plant, gate, wire, hostility = Plant(scene), CommandGate(JOINTS), JointWire(JOINTS, effort=True), Hostility(1)
+    gate, hostility = CommandGate(JOINTS, largest_efforts(scene)), Hostility(1)
+    plant, wire = Plant(scene), JointWire(JOINTS, effort=True)
     expected: Counter[str] = Counter()
     for k in range(1, scene.steps + 1):
         now = k * scene.period_ns
@@ -120,6 +122,7 @@ def test_a_flood_from_somebody_else(mode: str, domain_id: int, ros_environment: 
             sent = json.loads(process.communicate(timeout=30.0)[0])
         finally:
             process.kill()
+    print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")  # fewer where the machine is busy; shown by -rP
     commands = summary["commands"]
     refused = commands["rejected"] + commands["late"] + commands["duplicate"]
     assert "error" not in summary

@@ -84,6 +84,9 @@ def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
             assert ours.step() == "the node is inactive"
         assert change(ours, node, ACTIVATE)
         wait_until(lambda: ours.modes[-1] == 1 and ours.states[-1] > reached + 10 * PERIOD)  # noqa: B023 called here
+    assert ours.pause(True) == "ok"
+    assert change(ours, "plant", DEACTIVATE) and change(ours, "plant", ACTIVATE)
+    assert (ours.modes[-1], ours.pause(False)) == (2, "ok")  # the user's pause outlasted the manager's
     assert change(ours, "plant", SHUTDOWN)
     assert plant.await_event("done")["summary"]["steps"] > 20
     assert plant.process.wait(10.0) == 0

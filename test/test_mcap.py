@@ -17,7 +17,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from crane_sim import load_scene, orchestration
 from crane_sim.recording.bag import Bag
-from crane_sim.recording.mcap_file import McapFile, part_of
+from crane_sim.recording.mcap_file import McapFile
+from crane_sim.recording.part_names import unfinished
 from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.recording.topic import Topic
 from crane_sim.rollout import simulate
@@ -105,8 +106,8 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
     with small_disk(tmp_path / "disk") as disk:
         path = disk / "run.mcap"
         summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
-    assert summary["error"] == f"recorder: {part_of(path)}: No space left on device"
-    assert summary["mcap"] == str(part_of(path))
+    assert summary["error"] == f"recorder: {unfinished(path)}: No space left on device"
+    assert summary["mcap"] == str(unfinished(path))
     assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, SCENE.steps, 0)
     assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == SCENE.steps
     assert read_summary(tmp_path / "run.rrd") == summary

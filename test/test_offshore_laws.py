@@ -136,6 +136,7 @@ def test_poles_of_the_linearised_loop() -> None:
     assert not np.any(matrix[::2, 1::2]) and not np.any(matrix[1::2, ::2])
 
 
+@pytest.mark.slow
 def test_runs_begin_with_nothing_learnt() -> None:
     """A scene with a law that learns and a camera gives the same bits each time it is simulated."""
     scene = load_scene("offshore_vision", {"duration": 3.0})

@@ -24,7 +24,7 @@ class NotingStepper:
     def __init__(self) -> None:
         """Begin at the first state."""
         self.scene = SimpleNamespace(actuated=JOINTS, period=PERIOD, sampled=True)
-        self.gate = CommandGate(JOINTS)
+        self.gate = CommandGate(JOINTS, (1e9, 1e9))
         self.plant = SimpleNamespace(braking=False)
         self.efforts: list[tuple[float, ...]] = []
         self.times: list[float] = []  # s, of the steps
@@ -76,9 +76,9 @@ class OneCommandHost:
         return SimpleNamespace(topic_name=topic, handle=SimpleNamespace(get_publisher_count=lambda: topic in ONE))
 
 
-def settings(timeout: float, on_silence: str = "zero") -> SimpleNamespace:
+def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> SimpleNamespace:
     """Return the plant's parameters."""
-    return SimpleNamespace(rate=1.0, command_timeout=timeout, on_silence=on_silence, command_lease=0.2)
+    return SimpleNamespace(rate=rate, command_timeout=timeout, on_silence=on_silence, command_lease=0.2)
 
 
 @pytest.mark.parametrize(
@@ -123,3 +123,16 @@ def test_an_array_of_the_wrong_size_is_refused() -> None:
     realtime.step_once()
     assert stepper.efforts == [(3.0, 4.0), (5.0, 6.0)]
     assert stepper.gate.summary() == {"received": 3, "rejected": 1, "late": 0, "duplicate": 0}
+
+
+@pytest.mark.parametrize(("late", "counts"), [(1.5, True), (1.7, False)])
+def test_a_command_is_stale_by_wall_time(late: float, counts: bool) -> None:
+    """At four times real time a command may answer a state that is four time-outs old in the simulation's own time."""
+    host, stepper = OneCommandHost(), NotingStepper()
+    realtime = Realtime(host, stepper, settings(0.4, rate=4.0))  # type: ignore[arg-type]
+    stepper.stamp = 10_000_000_000
+    stamp = stepper.stamp - round(late * 1e9)
+    host.callbacks["joint_commands"](JointWire(JOINTS, effort=True).encode(stamp, (3.0, 4.0)))
+    realtime.step_once()
+    assert stepper.efforts == [(3.0, 4.0) if counts else (0.0, 0.0)]
+    assert stepper.gate.refused == ({} if counts else {"stale": 1})

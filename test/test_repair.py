@@ -11,7 +11,7 @@ from test_mcap import TOPICS, feed, read
 from test_recording import SCENE, STEPS
 
 from crane_sim.recording.bag import Bag
-from crane_sim.recording.mcap_file import part_of
+from crane_sim.recording.part_names import unfinished
 from crane_sim.recording.reading import read_curves
 from crane_sim.recording.repair import repair, repair_leftovers
 from crane_sim.recording.session import Session
@@ -102,7 +102,7 @@ def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.Lo
     """After SIGKILL the next recorder of the same name says where it put what was saved, and it reads."""
     path = tmp_path / "run.mcap"
     assert child(MCAP_CHILD, path).returncode == -9
-    (grown,) = part_of(path).glob("*.mcap")
+    (grown,) = unfinished(path).glob("*.mcap")
     with grown.open("ab") as file:
         file.write(b"\x06\xff\xff")  # a chunk that was cut
     bag = Bag(path, TOPICS, SCENE.period_ns)

@@ -3,7 +3,7 @@
 import os
 import platform
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,13 @@ def machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "versions": {name: found for name in _PACKAGES if (found := _version(name))},
     }
+
+
+def in_words(machine: Mapping[str, Any]) -> str:
+    """Return what `machine` found, as the pages of documentation say it."""
+    numba = machine["versions"].get("numba", "?")
+    on = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
+    return f"{on}, Python {machine['python']}, numba {numba}"
 
 
 def _processor() -> str:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from crane_sim.bench import tables
+from crane_sim.bench.measured import in_words
 from crane_sim.bench.parts import PARTS
 
 HEAD = """# Speed against error
@@ -55,9 +56,7 @@ def page(data: dict[str, Any]) -> str:
 
 
 def _machine(scenes: dict[str, Any]) -> str:
-    machine, engines = scenes["machine"], scenes["engines"]
-    named = ", ".join(f"{name} {version}" for name, version in engines.items())
-    lines = [f"Measured on {scenes['date']}: {machine['processor']}, {machine['cores']} cores, {machine['system']}, "]
-    lines += [f"Python {machine['python']}, numba {machine['versions'].get('numba', '?')}. Engines: {named}."]
+    named = ", ".join(f"{name} {version}" for name, version in scenes["engines"].items())
+    lines = [f"Measured on {scenes['date']}: {in_words(scenes['machine'])}. Engines: {named}."]
     lines += [f"Not there: {name} ({why})." for name, why in scenes["missing"].items()]
     return "".join(lines) + "\n"

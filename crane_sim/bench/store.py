@@ -50,10 +50,14 @@ def _joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
 
 
 def save(data: dict[str, Any], folder: Path) -> None:
-    """Write the data file, a line for each point, so that a change shows where it is."""
-    text = json.dumps(data, indent=1, ensure_ascii=False)
-    text = re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", text)
-    (folder / FILE).write_text(text + "\n")
+    """Write the data file."""
+    (folder / FILE).write_text(text(data))
+
+
+def text(data: dict[str, Any]) -> str:
+    """Return data in JSON, a line for each point, so that a change shows where it is."""
+    spread = json.dumps(data, indent=1, ensure_ascii=False)
+    return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", spread) + "\n"
 
 
 def rounded(value: Any) -> Any:

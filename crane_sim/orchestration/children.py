@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -16,9 +17,7 @@ from crane_sim.catalogue import config_folder
 from crane_sim.orchestration.processes import Forked, Process
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
-_PATIENCE = (5.0, 2.0)  # s until SIGTERM, then until SIGKILL
-_BIRTH = 0.2  # s in which a process that was just forked says so
-_HURRY = (0.4, 0.3)  # the same where somebody waits for the end: what matters has been reported by then
+_BIRTH = 0.5  # s in which a process that was just forked says so, or is ended with its nursery
 
 
 @contextmanager
@@ -90,6 +89,7 @@ class Child:
         gave_up: it told the fault itself: another one like it would meet the same.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
+        bagged: the last step whose messages reached it.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 
@@ -97,14 +97,14 @@ class Child:
         """Let `start` make the process, given its ends of two pipes: for orders, for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.ready = self.gone = self.gave_up = False
-        self.step = self.recorded = 0
+        self.step = self.recorded = self.bagged = 0
         self.summary: dict[str, Any] | None = None
         control, self._control = os.pipe()
         self.reports, report = os.pipe()
         self._process = start(control, report)
         os.close(control)
         os.close(report)
-        self._rest = b""
+        self._rest, self._cause = b"", ""
 
     @property
     def pid(self) -> int:
@@ -128,29 +128,28 @@ class Child:
         for line in lines:
             self._take(json.loads(line))
 
-    def kill(self) -> None:
-        """End the process as no process can refuse."""
-        self._process.send_signal(signal.SIGKILL)
-
     def let_go(self) -> None:
         """Close the pipe of its orders: the node sees it and shuts down."""
         os.close(self._control)
 
-    def end(self, hurry: bool = False, waited: float = 0.0) -> None:
-        """Make sure that the process, which was let go `waited` s ago, ends; in a hurry at once if it was not ready."""
-        self._await_birth()
-        if hurry and not self.ready:
-            self.kill()
-        for patience, number in zip(_HURRY if hurry else _PATIENCE, (signal.SIGTERM, signal.SIGKILL), strict=True):
-            try:
-                self._process.wait(max(patience - waited, 0.02))
-                break
-            except subprocess.TimeoutExpired:
-                self._process.send_signal(number)
+    def send_signal(self, number: int) -> None:
+        """Send a signal to the process, if it lives."""
+        self._process.send_signal(number)
+
+    def ended_by(self, instant: float) -> bool:
+        """Whether the process has ended; waits for that until an instant [s] of the monotonic clock."""
+        try:
+            self._process.wait(max(instant - time.monotonic(), 0.0))
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Wait for the end of the process, and close the pipe of its reports."""
         self._process.wait()
         os.close(self.reports)
 
-    def _await_birth(self) -> None:
+    def await_birth(self) -> None:
         """Hear of the process of a child that was being forked when its end came."""
         while not (self.pid or self.gone) and select.select([self.reports], [], [], _BIRTH)[0]:
             self.read()
@@ -164,7 +163,7 @@ class Child:
             case {"event": "ready"}:
                 self.ready = True
             case {"event": "progress", "step": int(step), **more}:
-                self.step, self.recorded = step, more.get("recorded", 0)
+                self.step, self.recorded, self.bagged = step, more.get("recorded", 0), more.get("bagged", 0)
             case {"event": "waiting", "why": str(why)}:
                 self.waiting = why
             case {"event": "resumed"}:
@@ -173,9 +172,14 @@ class Child:
                 self.summary = summary
             case {"event": "fault", "why": str(why)}:
                 self.fault, self.gave_up = why, True
+            case {"event": "failed", "why": str(why)}:
+                self._cause = f": {why}"
 
     def _depart(self) -> None:
         self.gone = True
         code = self._process.wait()
-        ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
-        self.fault = self.fault or f"it {ending}"
+        if code is None:
+            ending = "ended, nobody knows how" if self.pid else "could not be started"
+        else:
+            ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+        self.fault = self.fault or f"it {ending}{self._cause}"

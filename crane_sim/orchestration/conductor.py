@@ -1,7 +1,9 @@
 """Takes the nodes of a run from their start to the plant's last step, and mends on the way what can be mended."""
 
+import signal
 import time
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import NamedTuple
 
 from crane_sim.orchestration.children import Child
@@ -10,8 +12,9 @@ from crane_sim.orchestration.posts import Post
 
 READY = 120.0  # s of silence allowed while the nodes compile and meet
 _SILENCE = 60.0  # s; a running plant reports ten times a second
+_TURN = 0.1  # s between two looks at the clock
 _UNANSWERED = 10.0  # s that a plant waits for our own controller until that is taken for dead
-_WIND_UP = 10.0, 1.2  # s for the plant to report after an early end; where somebody waits for it
+_WIND_UP = 10.0, 0.8  # s for the plant to report after an early end; where somebody waits for it
 
 
 class RunError(RuntimeError):
@@ -64,19 +67,29 @@ class Conductor:
             self.plant.order("finish")
             self.hear_out([self.plant], *_WIND_UP)
 
-    def hear_out(self, children: Sequence[Child], patience: float, hurry: float) -> None:
-        """Listen until the children are done or gone, whatever the others do, but no longer than that many seconds."""
+    def hear_out(self, children: Sequence[Child], patience: float, hurry: float = inf) -> None:
+        """Listen until the children are done or gone, whatever the others do, but no longer than `patience` seconds.
+
+        Where somebody waits for the end of the run, no longer than `hurry` seconds, and than what is left till then.
+        """
         began = time.monotonic()
         while any(child.summary is None and not child.gone for child in children):
-            self._crew.hurry = self._crew.hurry or bool(self._interrupts)
-            if time.monotonic() - began > (hurry if self._crew.hurry else patience):
+            if self._interrupts:
+                self._crew.hurry()
+            limit = hurry if self._crew.hurried else patience
+            if time.monotonic() - began > limit or self._crew.left <= 0.0:
                 return
-            self._crew.listen(0.1)
+            self._crew.listen(_TURN)
 
     @property
     def hurried(self) -> bool:
         """Whether somebody waits for the end."""
-        return self._crew.hurry
+        return self._crew.hurried
+
+    @property
+    def left(self) -> float:
+        """Seconds until the processes are let go, inf while nobody waits for the end."""
+        return self._crew.left
 
     @property
     def _own_controller(self) -> Post | None:
@@ -86,9 +99,9 @@ class Conductor:
         deadline = time.monotonic() + silence
         while not done():
             if self._interrupts:
-                self._crew.hurry = True
+                self._crew.hurry()
                 raise RunError("interrupted")
-            if self._crew.listen(0.1):
+            if self._crew.listen(_TURN):
                 self._telling.progress(self.plant.step)
                 deadline = time.monotonic() + silence
             if not done():
@@ -106,7 +119,7 @@ class Conductor:
 
     def _mend(self) -> None:
         if self.plant.fault:
-            self._crew.hurry = True
+            self._crew.hurry()
             raise RunError(f"plant: {self.plant.fault}")
         for post in self._posts[1:]:
             if post.holder.fault and not post.vacant:
@@ -150,6 +163,8 @@ class Conductor:
         own, silent = self._own_controller, time.monotonic() - self._waiting_since
         if own and silent > _UNANSWERED:
             self._waiting_since = time.monotonic()  # the next one has as long
-            own.holder.kill()  # it lives and does not answer: the way out is the same as for a dead one
+            own.holder.send_signal(
+                signal.SIGKILL
+            )  # it lives and does not answer: the way out is the same as for a dead one
         elif not own and silent > self._patience:
             raise RunError(f"plant: {self.plant.waiting}; that was {self._patience:g} s ago")

@@ -2,8 +2,10 @@
 
 import json
 import selectors
+import signal
 import time
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -11,19 +13,23 @@ from typing import Self
 from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.processes import Nursery, Process, program
 
+_PATIENCE = 5.0, 2.0  # s until SIGTERM, and from there until SIGKILL
+_HURRY = 0.3, 0.2  # the same where somebody waits for the end: what matters has been reported by then
+_LIMIT = 2.4  # s for all of an early end: whoever waits is promised 3 s, and the program itself has to end, too
+
 
 class Crew:
     """The children of one run; leaving the block ends them all.
 
     Attributes:
         children: those who have not been dismissed.
-        hurry: somebody waits for the end.
+        deadline: instant of the monotonic clock [s] by which all have ended; inf while nobody waits for that.
     """
 
     def __init__(self, env: Mapping[str, str]) -> None:
         """Start nobody yet; `env` is the environment of all."""
         self.children: list[Child] = []
-        self.hurry = False
+        self.deadline = inf
         self._env = env
         self._selector = selectors.DefaultSelector()
         self._nursery: Nursery | None = None
@@ -39,10 +45,38 @@ class Crew:
         for child in self.children:
             child.order("finish")
             child.let_go()
-        began = time.monotonic()
         for child in self.children:
-            child.end(self.hurry, time.monotonic() - began)
+            child.await_birth()
+            if self.hurried and not child.ready:
+                child.send_signal(signal.SIGKILL)
+        self._see_them_end()
         self._selector.close()
+
+    def hurry(self) -> None:
+        """From now on somebody waits for the end."""
+        self.deadline = min(self.deadline, time.monotonic() + _LIMIT)
+
+    @property
+    def hurried(self) -> bool:
+        """Whether somebody waits for the end."""
+        return self.deadline < inf
+
+    @property
+    def left(self) -> float:
+        """Seconds for what is to be done before the processes are let go; inf while nobody waits."""
+        return self.deadline - sum(_HURRY) - time.monotonic()
+
+    def _see_them_end(self) -> None:
+        """Wait, insist, and end who does not listen: all at once, whoever keeps us waiting."""
+        first, then = _HURRY if self.hurried else _PATIENCE
+        asked = min(time.monotonic() + first, self.deadline - then)
+        living = self.children
+        for instant, number in ((asked, signal.SIGTERM), (asked + then, signal.SIGKILL)):
+            living = [child for child in living if not child.ended_by(instant)]
+            for child in living:
+                child.send_signal(number)
+        for child in self.children:
+            child.close()
 
     def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
         """Start the node of `module` in `namespace` with the given parameters."""
@@ -75,7 +109,7 @@ class Crew:
         """Forget a child that has gone."""
         self.children.remove(child)
         child.let_go()
-        child.end()
+        child.close()
 
     def listen(self, timeout: float) -> bool:
         """Read what the children report within `timeout` seconds; whether there was anything."""

@@ -14,6 +14,7 @@ from importlib import import_module
 import numpy as np
 
 from crane_sim import load_scene
+from crane_sim.interruption import tie, untie
 from crane_sim.laws import fast_half
 from crane_sim.metrics import derived
 from crane_sim.scene import Scene
@@ -53,8 +54,12 @@ class Forks:
         if not order:
             return False
         control, report = fds
+        bind = tie()
         pid = os.fork()
         if pid == 0:
+            bind()  # until somebody knows its id, nobody else could end it
+            _tell(report, "born", pid=os.getpid())
+            untie()
             self._forget_others()
             os._exit(_node(json.loads(order), control, report))
         os.close(control)
@@ -81,7 +86,6 @@ class Forks:
 
 def _node(order: list[str], control: int, report: int) -> int:
     """Be a node, in a process of its own; return its exit code."""
-    _tell(report, "born", pid=os.getpid())
     os.setsid()
     module, *arguments = order
     sys.argv = [module, *arguments, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]

@@ -1,13 +1,14 @@
 """The places of a run: who fills each, who stands by to fill it next, and what is handed over when that happens."""
 
 import json
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.crew import Crew
-from crane_sim.recording.part_names import part_of
+from crane_sim.recording.part_names import part_of, unfinished
 
 _RESERVES = 2  # who stand by: a second kill may come before the next one has started
 
@@ -85,21 +86,28 @@ class Post:
 
 
 class RecorderPost(Post):
-    """The recorder's place: who follows goes on behind the last step that is known to be on the disk."""
+    """The recorder's place: who follows goes on behind the last step that is known to be on the disk.
+
+    Attributes:
+        path: of the recording, empty where there is none.
+        mcap: of the bag, empty where there is none.
+        began: s of the system's clock: older files are not of this run.
+    """
 
     def __init__(self, crew: Crew, place: Place, folder: Path, replaced: bool = False) -> None:
         """See `Post`; what is handed over goes through files in `folder`."""
-        self._folder, self._parts = folder, list[str]()
+        self._folder, self._parts, self.began = folder, list[str](), time.time()
+        self.path, self.mcap = str(place.settings["path"]), str(place.settings["mcap"])
         super().__init__(crew, place, replaced)
 
     def _reserve_settings(self, number: int) -> Mapping[str, object]:
         return {**self._place.settings, "handover": str(self._folder / f"handover_{number}.json"), "live_port": 0}
 
     def _hand_over(self, gone: Child) -> None:
-        number, path = self.restarts, str(self._place.settings["path"])
-        self.holder.step, self.holder.recorded = gone.step, gone.recorded
-        if path:
-            self._parts.append(f"{part_of(path, number)}.part")
-        told = {"after": gone.step, "recorded": gone.recorded, "parts": self._parts, "number": number + 1}
+        self.holder.step, self.holder.recorded, self.holder.bagged = gone.step, gone.recorded, gone.bagged
+        if self.path:
+            self._parts.append(str(unfinished(part_of(self.path, self.restarts))))
+        told = {"after": gone.step, "recorded": gone.recorded, "bagged": gone.bagged}
+        told |= {"parts": self._parts, "number": self.restarts + 1}
         number = self.holder.name.removeprefix(f"{self.name}_")
         (self._folder / f"handover_{number}.json").write_text(json.dumps(told))

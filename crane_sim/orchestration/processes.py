@@ -21,8 +21,12 @@ class Process(Protocol):
         """Process id."""
         ...
 
-    def wait(self, timeout: float | None = None) -> int:
-        """Return the exit code, negative for a signal; raises subprocess.TimeoutExpired after so many seconds."""
+    def wait(self, timeout: float | None = None) -> int | None:
+        """Return the exit code, negative for a signal, None where nobody knows it.
+
+        Raises:
+            subprocess.TimeoutExpired: it has not ended within so many seconds.
+        """
         ...
 
     def send_signal(self, sig: int) -> None:
@@ -48,7 +52,8 @@ class Forked:
 
     def __init__(self) -> None:
         """Begin unborn."""
-        self.pid, self._handle, self._code = 0, -1, 0
+        self.pid, self._handle = 0, -1
+        self._code: int | None = None
 
     def born(self, pid: int) -> None:
         """Take note of its process id."""
@@ -60,7 +65,7 @@ class Forked:
         """Take note of how it ended."""
         self._code = code
 
-    def wait(self, timeout: float | None = None) -> int:
+    def wait(self, timeout: float | None = None) -> int | None:
         """See `Process`."""
         if self._handle >= 0:
             if not select.select([self._handle], [], [], timeout)[0]:

@@ -32,7 +32,7 @@ def run(
     scene: "Scene",
     *,
     mode: str = "lockstep",
-    rate: float = 1.0,
+    rate: float | None = None,
     record: Path | None,
     mcap: Path | None = None,
     live_port: int | None = None,
@@ -40,8 +40,8 @@ def run(
     controller: bool = True,
     wait: float = 120.0,
     restart: bool = False,
-    on_silence: str = "zero",
-    fifo: int = 0,
+    on_silence: str | None = None,
+    fifo: int | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
     on_filled: Callable[[str, int], object] | None = None,
@@ -51,7 +51,7 @@ def run(
     Args:
         scene: what to simulate.
         mode: "lockstep" or "realtime".
-        rate: simulated seconds per second in realtime.
+        rate: simulated seconds per second in realtime; None: as the plant's parameter of that name says.
         record: the recording to write, or None for none.
         mcap: the MCAP file to write, with the messages as they came over the wire, or None for none.
         live_port: serve the recording to viewers on this port of the loopback interface, too.
@@ -59,8 +59,9 @@ def run(
         controller: the scene's own law commands; False leaves it out and waits for the user's node on `joint_commands`.
         wait: s without that node until the run ends; at its start at least two minutes.
         restart: replace a controller, tracker or recorder that dies, by one that stands by.
-        on_silence: what a plant in realtime does when commands stay away: "zero" effort, "hold" the last, or "brake".
-        fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 for none.
+        on_silence: what a plant in realtime does when commands stay away: "zero" effort, "hold" the last, or "brake";
+            None: as the plant's parameter of that name says.
+        fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with one line on whatever a person at the terminal should know.
         on_filled: called with a node's name and process id when it takes its place in the run.
@@ -70,9 +71,9 @@ def run(
     """
     progress, nobody = on_progress or _ignore, _ignore
     telling = Telling(lambda step: progress(step, scene.steps), on_news or nobody, on_filled or nobody)
-    settings: dict[str, object] = {"mode": mode, "rate": rate, "commanded": not controller}
-    settings |= {"on_silence": on_silence} if on_silence != "zero" else {}
-    settings |= {"fifo_priority": fifo} if fifo else {}
+    settings: dict[str, object] = {"mode": mode, "commanded": not controller}
+    chosen = {"rate": rate, "on_silence": on_silence, "fifo_priority": fifo}
+    settings |= {name: value for name, value in chosen.items() if value is not None}
     wishes = _Wishes(settings, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
     with (
         collected() as interrupts,
@@ -138,7 +139,7 @@ def _conduct(conductor: Conductor, posts: list[Post], scene: "Scene", wishes: _W
     summary = (plant.summary or head) | told(conductor, posts) | ({"error": error} if error else {})
     if wishes.replaced:
         summary |= {"restarts": {post.name: post.restarts for post in posts[1:]}}
-    recorder = next((post for post in posts if post.name == "recorder"), None)
-    whole = recorded(conductor, recorder, str(wishes.recorder.get("path", "")), summary)
+    recorder = next((post for post in posts if isinstance(post, RecorderPost)), None)
+    whole = recorded(conductor, recorder, summary)
     whole.setdefault("steps", plant.step)
     return whole

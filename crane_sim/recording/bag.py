@@ -31,15 +31,17 @@ class Bag:
 
     Attributes:
         broken: one line on why the file could not be written, empty while it can; messages are then ignored.
+        last_step: the newest one of which all states and efforts are on the disk.
     """
 
-    def __init__(self, path: Path, topics: Mapping[str, Topic], period_ns: int) -> None:
+    def __init__(self, path: Path, topics: Mapping[str, Topic], period_ns: int, after: int = 0) -> None:
         """Start the file.
 
         Args:
             path: the complete file.
             topics: by the name that `takers` uses; `joint_states` and `applied_effort` are among them.
             period_ns: control period; state k carries k times this as its stamp.
+            after: step behind which the messages begin.
 
         Raises:
             OSError: the file cannot be written.
@@ -50,7 +52,7 @@ class Bag:
         self._file = self._new_file()
         self._now, self._passes = period_ns, 0
         self._heard = self._saved = time.monotonic()
-        self.broken = ""
+        self.broken, self.last_step, self._after = "", after, after
 
     def takers(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
@@ -61,6 +63,8 @@ class Bag:
         if time.monotonic() - self._saved > SAVE_SECONDS and not self.broken:
             self._guarded(self._file.save)
             self._saved = time.monotonic()
+            if not self.broken:
+                self.last_step = max(min(self._states.stamp, self._efforts.stamp) // self._period_ns, self.last_step)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
@@ -79,7 +83,7 @@ class Bag:
         if self.broken:
             return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}"}
         added = {"mcap": str(self._path)}
-        steps = summary.get("steps", 0)
+        steps = summary.get("steps", self._after) - self._after
         found = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
         if found < steps:
             return added | {"error": f"recorder: {self._path} is incomplete, it has {max(found, 0)} of {steps} steps"}

@@ -35,6 +35,7 @@ def _stored(layout: Layout) -> list[Channel]:
     names = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.joints, layout.units, strict=True))
     rates = tuple(f"{label(j)} [{u}/s]" for j, u in zip(layout.joints, layout.units, strict=True))
     efforts = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.actuated, layout.effort_units, strict=True))
+    derived = f", {layout.provenance}" if layout.provenance else ""
     targets, colors = tuple(names[i] for i in driven), colors_of(range(len(names)))
     return [
         Channel("plots/q", names, colors, lambda b: b.q),
@@ -44,11 +45,11 @@ def _stored(layout: Layout) -> list[Channel]:
         Channel("plots/effort", efforts, colors_of(driven), lambda b: b.effort),
         Channel("plots/effort_demanded", efforts, colors_of(driven), lambda b: b.demanded),
         Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
-        Channel("plots/swing", ("from the vertical [rad]",), (PLAIN,), lambda b: b.swing),
-        Channel("plots/energy", ("energy [J]",), (PALETTE[1],), lambda b: b.energy),
+        Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
+        Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
-        Channel("plots/tension", (f"{layout.tension} [N]",), (PALETTE[3],), lambda b: b.tension),
+        Channel("plots/tension", (f"{layout.tension} [N]{derived}",), (PALETTE[3],), lambda b: b.tension),
     ]
 
 

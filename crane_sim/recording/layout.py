@@ -12,6 +12,7 @@ from crane_sim.description.room import form_of
 from crane_sim.recording.aboard import BASE, base_of
 from crane_sim.recording.cast import WORLD
 from crane_sim.recording.framing import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
+from crane_sim.recording.provenance import provenance
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension, tension_name
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ class Layout(NamedTuple):
     stand: str  # the frame that the crane stands in: the world, or a base that moves in it
     tip: int  # which of the nodes is the upper end of the cable
     tension: str  # what the recorded tension is
+    provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
     robot: str  # URDF
     framing: Framing
@@ -116,6 +118,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         stand=WORLD if base_of(scene) is None else BASE,
         tip=system.tip_index(scene.model),
         tension=tension_name(found),
+        provenance=provenance(scene),
         period_ns=scene.period_ns,
         robot=urdf(scene),
         framing=_framing(scene, found),
@@ -168,5 +171,6 @@ def _properties(scene: Scene) -> dict[str, Any]:
         "seed": scene.seed,
         "period": scene.period,
         "duration": scene.duration,
+        "derived": provenance(scene) or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
     }

@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from crane_sim.recording.leftover import hold
 from crane_sim.recording.mcap_repair import repair_folder
+from crane_sim.recording.part_names import unfinished
 from crane_sim.recording.topic import Topic
 
 _NEVER = QosTime(9_223_372_036, 854_775_807)  # ROS 2's infinite duration
@@ -34,7 +35,7 @@ class McapFile:
         Raises:
             FileExistsError: another recorder is writing it.
         """
-        self.path, self.part = path, part_of(path)
+        self.path, self.part = path, unfinished(path)
         _make_room(self.part)
         self._writer = Writer(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
@@ -82,11 +83,6 @@ def _make_room(part: Path) -> None:
         raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it")
     what = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
     logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, what)
-
-
-def part_of(path: Path) -> Path:
-    """Return the folder in which the file of this path grows."""
-    return path.with_name(path.name + ".part")
 
 
 def _qos(topic: Topic) -> Qos:

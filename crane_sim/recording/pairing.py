@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 Vector = Sequence[float]
 PATIENCE = 200  # steps that a row waits for its command
+_SEVERAL = 8  # different commands of one stamp that are kept
 
 
 class Row(NamedTuple):
@@ -20,7 +21,7 @@ class Row(NamedTuple):
     q: Vector
     v: Vector
     effort: Vector
-    demanded: Vector | None  # None where no command with this stamp was heard
+    demanded: Vector | None  # None where no command of this stamp was heard, or nobody knows which one counted
     reference: Vector | None
 
 
@@ -43,7 +44,7 @@ class Pairing:
         self._period_ns, self._commanded = period_ns, commanded
         self._states: dict[int, tuple[Vector, Vector]] = {}
         self._efforts: dict[int, Vector] = {}
-        self._commands: dict[int, Vector] = {}
+        self._commands: dict[int, list[Vector]] = {}
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._newest_state = self._newest_effort = self._newest_command = 0
         self._done = after * period_ns  # newest stamp handed out
@@ -66,10 +67,12 @@ class Pairing:
             self._efforts[stamp] = effort
 
     def add_command(self, stamp: int, effort: Vector) -> None:
-        """Take the command that answers the state of this stamp; the first one counts."""
+        """Take a command that answers the state of this stamp; where several do, the plant has refused all but one."""
         furthest = max(self._done, self._newest_state) + PATIENCE * self._period_ns  # beyond, it answers nothing
         if self._done < stamp <= furthest:
-            self._commands.setdefault(stamp, effort)
+            heard = self._commands.setdefault(stamp, [])
+            if len(heard) < _SEVERAL and effort not in heard:
+                heard.append(effort)
             self._newest_command = max(self._newest_command, stamp)
 
     def add_reference(self, stamp: int, reference: Vector) -> None:
@@ -101,7 +104,13 @@ class Pairing:
     def _row(self, stamp: int) -> Row:
         q, v = self._states[stamp]
         reference = next(value for since, value in reversed(self._references) if since <= stamp)
-        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], self._commands.get(stamp), reference)
+        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], self._demanded(stamp), reference)
+
+    def _demanded(self, stamp: int) -> Vector | None:
+        """Return the only command of a stamp, of several the one that was applied; None where none is that."""
+        heard = self._commands.get(stamp, [])
+        fitting = heard if len(heard) == 1 else [effort for effort in heard if effort == self._efforts[stamp]]
+        return fitting[0] if fitting else None
 
     def _forget(self, stamp: int) -> None:
         self._done = stamp

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
 from crane_sim.recording.leftover import hold
-from crane_sim.recording.repair import viewer_program
+from crane_sim.recording.repair import optimized
+
+_MARGIN = 0.3  # s less than there are, so that the outcome can still be told
 
 
 class Before(NamedTuple):
@@ -28,18 +29,16 @@ class Parts:
         self._parts = [part for part in before.parts if part.exists()]
         self._locks = [hold(part) for part in self._parts]
 
-    def joined(self, last: Path) -> list[Path]:
+    def joined(self, last: Path, within: float) -> list[Path]:
         """Join the earlier files and the `last` one, which is complete; return the files that there are then.
 
-        That is the whole or, where it could not be made because the disk is full or gone, every part of it.
+        That is the whole or, where it could not be made because the disk is full or gone or it would take longer than
+        `within` seconds, every part of it.
         """
         if not self._parts:
             return [last]
         fresh = self._whole.with_name(self._whole.name + ".tmp")
-        command = [str(viewer_program()), "rrd", "optimize", *map(str, self._parts), str(last), "-o", str(fresh)]
-        done = subprocess.run(command, capture_output=True, check=False)
-        if done.returncode or not fresh.is_file():
-            fresh.unlink(missing_ok=True)
+        if not optimized([*self._parts, last], fresh, within - _MARGIN):
             return [*self._parts, last]
         fresh.replace(self._whole)
         for part in (*self._parts, last):

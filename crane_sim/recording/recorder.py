@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.pairing import Pairing, Row
 from crane_sim.recording.parts import Before, Parts
+from crane_sim.recording.repair import LIMIT
 from crane_sim.recording.session import Session, block_of
 from crane_sim.recording.writer import RecordingError
 
@@ -107,18 +108,20 @@ class Recorder:
             return True
         return steps is not None and self._pairing.has(steps)
 
-    def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
+    def finish(self, summary: Mapping[str, Any], within: float = LIMIT) -> dict[str, Any]:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
-        That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written.
+        That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
+        could not be joined within so many seconds stay as they are, and are named as `parts`.
         """
+        began = time.monotonic()
         self._write(final=True)
         steps = summary.get("steps", self.last_step)
         lost = max(self.last_step, steps) - self._session.recorded
         closed = None if self.broken else self._guarded(lambda: self._session.close({"steps": steps, **summary}, lost))
         if closed is None:
             return self._session.broken(self.broken, lost)
-        files = self._parts.joined(Path(closed["recording"]))
+        files = self._parts.joined(Path(closed["recording"]), within - (time.monotonic() - began))
         return closed | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _tend(self) -> None:

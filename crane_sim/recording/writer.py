@@ -15,6 +15,7 @@ from crane_sim.recording.blueprint import blueprint
 from crane_sim.recording.channel import PALETTE, Channel
 from crane_sim.recording.channels import channels
 from crane_sim.recording.layout import Block, Layout
+from crane_sim.recording.part_names import unfinished
 from crane_sim.recording.stage import Stage
 from crane_sim.recording.summary import properties, table
 from crane_sim.recording.timelines import set_time, times
@@ -49,7 +50,7 @@ class RunWriter:
         Raises:
             RecordingError: the file cannot be written, or the port is taken.
         """
-        self.path, self.part = path, path.with_name(path.name + ".part")
+        self.path, self.part = path, unfinished(path)
         self._layout, self._channels = layout, channels(layout)
         if live_port is not None:
             _require_free(live_port)

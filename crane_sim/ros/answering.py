@@ -1,5 +1,6 @@
 """The life of a node that answers messages: it meets its peers, answers, and tells at the end what it has to tell."""
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from crane_sim.ros.process import Fault, Host
@@ -29,6 +30,28 @@ class Answering(Protocol):
     def finish(self) -> dict[str, Any]:
         """Return what the node adds to the run's summary."""
         ...
+
+
+class Standby:
+    """Hands messages on while its node is active; of those that come before, only the newest, as soon as it is."""
+
+    def __init__(self, take: Callable[[bytes], None]) -> None:
+        """Be inactive; `take` is handed the serialized messages."""
+        self._take, self._active, self._kept = take, False, b""
+
+    def activate(self, active: bool) -> None:
+        """Hand on from now on, beginning with what was kept, or keep."""
+        self._active, kept = active, self._kept
+        self._kept = b""
+        if active and kept:
+            self._take(kept)
+
+    def hear(self, data: bytes) -> None:
+        """Take a serialized message."""
+        if self._active:
+            self._take(data)
+        else:
+            self._kept = data
 
 
 def attend(host: Host, node: Answering, autostart: bool) -> None:

@@ -3,26 +3,33 @@
 import time
 from math import ceil
 
+from crane_sim.ros.pacing import BLOCK, Pace
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
 _LIMIT = 30.0  # simulated s after which a crane that still moves is left to itself
-_BLOCK = 500  # steps between two waits for a recorder, as in an open loop
 _LOOK = 0.02  # s of wall time between two looks at services and pipes
 
 
-def brake_to_rest(host: Host, stepper: Stepper, period: float) -> None:
-    """Brake, at one step per `period` [s] of wall time or as fast as it goes (0); leaves the run with a fault."""
+def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> None:
+    """Brake, at one step per `period` [s] of wall time or as fast as it goes (0); leaves the run with a fault.
+
+    Cranes on the same clock are waited for, as `pace` does.
+    """
     plant = stepper.plant
     last = plant.k + ceil(_LIMIT / stepper.scene.period)
     plant.braking, stepper.ending, stepper.waiting = True, host.brake, ""
-    stepper.pause(False)
+    stepper.go_on()
     stepper.warn(f"{host.brake}: the brakes act until the crane rests", "commands")
     nobody = (0.0,) * len(stepper.scene.actuated) if stepper.scene.sampled else None
     due = look = time.monotonic()
     while stepper.running and plant.k < last and not plant.at_rest and not host.stopping:
+        if not pace.level():
+            host.spin(_LOOK)
+            stepper.heartbeat()
+            continue
         stepper.step(nobody)
-        stepper.let_catch_up(_BLOCK)
+        stepper.let_catch_up(BLOCK)
         due = max(due + period, time.monotonic())
         if due >= look:
             look = due + _LOOK

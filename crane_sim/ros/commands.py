@@ -21,7 +21,6 @@ from crane_sim.ros.stepper import Stepper
 Taker = Callable[[bytes], None]
 
 _MOST = 1000  # messages handed on at a time: others want to be served, too
-_HANDOVER = 2.0  # s for a commander at work to find the inboxes; after that the middleware knows whether he is dead
 _QOS = QoSProfile(depth=1000)  # of inboxes, where one sender must not push another one's messages out at once
 _LOOK = 0.1  # s between two looks at who publishes
 _MEMORY = 2.0  # s for which a refused commander is warned of
@@ -30,7 +29,14 @@ _MEMORY = 2.0  # s for which a refused commander is warned of
 class Commands:
     """Hands on the commands of one commander, and refuses those of everybody else by name."""
 
-    def __init__(self, host: Host, stepper: Stepper, takers: Mapping[str, tuple[Any, Taker]], lease: float) -> None:
+    def __init__(
+        self,
+        host: Host,
+        stepper: Stepper,
+        takers: Mapping[str, tuple[Any, Taker]],
+        lease: float,
+        excused: Callable[[], bool],
+    ) -> None:
         """Listen.
 
         Args:
@@ -38,9 +44,10 @@ class Commands:
             stepper: whose books and diagnostics tell of refusals.
             takers: message class, and what takes the bytes of a message that counts, by topic.
             lease: silence that costs a commander the crane, s.
+            excused: whether he is silent with good reason.
         """
         self._node, self._stepper, self._takers, self._helm = host.node, stepper, takers, Helm(lease)
-        self._lease = lease
+        self._lease, self._excused = lease, excused
         self._ears: dict[str, Subscription] = {
             topic: host.node.create_subscription(
                 kind, topic, partial(self._on_message, take), messages.STREAM, raw=True
@@ -71,10 +78,8 @@ class Commands:
             return self.poll()
         for topic, ear in self._ears.items():
             kind, take = self._takers[topic]
-            with ear.handle:
-                taken = ear.handle.take_message(kind, True)
-            if taken:
-                self._on_message(take, taken[0])
+            if data := _taken(ear, kind):
+                self._on_message(take, data)
                 return True
         return False
 
@@ -102,13 +107,15 @@ class Commands:
         self.look()
 
     def look(self) -> None:
-        """See now and then who is there."""
+        """See now and then who is there, and whether the commander's silence counts."""
         now = time.monotonic()
-        if self._stepper.paused:
-            self._helm.renew(now)  # who has nothing to answer is not silent
-        if now - self._looked < _LOOK:
-            return
-        self._looked = now
+        if now - self._looked >= _LOOK:
+            self._looked = now
+            self._count_in(now)
+        if self._inboxes and self._excused():
+            self._helm.renew(now)
+
+    def _count_in(self, now: float) -> None:
         count = self.count()
         if count > 1 and not self._inboxes:
             self._open()
@@ -131,10 +138,14 @@ class Commands:
     def _open(self) -> None:
         now = time.monotonic()
         at_work = now - self._heard < self._lease
-        self._helm.renew(now + _HANDOVER if at_work else self._heard)
+        # Who is at work needs a while to find the inboxes; then the middleware knows whether he is dead.
+        self._helm.renew(now + messages.LEASE if at_work else self._heard)
         self._inboxes = {topic: Inbox(self._node, kind, topic, _QOS) for topic, (kind, _) in self._takers.items()}
 
     def _close(self) -> None:
+        for topic, ear in self._ears.items():
+            while _taken(ear, self._takers[topic][0]):
+                pass  # the inboxes have it, too, and know whose it is
         self.poll()
         for inbox in self._inboxes.values():
             inbox.close()
@@ -158,3 +169,10 @@ class Commands:
             for ear in self._ears.values()
             for info in self._node.get_publishers_info_by_topic(ear.topic_name)
         }
+
+
+def _taken(ear: Subscription, kind: Any) -> bytes:
+    """Return a message that waits, taken without the executor, empty where there is none."""
+    with ear.handle:
+        taken = ear.handle.take_message(kind, True)
+    return taken[0] if taken else b""

@@ -24,10 +24,6 @@ class Companions:
             for name in names
         }
 
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self._states)
-
     def missing(self) -> str:
         """Return one line on those that are not there yet, empty when all are."""
         for states in self._states.values():
@@ -35,10 +31,20 @@ class Companions:
                 return f"a publisher of {states.topic_name}"
         return ""
 
-    def level(self, stamp: int) -> bool:
-        """Return whether all have come to `stamp` [ns]; one that has left keeps nobody waiting."""
-        behind = [name for name, newest in self._stamps.items() if newest < stamp]
-        return not any(self._states[name].get_publisher_count() for name in behind)
+    def behind(self, stamp: int) -> str:
+        """Return who has not come to `stamp` [ns], empty where all have; one that has left keeps nobody waiting."""
+        behind = (name for name, newest in self._stamps.items() if newest < stamp)
+        return next((name for name in behind if self._states[name].get_publisher_count()), "")
+
+    def fetch(self) -> bool:
+        """Take a state that waits, without the executor; False where there is none."""
+        for name, states in self._states.items():
+            with states.handle:
+                taken = states.handle.take_message(JointState, True)
+            if taken:
+                self._note(name, taken[0])
+                return True
+        return False
 
     def _note(self, name: str, data: bytes) -> None:
         if has_stamp(data):

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from math import isfinite
+from operator import gt
 from typing import TypeVar
 
 Opened = TypeVar("Opened")
@@ -30,12 +31,12 @@ class CommandGate:
         last_refusal: one line on the latest refusal, empty while there is none.
     """
 
-    def __init__(self, actuated: Sequence[str], largest: float = 1e9) -> None:
+    def __init__(self, actuated: Sequence[str], largest: Sequence[float]) -> None:
         """Accept commands for exactly the joints `actuated`; the caller gets their efforts in this order.
 
-        Efforts beyond `largest` [N m or N] are refused: no state would stay finite.
+        Efforts beyond `largest` (nu,) [N m or N] are refused: no state would stay finite.
         """
-        self._largest = largest
+        self._largest = tuple(largest)
         self.received = 0
         self.refused: Counter[str] = Counter()
         self.last_refusal = ""
@@ -57,13 +58,14 @@ class CommandGate:
         self.received += 1
         if reason := self._untimely(stamp, now, oldest):
             return self.refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
-        if names == self._actuated:
-            ordered = self._numbers(efforts)
-        else:
-            ordered = self._sorted(names, efforts)
+        ordered = self.sized(names, efforts)
         if ordered is not None:
             self._newest = stamp
         return ordered
+
+    def sized(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
+        """Return the efforts (nu,) of a command in joint order, or None when it is refused, whatever its stamp."""
+        return self._numbers(efforts) if names == self._actuated else self._sorted(names, efforts)
 
     def screen_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command without names and stamp, in joint order, or None when refused."""
@@ -119,6 +121,7 @@ class CommandGate:
             return self.refuse("length", f"command with {len(efforts)} efforts for {len(self._actuated)} joints")
         if not all(map(isfinite, efforts)):
             return self.refuse("not finite", f"command with efforts {list(efforts)}")
-        if max(efforts, default=0.0) > self._largest or min(efforts, default=0.0) < -self._largest:
-            return self.refuse("huge", f"command with efforts {list(efforts)}, the largest is {self._largest:g}")
+        if any(map(gt, map(abs, efforts), self._largest)):
+            most = [float(f"{largest:.3g}") for largest in self._largest]
+            return self.refuse("huge", f"command with efforts {list(efforts)}, the largest are {most}")
         return tuple(efforts)

@@ -1,6 +1,7 @@
 """Lockstep: every step waits for the controller's answer."""
 
 import time
+from math import inf
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,9 +28,9 @@ class Lockstep:
         self._wire = JointWire(stepper.scene.actuated, effort=True)
         self._companions = Companions(host.node, settings.beside)
         self._answer: tuple[float, ...] | None = None  # to the present state, while something keeps it waiting
-        self._sent, self._resends = 0.0, 0
+        self._since = self._sent = 0.0  # when the present state left for the first time, and the last
         takers = {"joint_commands": (JointState, self._on_command)}
-        self._commands = Commands(host, stepper, takers, settings.command_lease)
+        self._commands = Commands(host, stepper, takers, settings.command_lease, self._excused)
 
     def missing(self) -> str:
         """See `Pace`."""
@@ -41,42 +42,42 @@ class Lockstep:
         stepper = self._stepper
         self._commands.begin()
         stepper.begin()
-        self._sent = time.monotonic()
+        self._since = self._sent = time.monotonic()
         while stepper.running and not self._host.stopping and not self._host.brake:
             self._serve()
             self._proceed()
             stepper.heartbeat()
-            doubtful = stepper.waiting or self._commands.several
-            patience = min(_AGAIN, self._settings.step_timeout) if doubtful else self._settings.step_timeout
-            if time.monotonic() - self._sent > patience and self._answer is None:
-                self._resend()
-            elif self._answer is not None and not stepper.paused and time.monotonic() - self._sent > _COMPANY:
-                stepper.publish_state()  # another crane is behind: it may have missed this one's state
-                self._sent = time.monotonic()
+            if time.monotonic() - self._sent > self._patience():
+                self._complain()
+                self._repeat()
 
-    def step_once(self) -> bool:
-        """See `Pace`; waits a little for the controller's answer to the present state."""
+    def level(self) -> bool:
+        """See `Pace`."""
+        return not self._companions.behind(self._stepper.stamp)
+
+    def step_once(self) -> str:
+        """See `Pace`; waits a little for the controller's answer to the present state, and for other cranes."""
         deadline = time.monotonic() + self._settings.step_timeout
-        while self._answer is None and time.monotonic() < deadline:
+        while obstacle := self._obstacle():
+            if time.monotonic() > deadline:
+                return obstacle
             if time.monotonic() - self._sent > _AGAIN:  # whoever should answer may have come since
-                self._stepper.publish_state()
-                self._sent = time.monotonic()
-            if not self._commands.fetch():
+                self._repeat()
+            self._commands.look()
+            if not (self._commands.fetch() or self._companions.fetch()):
                 time.sleep(1e-4)
-        if self._answer is None:
-            return False
-        self._step(self._answer)
-        return True
+        self._step()
+        return ""
 
     def go_on(self) -> None:
         """See `Pace`."""
-        self._sent, self._resends = time.monotonic(), 0
+        self._since = self._sent = time.monotonic()
         self._proceed()
 
     def forget(self) -> None:
         """See `Pace`."""
         self._answer = None
-        self._sent, self._resends = time.monotonic(), 0
+        self._since = self._sent = time.monotonic()
 
     def figures(self) -> dict[str, Any]:
         """See `Pace`; nothing is due at any time."""
@@ -108,23 +109,42 @@ class Lockstep:
 
     def _proceed(self) -> None:
         """Take the step whose command is at hand, unless the run is paused or a crane on the same clock is behind."""
-        stepper = self._stepper
-        if self._answer is not None and not stepper.paused and self._companions.level(stepper.stamp):
-            self._step(self._answer)
+        if not self._stepper.paused and not self._obstacle():
+            self._step()
 
-    def _step(self, effort: tuple[float, ...]) -> None:
-        self._answer = None
+    def _obstacle(self) -> str:
+        """Return why the present step cannot be taken, empty where it can."""
+        if self._answer is None:
+            return f"the command for state {self._stepper.plant.k + 1} has not come yet"
+        behind = self._companions.behind(self._stepper.stamp)
+        return f"{behind}, on the same clock, is behind" if behind else ""
+
+    def _step(self) -> None:
+        effort, self._answer = self._answer, None
         self._stepper.step(effort)
         self._stepper.let_catch_up(_BLOCK)
-        self._sent, self._resends = time.monotonic(), 0
+        self._since = self._sent = time.monotonic()
 
-    def _resend(self) -> None:
-        stepper = self._stepper
-        if self._resends == self._settings.resends and not stepper.waiting:
-            waited = self._settings.step_timeout * (self._resends + 1)
+    def _patience(self) -> float:
+        """Return the time [s] until the present state is sent again."""
+        timeout = self._settings.step_timeout
+        if self._answer is not None:
+            return inf if self._stepper.paused else _COMPANY  # a crane that is behind may have missed this one's state
+        return min(_AGAIN, timeout) if self._stepper.waiting or self._commands.several else timeout
+
+    def _complain(self) -> None:
+        """Say that nobody answers, as soon as that has lasted."""
+        stepper, settings = self._stepper, self._settings
+        limit = settings.step_timeout * (settings.resends + 1)
+        if self._answer is None and not stepper.waiting and time.monotonic() - self._since >= limit:
             refusal = stepper.gate.last_refusal or "none"
             state = stepper.plant.k + 1
-            stepper.wait(f"no valid command for state {state} within {waited:g} s; last refusal: {refusal}")
-        self._resends += 1
-        stepper.publish_state()
+            stepper.wait(f"no valid command for state {state} within {limit:g} s; last refusal: {refusal}")
+
+    def _repeat(self) -> None:
+        self._stepper.publish_state()
         self._sent = time.monotonic()
+
+    def _excused(self) -> bool:
+        """Return whether the commander has nothing to answer, or lives and takes his time."""
+        return self._stepper.paused or self._answer is not None or self._stepper.acknowledged

@@ -18,6 +18,8 @@ CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = qos_profile_sensor_data
 
 SECOND = 1_000_000_000  # ns
+LEASE = 2.0
+"""s after which the middleware no longer counts a dead peer, as the profile in `config/` has it."""
 
 
 def nanoseconds(stamp: Time) -> int:

@@ -1,7 +1,8 @@
 """The files that a recorder writes: opened at the start of a run, or where another recorder died."""
 
 import json
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -31,16 +32,13 @@ class Output(Protocol):
         """Whether everything of `steps` steps has come in, or nothing more is coming."""
         ...
 
-    def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
-        """Complete the file; return what it adds to the run's summary."""
-        ...
-
 
 class Handover(NamedTuple):
     """What a recorder is told that goes on for another one."""
 
     after: int = 0  # the last step that the other one is known to have written
     recorded: int = 0  # steps that it, and those before it, have written
+    bagged: int = 0  # the last step whose messages are known to be in their bags
     parts: tuple[str, ...] = ()  # the recording's unfinished files
     number: int = 1  # of the part that now begins
 
@@ -51,38 +49,41 @@ class Outputs:
     Attributes:
         files: those in the making.
         takers: functions of a serialized message per topic, by what takes them.
+        behind: stamp [ns] behind which each of them begins.
     """
 
     def __init__(
         self, node: Node, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: Handover
     ) -> None:
         """Open the files; raises Fault where one cannot be written. What must outlive a failure goes into `kept`."""
-        self._number = before.number
-        bag = _opened_bag(node, scene, settings, before)
+        self._bag = bag = _opened_bag(node, scene, settings, before)
         self.recorder = _opened_recorder(scene, settings, kept, bag, before)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
         readers = [bag, self.recorder and Transcript(scene, self.recorder)]
         self.takers: list[dict[str, Callable[[bytes], None]]] = [reader.takers() for reader in readers if reader]
+        steps = [step for step, output in ((before.bagged, bag), (before.after, self.recorder)) if output]
+        self.behind = [step * scene.period_ns for step in steps]
 
-    def progress(self) -> tuple[int, int]:
-        """Return the last step on the disk, and how many there are."""
-        return (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
+    def progress(self) -> dict[str, int]:
+        """Return the last step on the disk, how many there are, and the last one whose messages are."""
+        step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
+        return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0}
 
-    def finish(self, summary: dict[str, Any]) -> dict[str, Any]:
-        """Complete the files one after the other, return what they add to the summary together."""
-        added: dict[str, Any] = {}
-        for output in self.files:
-            told = summary | added
-            if self._number > 1 and output is not self.recorder:
-                told.pop("steps", None)  # no bag that begins in the middle of a run can have them all
-            added = output.finish(told) | added  # the first error stands
+    def finish(self, summary: dict[str, Any], until: float) -> dict[str, Any]:
+        """Complete the files one after the other, return what they add to the summary together.
+
+        What can be left undone is, where it would not be done by `until` [s], an instant of the monotonic clock.
+        """
+        added = self._bag.finish(summary) if self._bag else {}
+        if self.recorder:
+            added = self.recorder.finish(summary | added, until - time.monotonic()) | added  # the first error stands
         return added
 
 
 def read_handover(path: str) -> Handover:
     """Return what the orchestrator has left for a recorder that goes on for another one."""
     told = json.loads(Path(path).read_text())
-    return Handover(told["after"], told["recorded"], tuple(told["parts"]), told["number"])
+    return Handover(**told | {"parts": tuple(told["parts"])})
 
 
 def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: Handover) -> "Bag | None":
@@ -91,7 +92,7 @@ def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: H
     from crane_sim.recording.bag import Bag  # needs rosbags, which not everyone has
 
     try:
-        return Bag(part_of(settings.mcap, before.number), topics(node), scene.period_ns)
+        return Bag(part_of(settings.mcap, before.number), topics(node), scene.period_ns, before.bagged)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 

@@ -5,7 +5,8 @@ from typing import Any, Protocol
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
-_BLOCK = 500  # steps between two waits for a recorder: what the smallest usual socket buffer holds
+BLOCK = 500
+"""Steps that nobody answers between two waits for a recorder: what the smallest usual socket buffer holds."""
 _LOOK = 100  # open-loop steps between two looks at services and pipes
 
 
@@ -20,8 +21,12 @@ class Pace(Protocol):
         """Step until the stepper is at its end or the host is to stop."""
         ...
 
-    def step_once(self) -> bool:
-        """Take one step of a paused run; False when it cannot be taken yet."""
+    def level(self) -> bool:
+        """Return whether no crane on the same clock is behind."""
+        ...
+
+    def step_once(self) -> str:
+        """Take one step of a paused run; returns why it cannot be taken yet, empty where it is done."""
         ...
 
     def go_on(self) -> None:
@@ -57,15 +62,19 @@ class OpenLoop:
                 self._host.spin()
             else:
                 self.step_once()
-                stepper.let_catch_up(_BLOCK)
+                stepper.let_catch_up(BLOCK)
             if stepper.plant.k % _LOOK == 0:
                 self._host.spin(0.0)
             stepper.heartbeat()
 
-    def step_once(self) -> bool:
+    def level(self) -> bool:
+        """See `Pace`; it shares its clock with nobody."""
+        return True
+
+    def step_once(self) -> str:
         """See `Pace`."""
         self._stepper.step(None)
-        return True
+        return ""
 
     def go_on(self) -> None:
         """See `Pace`; there is no thread to pick up."""

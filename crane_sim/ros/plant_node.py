@@ -12,14 +12,17 @@ from crane_sim.ros import process
 from crane_sim.ros.braking import brake_to_rest
 from crane_sim.ros.fault_services import FaultServices
 from crane_sim.ros.lifecycle import ENDINGS
+from crane_sim.ros.limits import largest_efforts
 from crane_sim.ros.lockstep import Lockstep
 from crane_sim.ros.pacing import OpenLoop, Pace
 from crane_sim.ros.parameters import Option
 from crane_sim.ros.plant_services import PlantServices
 from crane_sim.ros.plant_topics import PlantTopics
 from crane_sim.ros.process import Fault, Host
-from crane_sim.ros.realtime import SILENCE, Realtime
+from crane_sim.ros.realtime import Realtime
 from crane_sim.ros.stepper import Stepper
+from crane_sim.ros.warming import warm_up
+from crane_sim.silence import WAYS
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
@@ -29,12 +32,21 @@ PARAMETERS = {
     "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
     "expected_trackers": Option(0, "slow halves of laws, which hear the states and command nothing", 0, 100),
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),
-    "command_timeout": Option(0.5, "s without a command until realtime does as on_silence says; 0: never", 0.0, 3600.0),
-    "on_silence": Option(
-        "zero", "realtime, nobody commands: zero effort, the last one held, or brakes", choices=SILENCE
+    "command_timeout": Option(
+        0.5,
+        "s of wall time, at any rate, without a command until realtime does as on_silence says; 0: never",
+        0.0,
+        3600.0,
     ),
-    "command_lease": Option(0.3, "s of silence after which somebody else may command the crane", 0.01, 60.0),
-    "largest_effort": Option(1e9, "N m or N; a command that is larger is refused", 0.0, 1e12),
+    "on_silence": Option(
+        "zero", "realtime, nobody commands: zero effort, the last one held, or brakes", choices=tuple(WAYS)
+    ),
+    "command_lease": Option(
+        0.3, "s of silence after which somebody else may command; in lockstep only if somebody seems dead", 0.01, 60.0
+    ),
+    "largest_effort": Option(
+        0.0, "N m or N; a command that is larger is refused; 0: far beyond what the scene can need", 0.0, 1e12
+    ),
     "step_timeout": Option(0.5, "s without a command until lockstep sends its state again", 1e-3, 3600.0),
     "beside": Option("", "lockstep: namespaces of cranes on the same clock, with commas between them"),
     "clock": Option(True, "publish /clock; of several cranes on the same clock one does"),
@@ -56,8 +68,9 @@ class PlantNode:
         self._host, self._settings = host, settings
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
         self._topics.publish_description(urdf(scene))
-        self._stepper = Stepper(scene, Plant(scene), self._topics, host.pipes, settings.largest_effort)
-        self._stepper.warm_up(braking=settings.mode == "realtime" and settings.on_silence == "brake")
+        plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
+        self._stepper = Stepper(scene, plant, self._topics, host.pipes, largest)
+        warm_up(plant, braking=settings.mode == "realtime" and settings.on_silence == "brake")
         self._pace = self._chosen_pace()
         self._services = PlantServices(host, self._stepper, self._pace, settings)
         self._faults = FaultServices(host.node, self._stepper.plant)
@@ -73,10 +86,11 @@ class PlantNode:
             self._prioritise()
             self._pace.run()
         if host.brake and stepper.running and not host.stopping:
-            brake_to_rest(host, stepper, self._wall_period)
+            brake_to_rest(host, stepper, self._pace, self._wall_period)
         error = self._stepper.fault or ("" if self._stepper.finished else "interrupted")
-        self._stepper.end()
+        stepper.end()
         self._report(error)
+        self._topics.flush()  # behind the report: a subscriber that stands still delays nobody else
         if host.pipes.attached:
             host.wait(lambda: "the word to finish", stepper.tell_time)
         if error and host.stopping not in ENDINGS:
@@ -100,8 +114,8 @@ class PlantNode:
     def _activate(self, active: bool) -> None:
         """Pause the run while the node is inactive."""
         if self._stepper.stamp and self._stepper.running:
-            self._stepper.pause(not active)
-            if active:
+            self._stepper.pause(not active, "lifecycle")
+            if not self._stepper.paused:
                 self._pace.go_on()
 
     def _report(self, error: str) -> None:

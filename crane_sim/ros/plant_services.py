@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from std_srvs.srv import SetBool, Trigger
 
-from crane_sim.ros.pacing import Pace
+from crane_sim.ros.pacing import BLOCK, Pace
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
@@ -27,7 +27,7 @@ class PlantServices:
         response.message = self._idle()
         response.success = not response.message
         if response.success and request.data != self._stepper.paused:
-            self._stepper.pause(request.data)
+            self._stepper.pause(request.data, "user")
             if not request.data:
                 self._pace.go_on()
         return response
@@ -45,6 +45,7 @@ class PlantServices:
         for taken in range(wanted):
             if obstacle := self._obstacle():
                 return f"{taken} of {wanted} steps: {obstacle}" if wanted > 1 else obstacle
+            stepper.let_catch_up(BLOCK)
             stepper.heartbeat()
         return stepper.fault
 
@@ -53,7 +54,7 @@ class PlantServices:
         self._host.poll()
         if self._host.stopping or self._host.brake or not self._stepper.running:
             return self._stepper.fault or "the run is over"
-        return "" if self._pace.step_once() else f"the command for state {self._stepper.plant.k + 1} has not come yet"
+        return self._pace.step_once()
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._idle()

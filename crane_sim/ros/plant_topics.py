@@ -15,8 +15,6 @@ from crane_sim.ros import messages
 from crane_sim.ros.punctuality import Errors
 from crane_sim.ros.wire import JointWire
 
-_FLUSH = 2.0  # s, the lease after which a dead peer no longer counts
-
 
 class PlantTopics:
     """Publishes what the plant has to say; stamps are integer ns, vectors in the scene's joint order.
@@ -95,7 +93,12 @@ class PlantTopics:
                 return f"{number - found} more subscriber(s) of {publisher.topic_name}"
         return ""
 
+    @property
+    def acknowledged(self) -> bool:
+        """Whether all who hear the joint states have the newest one: the middleware of a dead process has it not."""
+        return self._states.wait_for_all_acked(Duration(seconds=0))
+
     def flush(self) -> None:
         """Wait until every matched subscriber has received what was published."""
         for publisher in (self._states, self._efforts):
-            publisher.wait_for_all_acked(Duration(seconds=_FLUSH))
+            publisher.wait_for_all_acked(Duration(seconds=messages.LEASE))

@@ -6,6 +6,7 @@ import select
 import signal
 import sys
 import time
+import traceback
 from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
@@ -145,7 +146,8 @@ def main(
     """Run one node as a process of its own and return its exit code.
 
     The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both errors go as one line
-    to the orchestrator, or to the log where there is none.
+    to the orchestrator, or to the log where there is none. Any other error counts as a fault of this process alone: the
+    line goes to the orchestrator, the traceback to the log.
 
     Args:
         name: of the node.
@@ -170,6 +172,10 @@ def main(
             node.get_logger().fatal(str(error))
         host.pipes.report("fault", why=str(error))
         return 1 if isinstance(error, Fault) else 2
+    except Exception as error:  # nobody foresaw it: the run's last line is to name it, too
+        node.get_logger().fatal(traceback.format_exc())
+        host.pipes.report("failed", why=traceback.format_exception_only(error)[-1].splitlines()[0])
+        return 1
     finally:
         host.close()
         try_shutdown()

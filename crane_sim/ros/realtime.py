@@ -13,10 +13,8 @@ from crane_sim.ros.process import Host
 from crane_sim.ros.punctuality import Punctuality
 from crane_sim.ros.stepper import Stepper
 from crane_sim.ros.wire import JointWire, decode_array
+from crane_sim.silence import WAYS
 
-_WORDS = {"zero": "zero effort", "hold": "the last effort holds", "brake": "the brakes act"}
-SILENCE = tuple(_WORDS)
-"""What to do while nobody commands."""
 _ARRAYS = "effort_controller/commands"
 _SERVED = 0.05  # s between two looks at who commands
 _TURN = 0.001  # s between two looks into the inboxes, where there are some
@@ -36,7 +34,8 @@ class Realtime:
         self._wire = JointWire(stepper.scene.actuated, effort=True)
         takers = {"joint_commands": (JointState, self._on_command), _ARRAYS: (Float64MultiArray, self._on_array)}
         sampled = stepper.scene.sampled
-        self._commands = Commands(host, stepper, takers, settings.command_lease) if sampled else None
+        lease = settings.command_lease
+        self._commands = Commands(host, stepper, takers, lease, lambda: stepper.paused) if sampled else None
 
     def missing(self) -> str:
         """See `Pace`."""
@@ -63,10 +62,14 @@ class Realtime:
                 stepper.deadline_misses += time.monotonic() > due + period
             stepper.heartbeat()
 
-    def step_once(self) -> bool:
+    def level(self) -> bool:
+        """See `Pace`; the wall clock waits for nobody."""
+        return True
+
+    def step_once(self) -> str:
         """See `Pace`; the newest command holds, however long ago the pause began."""
         self._stepper.step(self._held if self._commands else None)
-        return True
+        return ""
 
     def go_on(self) -> None:
         """See `Pace`."""
@@ -109,7 +112,7 @@ class Realtime:
             self._silent = silent
             self._silences += silent
             self._stepper.plant.braking = silent and way == "brake"
-            self._stepper.warn(f"no valid command for {timeout:g} s: {_WORDS[way]}" if silent else "", "commands")
+            self._stepper.warn(f"no valid command for {timeout:g} s: {WAYS[way]}" if silent else "", "commands")
         return self._zero if silent and way == "zero" else self._held
 
     def _on_command(self, data: bytes) -> None:
@@ -117,7 +120,7 @@ class Realtime:
         command = stepper.gate.opened(self._wire.decode, data) if stepper.stamp and stepper.running else None
         if command is None:
             return
-        timeout = round(self._settings.command_timeout * messages.SECOND)
+        timeout = round(self._settings.command_timeout * self._settings.rate * messages.SECOND)  # in simulated time
         oldest = stepper.stamp - timeout if timeout else 0
         effort = stepper.gate.screen(command.stamp, command.names, command.effort, now=stepper.stamp, oldest=oldest)
         self._hold(effort)

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -30,6 +31,8 @@ PARAMETERS = {
     "handover": Option("", "stand by, and at the order go begin where this file says; empty: record from the start"),
 }
 
+_ALONE = 60.0  # s for the end where nobody says how long it may take
+_WAITED = 0.5  # of that time at most, for messages that are still on their way
 _PERIOD = 0.01  # s between two looks at what has come: bursts cost less than messages one by one
 
 
@@ -88,13 +91,13 @@ def _stood_by(
         return hearing, None
     before = read_handover(settings.handover)
     outputs = Outputs(host.node, scene, settings, kept, before)
-    tail.pass_to(outputs.takers, before.after * scene.period_ns)
+    tail.pass_to(outputs.takers, outputs.behind)
     return hearing, outputs
 
 
 def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> None:
     _listen(host, hearing, outputs)
-    added = _finish(host, hearing, outputs, _summary(scene, host.stopping))
+    added = _finish(host, hearing, outputs, *_ordered(scene, host.stopping))
     host.pipes.report("done", summary=added)
     for output in outputs.files:
         if output.broken:
@@ -116,25 +119,28 @@ def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
         if (now := outputs.progress()) != told:
             told = now
-            host.pipes.report("progress", step=now[0], recorded=now[1])
+            host.pipes.report("progress", **now)
 
 
-def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, Any]) -> dict[str, Any]:
+def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, Any], within: float) -> dict[str, Any]:
     """Wait for what is still on its way, complete the files, return what they add to the summary."""
-    steps = summary.get("steps")
+    steps, began = summary.get("steps"), time.monotonic()
     hearing.pass_on()
-    while not host.stopping.startswith("interrupted") and not all(output.has_all(steps) for output in outputs.files):
+    while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < began + _WAITED * within:
         host.spin(_PERIOD)
         hearing.pass_on()
     hearing.pass_on()  # what the last call held back
-    return outputs.finish(summary)
+    return outputs.finish(summary, began + within)
 
 
-def _summary(scene: "Scene", order: str) -> dict[str, Any]:
-    """Return the summary that came with the order to finish, or what the recorder itself knows."""
+def _ordered(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
+    """Return the summary that came with the order to finish, or what the recorder itself knows; and s for all of it."""
     _, _, document = order.partition(" ")
+    if document:
+        told = json.loads(document)
+        return told["summary"], told["within"]
     own = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return json.loads(document) if document else own | ({"ended_by": order} if order else {})
+    return own | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _ALONE
 
 
 def _give_way() -> None:

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any
 
 from crane_sim.plant import Plant, SimulationError
@@ -21,38 +20,24 @@ class Stepper:
 
     Attributes:
         stamp: of the newest published state, ns; 0 before the run begins.
-        paused: commands and the wall clock move nothing for now.
         waiting: why nothing moves although the run is not paused: nobody commands; one line, or empty.
         ending: why the run is on its way to its end, one line, or empty.
         fault: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
     """
 
-    def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes, largest: float) -> None:
-        """Prepare a run of `scene` that takes no effort beyond `largest` [N m or N]; nothing is published yet."""
+    def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes, largest: Sequence[float]) -> None:
+        """Prepare a run of `scene`, whose efforts are at most `largest` (nu,) [N m or N]; nothing is published yet."""
         self.scene, self.plant, self._largest = scene, plant, largest
         self.gate = CommandGate(scene.actuated, largest)
         self.stamp, self.deadline_misses = 0, 0
-        self.paused, self.waiting, self.ending, self.fault = False, "", "", ""
+        self.waiting = self.ending = self.fault = ""
+        self._pauses: set[str] = set()  # whose they are
         self._topics, self._pipes = topics, pipes
         self._warnings: dict[str, str] = {}
         self._began = self._ended = 0.0
         self._next_progress = self._next_diagnostics = 0.0
         self._told = 0  # stamp of the clock's last message that came from here
-
-    def warm_up(self, braking: bool = False) -> None:
-        """Do once, on a plant that is then reset, all that a step does: what needs compiling is compiled here.
-
-        Brakes are code of their own; `braking` says whether the wall clock will not wait for it.
-        """
-        effort = (0.0,) * len(self.scene.actuated) if self.scene.sampled else None
-        with suppress(SimulationError):  # the run itself will meet it again, and report it
-            self.plant.advance(effort)
-            if braking:
-                self.plant.braking = True
-                self.plant.advance(effort)
-        self.plant.summary()
-        self.plant.reset()
 
     @property
     def finished(self) -> bool:
@@ -64,15 +49,30 @@ class Stepper:
         """Whether there are steps still to take."""
         return not self.finished and not self.fault
 
-    def pause(self, paused: bool) -> None:
-        """Pause or go on, and say so."""
-        self.paused = paused
-        self._topics.publish_simulation_state(messages.PAUSED if paused or self.waiting else messages.PLAYING)
+    @property
+    def paused(self) -> bool:
+        """Whether commands and the wall clock move nothing for now."""
+        return bool(self._pauses)
+
+    @property
+    def acknowledged(self) -> bool:
+        """See `PlantTopics`."""
+        return self._topics.acknowledged
+
+    def pause(self, paused: bool, whose: str) -> None:
+        """Begin or end the pause of somebody, and say what comes of it: the run stands while there is one."""
+        (self._pauses.add if paused else self._pauses.discard)(whose)
+        self._tell_mode()
+
+    def go_on(self) -> None:
+        """End all pauses, and say so."""
+        self._pauses.clear()
+        self._tell_mode()
 
     def wait(self, why: str) -> None:
         """Say at once that the run waits for somebody, or with an empty line that it does no more."""
         self.waiting = why
-        self.pause(self.paused)
+        self._tell_mode()
         self.warn(why, "commands")
         self._pipes.report("waiting" if why else "resumed", why=why)
 
@@ -97,7 +97,7 @@ class Stepper:
 
     def begin(self) -> None:
         """Publish the first state."""
-        self.pause(self.paused)
+        self._tell_mode()
         self._began = time.monotonic()
         self._topics.look_around()
         self.publish_state()
@@ -150,13 +150,12 @@ class Stepper:
         self._told = stamp
 
     def end(self) -> None:
-        """Say that the run is over, with zero effort where it ends early; wait until every subscriber has all of it."""
+        """Say that the run is over, with zero effort where it ends early."""
         self._ended = time.monotonic()
         self._topics.publish_simulation_state(messages.QUITTING)
         if self.stamp and not self.finished:  # behind QUITTING: it belongs to no step
             self._topics.publish_effort(self.stamp, (0.0,) * len(self.scene.actuated))
         self._topics.publish_simulation_state(messages.STOPPED)
-        self._topics.flush()
 
     def summary(self, mode: str) -> dict[str, Any]:
         """Return the run's summary, without what only the recorder knows."""
@@ -178,6 +177,10 @@ class Stepper:
             self._topics.publish_clock(self.stamp)
         if self._topics.payload_heard:
             self._topics.publish_payload(self.stamp, self.plant.payload)
+
+    def _tell_mode(self) -> None:
+        standing = self.paused or self.waiting
+        self._topics.publish_simulation_state(messages.PAUSED if standing else messages.PLAYING)
 
     def _tell(self, now: float) -> None:
         self._next_diagnostics = now + _DIAGNOSTICS

@@ -2,8 +2,10 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from itertools import repeat
+from math import inf
 
 from crane_sim.recording.topic import stamp_of
 
@@ -26,14 +28,19 @@ class Tail:
         """Return one function of a serialized message per topic."""
         return {name: partial(self._take, name) for name in self._names}
 
-    def pass_to(self, takers: Iterable[Mapping[str, Callable[[bytes], None]]], after: int = 0) -> None:
-        """Hand over what was kept, of each step only what is stamped later than `after` [ns], and then everything."""
+    def pass_to(self, takers: Sequence[Mapping[str, Callable[[bytes], None]]], behind: Sequence[int]) -> None:
+        """Hand over what was kept, and then everything.
+
+        Args:
+            takers: functions of a message per topic, by what takes them.
+            behind: stamp [ns] for each of them; of what was kept it takes, of each step, only what is stamped later.
+        """
         self._takers = list(takers)
         for name, data in self._lasting.items():
             self._pass_on(name, data)
         for _, name, data in self._kept:
-            if name not in _STAMPED or stamp_of(data) > after:
-                self._pass_on(name, data)
+            stamp = stamp_of(data) if name in _STAMPED else inf
+            self._pass_on(name, data, [stamp > start for start in behind])
         self._kept.clear()
 
     def _take(self, name: str, data: bytes) -> None:
@@ -47,7 +54,7 @@ class Tail:
             if old in _LASTING:
                 self._lasting[old] = dropped
 
-    def _pass_on(self, name: str, data: bytes) -> None:
-        for takers in self._takers:
-            if name in takers:
+    def _pass_on(self, name: str, data: bytes, wanted: Iterable[bool] = repeat(True)) -> None:
+        for takers, wants in zip(self._takers, wanted, strict=False):
+            if wants and name in takers:
                 takers[name](data)

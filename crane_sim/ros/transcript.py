@@ -8,6 +8,8 @@ from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.ros import messages
+from crane_sim.ros.gate import CommandGate
+from crane_sim.ros.limits import largest_efforts
 from crane_sim.ros.wire import Frame, JointWire
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ class Transcript:
         self._recorder, self._scene, self._over = recorder, scene, False
         self._state_wire = JointWire(scene.joint_names, effort=False)
         self._effort_wire = JointWire(scene.actuated, effort=True)
+        self._gate = CommandGate(scene.actuated, largest_efforts(scene))  # as the plant's own
 
     def takers(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
@@ -51,7 +54,7 @@ class Transcript:
 
     def _on_command(self, data: bytes) -> None:
         command = _decoded(self._effort_wire, data)
-        effort = self._sorted(command.names, command.effort) if command is not None else None
+        effort = self._gate.sized(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
             self._recorder.command(command.stamp, effort)
 
@@ -72,7 +75,7 @@ class Transcript:
         self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
 
     def _sorted(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
-        """Return one value per actuated joint, or None for what the plant refuses, too."""
+        """Return one value per actuated joint, or None where names are missing or unknown."""
         by_name = dict(zip(names, values, strict=False))
         if by_name.keys() != set(self._scene.actuated):
             return None

@@ -15,10 +15,22 @@ class Figure(NamedTuple):
     promise: str = ""  # what it should be, in words; empty where nothing was promised
     kept: bool = True
 
+    def told(self) -> str:
+        """Return the value with its unit, in a few digits."""
+        if self.value is None:  # what a file has where a number was not finite
+            return "—"
+        value = f"{self.value:.4g}" if isinstance(self.value, float) else str(self.value)
+        return f"{value} {self.unit}".strip()
+
 
 def at_most(what: str, value: float, limit: float, unit: str = "") -> Figure:
     """Return a figure that was promised not to exceed a limit."""
     return Figure(what, value, unit, f"at most {limit:g} {unit}".strip(), value <= limit)
+
+
+def at_least(what: str, value: float, limit: float, unit: str = "") -> Figure:
+    """Return a figure that was promised not to fall below a limit."""
+    return Figure(what, value, unit, f"at least {limit:g} {unit}".strip(), value >= limit)
 
 
 def equal(what: str, value: Any, wanted: Any, unit: str = "") -> Figure:

@@ -17,6 +17,7 @@ from crane_sim.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.soak.witness import Heard, witness
 
 VICTIMS = ("controller", "recorder")
+HALF, ALL = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
 _GAP = (0.5, 2.5)  # s between two kills, uniform
 _LOOK = 0.01  # s between two looks for somebody to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
@@ -106,9 +107,9 @@ def back_after(kill: Kill, heard: dict[str, list[Heard]]) -> float:
 def _control(back: list[float]) -> list[Figure]:
     found = quantiles(back)
     return [
-        at_most("control back, median", found["p50"], 0.5, "s"),
+        at_most("control back, median", found["p50"], HALF, "s"),
         Figure("control back, 99 %", found["p99"], "s"),
-        at_most("control back, longest", found["max"], 1.0, "s"),
+        at_most("control back, longest", found["max"], ALL, "s"),
     ]
 
 

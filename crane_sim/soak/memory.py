@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.bench import memory
+from crane_sim.soak.drift import drift_figures
 from crane_sim.soak.figures import Figure, at_most
 
 GROWTH = 5.0  # MB that a process may grow after the warm-up
@@ -13,22 +14,22 @@ _WARM_UP = 60.0  # s, in short soaks a third of the time
 
 def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
     """Run for so long; return figures, and the data behind them."""
-    found = memory.measure(seconds=seconds, warm_up=min(_WARM_UP, seconds / 3.0))
+    warm_up = min(_WARM_UP, seconds / 3.0)
+    found = memory.measure(seconds=seconds, warm_up=warm_up)
     figures = [Figure("wall time", seconds, "s"), Figure("steps", found["steps"])]
     for node, resident in found["resident"].items():
         figures += [
-            Figure(f"{node}, after the warm-up", resident["after_warm_up_MB"], "MB"),
+            Figure(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
             at_most(f"{node}, growth since", resident["growth_MB"], GROWTH, "MB"),
         ]
-    figures += [
-        Figure(f"rate in the {name} third", rate, "steps/s")
-        for name, rate in zip(("first", "second", "last"), _rates(found), strict=True)
-    ]
-    return figures, found
+    times, rates = _rates(found)
+    data: dict[str, Any] = {"seconds": times, "steps_per_second": rates}
+    data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in found["resident"].items()}
+    warm = [rate for t, rate in zip(times, rates, strict=True) if t > warm_up]
+    return figures + drift_figures(warm), data
 
 
-def _rates(found: dict[str, Any]) -> list[float]:
-    """Return the steps per second of each third of the run."""
+def _rates(found: dict[str, Any]) -> tuple[list[float], list[float]]:
+    """Return the ends [s] of the intervals between two looks at a run, and its steps per second in them."""
     times, steps = np.array(found["sample_times_s"]), np.array(found["sample_steps"])
-    edges = np.interp(np.linspace(times[0], times[-1], 4), times, steps)
-    return list(np.diff(edges) / max((times[-1] - times[0]) / 3.0, 1e-9))
+    return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist()

@@ -22,7 +22,23 @@ SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
 _MARK = "CRANE_SIM_SOAK"
+_LOOK = 0.02  # s between two looks at what is heard
 _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
+
+
+class Way(NamedTuple):
+    """A kind of run."""
+
+    duration: float  # simulated s: each takes about 2 s of wall time
+    options: tuple[str, ...]  # of the command
+
+
+WAYS = {
+    "realtime": Way(DURATION, ("--mode", "realtime")),
+    "lockstep": Way(100.0 * DURATION, ()),
+    "restart": Way(DURATION, ("--mode", "realtime", "--restart")),
+    "mcap": Way(DURATION, ("--mode", "realtime", "--mcap", "run.mcap")),
+}
 
 
 class Interruption(NamedTuple):
@@ -32,6 +48,8 @@ class Interruption(NamedTuple):
     at: float  # s after its start
     again: float | None  # s after the first signal, a second one
     fresh: bool  # nothing is compiled: the signal comes while it is
+    way: str = "realtime"  # of WAYS
+    begun: bool = False  # the instant counts from the first state that an independent subscriber hears
 
 
 class End(NamedTuple):
@@ -51,7 +69,7 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
         span = _EARLY if i % 5 == 0 else 8.0 if fresh else usual + 0.3
         again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
         number = draw.choice((signal.SIGINT, signal.SIGTERM))
-        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh))
+        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh, list(WAYS)[i % len(WAYS)]))
     return found
 
 
@@ -66,7 +84,8 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         planned = plan(count, seed, time.monotonic() - began)
         ends = [interrupted(each, domain, account) for each in planned]
     took = quantiles([end.took for end in ends])
-    complaints = [f"{planned[i].at:.3f} s: {why}" for i, end in enumerate(ends) for why in end.complaints]
+    told = zip(planned, ends, strict=True)
+    complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in told for why in end.complaints]
     figures = [
         Figure("runs interrupted", count),
         Figure("of them after their end", sum(end.code == 0 for end in ends)),
@@ -75,23 +94,25 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         equal("complaints", len(complaints), 0),
         *(Figure("complaint", why) for why in complaints),
     ]
-    told = [each._asdict() | end._asdict() for each, end in zip(planned, ends, strict=True)]
-    return figures, {"runs": told}
+    data = {name: [getattr(each, name) for each in planned] for name in Interruption._fields}
+    return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
 def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
     """Start a run, interrupt it, and look at what is left."""
-    mark = str(uuid.uuid4())
+    mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
     account.read()
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         recording = Path(folder, "run.rrd")
         env = os.environ | {_MARK: mark} | ({"CRANE_SIM_CACHE": folder} if how and how.fresh else {})
-        command = [_crane(), "run", SCENE, "--mode", "realtime", "--duration", str(DURATION)]
+        command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(recording), "--json"]
-        with subprocess.Popen(command, env=env, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-            took = _signalled(process, how)
+        pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        with subprocess.Popen(command, env=env, cwd=folder, **pipes) as process:
+            took = _signalled(process, how, account)
             _, errors = process.communicate()
-        complaints = [*_orphans(mark), *_recording(recording), *_last_effort(account)]
+        complaints = [*_orphans(mark), *_recording(recording), *_bag(Path(folder, "run.mcap"), recording)]
+        complaints += _last_effort(account, way.duration)
         complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
         return End(took, process.returncode, tuple(complaints))
 
@@ -102,10 +123,12 @@ def _crane() -> str:
     return str(script if script.is_file() else Path(sys.executable).with_name("crane"))
 
 
-def _signalled(process: subprocess.Popen[str], how: Interruption | None) -> float:
+def _signalled(process: subprocess.Popen[str], how: Interruption | None, account: Account) -> float:
     """Send the signals and wait for the end; return how long it took."""
     if how is None:
         return 0.0
+    while how.begun and process.poll() is None and not account.read()["s"]:
+        time.sleep(_LOOK)
     try:
         process.wait(how.at)
         return 0.0
@@ -150,11 +173,24 @@ def _recording(path: Path) -> list[str]:
     return left if whole else [*left, f"recording: {len(steps)} steps, summary {summary['recorded_steps']}"]
 
 
-def _last_effort(account: Account) -> list[str]:
+def _bag(path: Path, recording: Path) -> list[str]:
+    """Return what a bag lacks that the recording has."""
+    if not (path.exists() and recording.exists()):
+        return []
+    from rosbags.rosbag2 import Reader  # not everyone has it
+
+    with Reader(path) as bag:
+        found = {connection.topic.rpartition("/")[2]: connection.msgcount for connection in bag.connections}
+    steps = read_summary(recording)["recorded_steps"]
+    whole = found["joint_states"] > steps and found["applied_effort"] >= steps
+    return [] if whole or not steps else [f"bag: {found} messages, the recording has {steps} steps"]
+
+
+def _last_effort(account: Account, duration: float) -> list[str]:
     """Return a complaint where a run that began was cut short, and the last effort heard of it is not zero."""
     time.sleep(0.1)  # what the witness writes ten times as often
     efforts = account.read()["e"]
-    scene = load_scene(SCENE, {"duration": DURATION})
+    scene = load_scene(SCENE, {"duration": duration})
     if not efforts or len(efforts) == scene.steps:
         return []
     last = efforts[-1].effort

@@ -1,0 +1,124 @@
+"""The index of an MCAP file, made from the records of one that nobody closed.
+
+A reader without an index takes the messages as they stand; those of a run do not stand in the order of their stamps,
+since the effort of a step leaves behind the state that it led to. Layout of records: MCAP specification, "Records".
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from typing import BinaryIO, NamedTuple
+
+MAGIC = b"\x89MCAP0\r\n"
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 2, 3, 4, 5, 6, 7, 8, 11
+DATA_END = 15
+_HEAD = struct.Struct("<BQ")  # kind and length of a record
+_TIMES = struct.Struct("<QQQI")  # of a chunk: first and last time [ns], size and checksum of what is in it
+_LENGTH, _SIZE, _NUMBER = struct.Struct("<I"), struct.Struct("<Q"), struct.Struct("<H")
+_COUNTS = struct.Struct("<QHIIIIQQ")  # of the statistics
+
+
+class Chunk(NamedTuple):
+    """A chunk of messages and where it stands."""
+
+    at: int
+    length: int
+    body: bytes  # its record without the head
+    indices: dict[int, int]  # where the index of each channel's messages stands, by channel
+    indices_length: int
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Times [ns] of the first message and the last."""
+        first, last, _, _ = _TIMES.unpack_from(self.body)
+        return first, last
+
+    @property
+    def compression(self) -> bytes:
+        """How its records are compressed, with the length in front; none at all where it is empty."""
+        (length,) = _LENGTH.unpack_from(self.body, _TIMES.size)
+        return self.body[_TIMES.size : _TIMES.size + _LENGTH.size + length]
+
+    @property
+    def records(self) -> bytes:
+        """What is in it."""
+        return self.body[_TIMES.size + len(self.compression) + _SIZE.size :]
+
+
+def scanned(file: BinaryIO) -> tuple[int, list[Chunk]]:
+    """Return where the last whole record of a file ends, and its chunks; no chunk where it is no MCAP file."""
+    size = file.seek(0, 2)
+    file.seek(0)
+    if file.read(len(MAGIC)) != MAGIC:
+        return 0, []
+    end, chunks = len(MAGIC), list[Chunk]()
+    while end + _HEAD.size <= size:
+        file.seek(end)
+        kind, length = _HEAD.unpack(file.read(_HEAD.size))
+        behind = end + _HEAD.size + length
+        if kind in (DATA_END, FOOTER) or behind > size:
+            break
+        if kind == CHUNK:
+            chunks.append(Chunk(end, behind - end, file.read(length), {}, 0))
+        elif kind == MESSAGE_INDEX and chunks:
+            (channel,) = _NUMBER.unpack(file.read(_NUMBER.size))
+            last = chunks[-1]
+            chunks[-1] = last._replace(
+                indices=last.indices | {channel: end}, indices_length=last.indices_length + behind - end
+            )
+        end = behind
+    return end, chunks
+
+
+def ending(end: int, chunks: list[Chunk]) -> bytes:
+    """Return what closes a file whose records end at `end`: index and footer, without checksums.
+
+    The chunks are not compressed, and one of them has messages.
+    """
+    definitions = {SCHEMA: dict[int, bytes](), CHANNEL: dict[int, bytes]()}
+    counts = Counter[int]()
+    for chunk in chunks:
+        for kind, body in _records(chunk.records):
+            (number,) = _NUMBER.unpack_from(body)
+            if kind == MESSAGE:
+                counts[number] += 1
+            else:
+                definitions[kind][number] = _record(kind, body)
+    begun = _record(DATA_END, bytes(_LENGTH.size))
+    summary = b"".join([*definitions[SCHEMA].values(), *definitions[CHANNEL].values()])
+    told = [chunk for chunk in chunks if chunk.indices]  # the first one may hold nothing but definitions
+    summary += _statistics(definitions, counts, told) + b"".join(map(_chunk_index, told))
+    return begun + summary + _record(FOOTER, struct.pack("<QQI", end + len(begun), 0, 0)) + MAGIC
+
+
+def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    at = 0
+    while at < len(data):
+        kind, length = _HEAD.unpack_from(data, at)
+        at += _HEAD.size
+        yield kind, data[at : at + length]
+        at += length
+
+
+def _record(kind: int, body: bytes) -> bytes:
+    return _HEAD.pack(kind, len(body)) + body
+
+
+def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], chunks: list[Chunk]) -> bytes:
+    first, last = min(chunk.span[0] for chunk in chunks), max(chunk.span[1] for chunk in chunks)
+    numbers = len(definitions[SCHEMA]), len(definitions[CHANNEL]), 0, 0, len(chunks)
+    return _record(STATISTICS, _COUNTS.pack(counts.total(), *numbers, first, last) + _map(counts))
+
+
+def _chunk_index(chunk: Chunk) -> bytes:
+    place = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
+    size = len(chunk.records)
+    sizes = chunk.compression + struct.pack("<QQ", size, size)
+    return _record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
+
+
+def _map(values: dict[int, int]) -> bytes:
+    pairs = b"".join(struct.pack("<HQ", *item) for item in values.items())
+    return _LENGTH.pack(len(pairs)) + pairs

@@ -1,0 +1,181 @@
+"""How children are ended and what is said of them: limits that add up to one, unforeseen errors, forks, helpers."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from test_run import gone
+
+from crane_sim.orchestration.children import Child
+from crane_sim.orchestration.closing import recorded, told
+from crane_sim.orchestration.conductor import Conductor
+from crane_sim.orchestration.crew import Crew
+from crane_sim.orchestration.leavings import bags
+from crane_sim.orchestration.processes import Forked
+from crane_sim.recording import repair
+from crane_sim.recording.part_names import part_of, unfinished
+from crane_sim.recording.parts import Before, Parts
+
+LIMIT = 3.0  # s from an interruption to the end, as promised
+STUBBORN = """
+import os, signal, sys, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+fd = next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith("report_fd"))
+os.write(fd, b'{"event": "ready"}\\n')
+time.sleep(600)
+"""
+FAILING = """
+import sys
+from crane_sim.ros import process
+
+def body(host, settings):
+    raise OSError(5, "the bus is\\ngone")
+
+sys.exit(process.main("odd", {}, body))
+"""
+
+
+def crew_of(folder: Path, program: str, env: dict[str, str]) -> Crew:
+    """Return a crew whose nodes can be of a module `node` that is this program."""
+    (folder / "node.py").write_text(program)
+    return Crew(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"})
+
+
+def test_all_limits_of_an_early_end_are_one(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """A plant, a law and a recorder that neither report nor end, and four more nodes, are gone within 3 s."""
+    with crew_of(tmp_path, STUBBORN, ros_environment) as crew:
+        names = ("plant", "controller", "recorder", *("reserve",) * 4)
+        posts: list[Any] = [SimpleNamespace(name=name, holder=crew.start(name, "node", "a", {})) for name in names]
+        vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0)
+        while not all(child.ready for child in crew.children):
+            crew.listen(1.0)
+        nobody: Any = SimpleNamespace()
+        conductor, began = Conductor(crew, posts, [signal.SIGINT], nobody, 0.0), time.monotonic()
+        conductor.wind_up()
+        told(conductor, posts)
+        summary = recorded(conductor, posts[2], {"steps": 7})
+    assert time.monotonic() - began < LIMIT
+    assert summary["error"].startswith("recorder: it did not finish the recording")
+    assert all(gone(child.pid) for child in crew.children)
+
+
+def test_an_unforeseen_error_is_named(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """What a node did not foresee is told in the last line of its exception; another node may yet replace it."""
+    with crew_of(tmp_path, FAILING, ros_environment) as crew:
+        child = crew.start("odd", "node", "a", {})
+        while not child.gone:
+            crew.listen(1.0)
+    assert child.fault == "it ended with exit code 1: OSError: [Errno 5] the bus is"
+    assert not child.gave_up
+
+
+def forked(*events: dict[str, Any]) -> Child:
+    """Return a child of a nursery that reported this, and whose pipe is then closed."""
+
+    def start(_: int, report: int) -> Forked:
+        for event in events:
+            os.write(report, json.dumps(event).encode() + b"\n")
+        return Forked()
+
+    child = Child("fork", start)
+    while not child.gone:
+        child.read()
+    return child
+
+
+def test_how_a_fork_ended_is_known_or_said_to_be_unknown() -> None:
+    """A fork without a birth could not be started; one whose nursery is gone ended in a way that nobody knows."""
+    assert forked().fault == "it could not be started"
+    born = {"event": "born", "pid": 2**22 + 1}  # beyond the largest process id
+    assert forked(born).fault == "it ended, nobody knows how"
+    assert forked(born, {"event": "ended", "code": -9}).fault == "it was killed by SIGKILL"
+    assert forked(born, {"event": "ended", "code": 0}).fault == "it ended with exit code 0"
+
+
+TIED = """
+import os, time
+from crane_sim.interruption import tie, untie
+for free in (False, True):
+    bind = tie()
+    if not (pid := os.fork()):
+        bind()
+        if free:
+            untie()
+        time.sleep(60)
+        os._exit(0)
+    print(pid, flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_tied_process_ends_with_its_parent() -> None:
+    """When a process is killed, the kernel ends the child that is tied to it, and not the one that was untied."""
+    with subprocess.Popen([sys.executable, "-c", TIED], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        tied, free = (int(parent.stdout.readline()) for _ in range(2))
+        time.sleep(0.3)  # both are past what they do right after the fork
+        parent.kill()
+    try:
+        ends_soon(tied)
+        assert not gone(free)
+    finally:
+        os.kill(free, signal.SIGKILL)
+
+
+JOINING = """
+import sys
+from pathlib import Path
+from crane_sim.recording import repair
+repair.viewer_program = lambda: Path(sys.argv[1])
+repair.optimized([], Path(sys.argv[2]), 60.0)
+"""
+
+
+def test_joining_takes_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts that cannot be joined in time stay and are named; who is killed while joining leaves no helper behind."""
+    slow, pid = tmp_path / "slow", tmp_path / "pid"
+    slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
+    slow.chmod(0o755)
+    parts = [tmp_path / "run.rrd.part", tmp_path / "run.part2.rrd"]
+    for part in parts:
+        part.touch()
+    monkeypatch.setattr(repair, "viewer_program", lambda: slow)
+    joint = Parts(tmp_path / "run.rrd", Before(5, 5, (parts[0],)))
+    assert joint.joined(parts[1], within=0.0) == parts and not pid.exists()
+    assert joint.joined(parts[1], within=1.0) == parts and all(part.exists() for part in parts)
+    ends_soon(int(pid.read_text()))
+    pid.unlink()
+    with subprocess.Popen([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:
+        while not (pid.exists() and pid.read_text().strip()):
+            assert recorder.poll() is None
+            time.sleep(0.02)
+        recorder.kill()
+    ends_soon(int(pid.read_text()))
+
+
+def ends_soon(pid: int) -> None:
+    """Check that a process ends."""
+    deadline = time.monotonic() + 10.0  # only so that a failure ends; the kernel does it at once
+    while not gone(pid) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert gone(pid)
+
+
+def test_only_bags_of_this_run_are_named(tmp_path: Path) -> None:
+    """A bag of an earlier run is not taken for a part of this one; a part without messages is no part at all."""
+    path = str(tmp_path / "run.mcap")
+    Path(path).touch()
+    os.utime(path, (1.0, 1.0))
+    unfinished(part_of(path, 2)).mkdir()
+    post: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
+    assert bags(post, "last.mcap") == {"mcap": "last.mcap"}
+    part_of(path, 1).touch()
+    assert bags(post, "last.mcap") == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
+    assert bags(post, None) == {"mcap": path}

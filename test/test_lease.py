@@ -1,0 +1,108 @@
+"""Whose silence counts, without DDS: a commander who lives, or has nothing to answer, keeps the crane."""
+
+import time
+from collections import deque
+from contextlib import nullcontext
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from crane_sim.ros import commands as commands_module
+from crane_sim.ros.commands import Commands
+from crane_sim.ros.inbox import Letter
+
+A, B = b"a" * 16, b"b" * 16
+LEASE = 0.1  # s
+TOPIC = "joint_commands"
+
+
+class FakeInbox:
+    """An inbox that tests fill."""
+
+    def __init__(self, *_: Any) -> None:
+        """Be empty."""
+        self.letters: deque[Letter] = deque()
+
+    def take(self) -> Letter | None:
+        """Return the oldest letter."""
+        return self.letters.popleft() if self.letters else None
+
+    def close(self) -> None:
+        """Leave nothing behind."""
+
+
+class Scenery:
+    """Commands with everything around them, of which nothing is a middleware's."""
+
+    def __init__(self) -> None:
+        """Let there be two publishers, and nobody excused."""
+        self.publishers, self.excused = 2, False
+        self.queue: deque[tuple[bytes, None]] = deque()  # of the executor's subscription
+        self.taken: list[bytes] = []
+        handle = SimpleNamespace(get_publisher_count=lambda: self.publishers, take_message=self._take)
+        ear = SimpleNamespace(handle=_Entered(handle), topic_name=TOPIC)
+        node = SimpleNamespace(create_subscription=lambda *_, **__: ear, get_publishers_info_by_topic=lambda _: [])
+        gate = SimpleNamespace(reject=lambda *_: None)
+        stepper = SimpleNamespace(paused=False, warn=lambda *_: None, gate=gate)
+        host: Any = SimpleNamespace(node=node)
+        told: Any = stepper
+        takers = {TOPIC: (bytes, self.taken.append)}
+        self.commands = Commands(host, told, takers, LEASE, lambda: self.excused)
+        self.commands.begin()
+
+    def send(self, sender: bytes, data: bytes) -> None:
+        """Let a message come while there are several publishers."""
+        inbox: Any = self.commands._inboxes[TOPIC]
+        inbox.letters.append(Letter(data, sender))
+        self.commands.look()
+        self.commands.poll()
+
+    def _take(self, *_: Any) -> tuple[bytes, None] | None:
+        return self.queue.popleft() if self.queue else None
+
+
+class _Entered:
+    """A handle that can be entered."""
+
+    def __init__(self, handle: SimpleNamespace) -> None:
+        self.get_publisher_count, self.take_message = handle.get_publisher_count, handle.take_message
+        self._context = nullcontext()
+
+    def __enter__(self) -> None:
+        self._context.__enter__()
+
+    def __exit__(self, *error: Any) -> None:
+        self._context.__exit__(*error)
+
+
+@pytest.fixture
+def scenery(monkeypatch: pytest.MonkeyPatch) -> Scenery:
+    """Return commands that two publishers send."""
+    monkeypatch.setattr(commands_module, "Inbox", FakeInbox)
+    return Scenery()
+
+
+def test_a_slow_commander_who_is_excused_keeps_the_crane(scenery: Scenery) -> None:
+    """However long his silence, another one's commands count only once he is excused no more, and the lease is over."""
+    scenery.send(A, b"first")
+    scenery.excused = True
+    time.sleep(1.5 * LEASE)
+    scenery.send(B, b"second")
+    scenery.send(A, b"third")
+    scenery.excused = False
+    scenery.send(B, b"fourth")
+    time.sleep(1.5 * LEASE)
+    scenery.send(B, b"fifth")
+    assert scenery.taken == [b"first", b"third", b"fifth"]
+
+
+def test_no_command_counts_twice_when_one_publisher_is_left(scenery: Scenery) -> None:
+    """What the executor holds of messages that came through the inboxes is thrown away when these are closed."""
+    scenery.send(A, b"first")
+    scenery.queue.extend([(b"first", None), (b"of an intruder", None)])
+    scenery.publishers = 1
+    scenery.commands.begin()
+    assert not scenery.commands.several
+    assert not scenery.commands.fetch()
+    assert scenery.taken == [b"first"]

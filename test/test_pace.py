@@ -1,0 +1,193 @@
+"""Lockstep and braking without ROS: when they complain, and that they never leave a crane on the same clock behind."""
+
+import time
+from collections import deque
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from crane_sim import load_scene
+from crane_sim.ros import braking, messages
+from crane_sim.ros.braking import brake_to_rest
+from crane_sim.ros.lockstep import Lockstep
+from crane_sim.ros.stepper import Stepper
+from crane_sim.ros.wire import JointWire
+
+SCENE = load_scene("knuckle_setpoint")
+PERIOD = SCENE.period_ns
+ZERO = (0.0,) * len(SCENE.actuated)
+
+
+class Handle(SimpleNamespace):
+    """A subscription's, which can be entered."""
+
+    def __enter__(self) -> None:
+        """Lock nothing."""
+
+    def __exit__(self, *_: Any) -> None:
+        """Unlock nothing."""
+
+
+class QuietHost:
+    """A host with no middleware: topics have queues, which tests fill.
+
+    Attributes:
+        queues: what waits, by topic.
+    """
+
+    def __init__(self) -> None:
+        """Offer nothing yet."""
+        self.stopping, self.brake = "", ""
+        self.queues: dict[str, deque[tuple[bytes, None]]] = {}
+        self.node: Any = SimpleNamespace(
+            create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: []
+        )
+
+    def spin(self, timeout: float = 0.01) -> None:
+        """Let time pass."""
+        time.sleep(timeout)
+
+    def _subscribe(self, _kind: type, topic: str, *_: Any, **__: Any) -> Any:
+        queue = self.queues.setdefault(topic, deque())
+        handle = Handle(get_publisher_count=lambda: 1, take_message=lambda *_: queue.popleft() if queue else None)
+        return SimpleNamespace(topic_name=topic, handle=handle, get_publisher_count=lambda: 1)
+
+
+class QuietTopics:
+    """The plant's topics, which nobody hears.
+
+    Attributes:
+        modes: values of simulation_state.
+        states: number of joint states.
+    """
+
+    acknowledged = clock_heard = effort_heard = payload_heard = False
+
+    def __init__(self) -> None:
+        """Have said nothing."""
+        self.modes: list[int] = []
+        self.states = 0
+
+    def publish_simulation_state(self, state: int) -> None:
+        """Note it."""
+        self.modes.append(state)
+
+    def publish_state(self, *_: Any) -> None:
+        """Count it."""
+        self.states += 1
+
+    def publish_diagnostics(self, *_: Any) -> None:
+        """Say nothing."""
+
+    def publish_clock(self, *_: Any) -> None:
+        """Say nothing."""
+
+    def look_around(self) -> None:
+        """See nobody."""
+
+
+class CountingPlant:
+    """A plant in which nothing moves.
+
+    Attributes:
+        k: periods passed.
+    """
+
+    def __init__(self) -> None:
+        """Be at the start."""
+        self.k, self.braking, self.at_rest, self.seen = 0, False, False, (ZERO, ZERO)
+
+    def advance(self, _effort: Any) -> None:
+        """Count a period; after 20 the crane rests."""
+        self.k += 1
+        self.at_rest = self.k >= 20
+
+    def summary(self) -> dict[str, float]:
+        """Return what diagnostics tell."""
+        return {"saturated_steps": 0, "min_rope_tension": 0.0}
+
+
+@pytest.fixture
+def topics() -> QuietTopics:
+    """Return the plant's topics."""
+    return QuietTopics()
+
+
+@pytest.fixture
+def stepper(topics: QuietTopics) -> Stepper:
+    """Return a stepper without ROS."""
+    plant: Any = CountingPlant()
+    heard: Any = topics
+    pipes: Any = SimpleNamespace(report=lambda *_, **__: None)
+    return Stepper(SCENE, plant, heard, pipes, (1e9,) * len(ZERO))
+
+
+def lockstep(host: Any, stepper: Stepper, beside: str = "") -> Lockstep:
+    """Return a lockstep whose patience is 0.3 s."""
+    return Lockstep(host, stepper, SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3))
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_waiting_is_told_after_the_time_that_is_told(
+    several: bool, stepper: Stepper, topics: QuietTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether states are sent again at the usual pace or, with several publishers, faster: the time is the same."""
+    host = QuietHost()
+    pace = lockstep(host, stepper)
+    quick = SimpleNamespace(begin=lambda: None, look=lambda: None, several=several, wait=time.sleep, poll=lambda: None)
+    monkeypatch.setattr(pace, "_commands", quick)
+    waits: list[tuple[float, str]] = []
+
+    def wait(why: str) -> None:
+        waits.append((time.monotonic(), why))
+        host.stopping = "finish"
+
+    monkeypatch.setattr(stepper, "wait", wait)
+    began = time.monotonic()
+    pace.run()
+    assert waits[0][0] - began >= 0.3
+    assert waits[0][1].startswith("no valid command for state 1 within 0.3 s")
+    assert topics.states >= (5 if several else 3)  # 0.3 s at one in 0.05 s, less one for rounding; in 0.1 s
+
+
+def test_single_steps_leave_no_crane_behind(stepper: Stepper) -> None:
+    """A step that is asked for is taken when the other crane has come as far, and refused with its name before."""
+    host = QuietHost()
+    pace, wire = lockstep(host, stepper, beside="other"), JointWire(SCENE.joint_names, effort=False)
+    stepper.pause(True, "user")
+    stepper.begin()
+
+    def answered_and_seen(k: int, seen: int) -> str:
+        host.queues["joint_commands"].append((JointWire(SCENE.actuated, effort=True).encode(k * PERIOD, ZERO), None))
+        host.queues["/other/joint_states"].append((wire.encode(seen * PERIOD, SCENE.initial_q, SCENE.initial_v), None))
+        return pace.step_once()
+
+    assert answered_and_seen(1, 1) == ""
+    assert answered_and_seen(2, 1) == "other, on the same clock, is behind"
+    assert stepper.plant.k == 1
+    assert answered_and_seen(2, 2) == ""
+    assert stepper.plant.k == 2
+
+
+def test_braking_leaves_no_crane_behind(stepper: Stepper, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While another crane is behind, a crane that brakes stands, serves everyone, and goes on when that has come."""
+    monkeypatch.setattr(braking, "_LOOK", 1e-3)
+    host, asked = QuietHost(), iter([True] * 5 + [False] * 3 + [True] * 100)
+    host.brake = "nobody commands"
+    stepper.begin()
+    reached: list[int] = []
+    pace: Any = SimpleNamespace(level=lambda: next(asked))
+    monkeypatch.setattr(host, "spin", lambda _seconds: reached.append(stepper.plant.k))
+    brake_to_rest(host, stepper, pace, 0.0)  # type: ignore[arg-type]
+    assert reached.count(5) >= 3
+    assert (stepper.plant.k, stepper.fault) == (20, "nobody commands")
+
+
+def test_two_pauses_end_one_by_one(stepper: Stepper, topics: QuietTopics) -> None:
+    """A user's pause outlasts one that a manager of nodes began and ended meanwhile, and the mode says so."""
+    for paused, whose in ((True, "user"), (True, "lifecycle"), (False, "lifecycle")):
+        stepper.pause(paused, whose)
+        assert stepper.paused and topics.modes[-1] == messages.PAUSED
+    stepper.pause(False, "user")
+    assert not stepper.paused and topics.modes[-1] == messages.PLAYING
