@@ -102,7 +102,8 @@ def print_summary(summary: dict[str, Any]) -> None:
     law = summary.get("law") or "none"
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
     table = Table(title=title, show_header=False, title_justify="left")
-    table.add_row("simulated", f"{_number(summary.get('sim_time'))} s in {summary.get('steps')} steps")
+    seconds = f"{_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
+    table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
     for keys in _GROUPS.values():
         table.add_section()
         for key in keys:
@@ -118,7 +119,8 @@ def print_summary(summary: dict[str, Any]) -> None:
     more = summary.get("event_count", 0) - len(summary.get("events", ()))
     if more:
         console.print(f"{'':14}and {more} events more", highlight=False)
-    console.print(f"state sha256  {summary.get('state_sha256')}", highlight=False)
+    if "state_sha256" in summary:
+        console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
     _print_files(console, summary)
 
 
@@ -126,8 +128,9 @@ def _print_files(console: Console, summary: dict[str, Any]) -> None:
     for key in ("recording", "mcap"):
         if summary.get(key):
             console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
-    for part in summary.get("parts", ()):
-        console.print(f"{'part':<13} {part}", highlight=False, soft_wrap=True)
+    for key in ("parts", "bag_parts"):
+        for part in summary.get(key, ()):
+            console.print(f"{key.replace('_', ' ')[:-1]:<13} {part}", highlight=False, soft_wrap=True)
 
 
 def _add_commands(table: Table, summary: dict[str, Any]) -> None:

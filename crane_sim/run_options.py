@@ -27,8 +27,12 @@ _OPTIONS = (
     click.option("--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."),
     click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
     click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
-    click.option("--wait", type=float, help="s without your own node until the run ends (two minutes); 0: never."),
-    click.option("--restart", is_flag=True, help="Replace a controller or recorder that dies."),
+    click.option(
+        "--wait",
+        type=float,
+        help="s without your own node until the run ends (two minutes); 0: never.",
+    ),
+    click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
     click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(WAYS)}."),
     click.option("--fifo", type=int, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )

@@ -41,10 +41,13 @@ def test_two_cranes_end_together(ros_environment: dict[str, str]) -> None:
     example = [sys.executable, HERE.parent / "examples" / "two_cranes.py"]
     with subprocess.Popen(example, env=ros_environment, stdout=subprocess.PIPE, text=True) as run:
         children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
-        while len(nodes := children.read_text().split()) < 2 * len(CRANES):
-            time.sleep(0.05)
-        os.kill(int(nodes[0]), signal.SIGKILL)
-        told = json.loads(run.communicate(timeout=30.0)[0])
+        try:
+            while len(nodes := children.read_text().split()) < 2 * len(CRANES) and run.poll() is None:
+                time.sleep(0.05)
+            os.kill(int(nodes[0]), signal.SIGKILL)
+            told = json.loads(run.communicate(timeout=60.0)[0])
+        finally:
+            run.kill()
     assert run.returncode == 1
     assert set(told) == set(CRANES) and told["harbour"]["error"]
 

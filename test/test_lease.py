@@ -32,17 +32,25 @@ class FakeInbox:
         """Leave nothing behind."""
 
 
+def publisher(gid: bytes) -> SimpleNamespace:
+    """Return what the graph tells of a publisher."""
+    return SimpleNamespace(endpoint_gid=list(gid), node_namespace="/", node_name=gid[:1].decode())
+
+
 class Scenery:
     """Commands with everything around them, of which nothing is a middleware's."""
 
     def __init__(self) -> None:
         """Let there be two publishers, and nobody excused."""
         self.publishers, self.excused = 2, False
+        self.known = [publisher(A), publisher(B)]
         self.queue: deque[tuple[bytes, None]] = deque()  # of the executor's subscription
         self.taken: list[bytes] = []
         handle = SimpleNamespace(get_publisher_count=lambda: self.publishers, take_message=self._take)
         ear = SimpleNamespace(handle=_Entered(handle), topic_name=TOPIC)
-        node = SimpleNamespace(create_subscription=lambda *_, **__: ear, get_publishers_info_by_topic=lambda _: [])
+        node = SimpleNamespace(
+            create_subscription=lambda *_, **__: ear, get_publishers_info_by_topic=lambda _: self.known
+        )
         gate = SimpleNamespace(reject=lambda *_: None)
         stepper = SimpleNamespace(paused=False, warn=lambda *_: None, gate=gate)
         host: Any = SimpleNamespace(node=node)
@@ -77,24 +85,42 @@ class _Entered:
 
 
 @pytest.fixture
-def scenery(monkeypatch: pytest.MonkeyPatch) -> Scenery:
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return the time [s], which stands until it is changed."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    return now
+
+
+@pytest.fixture
+def scenery(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> Scenery:
     """Return commands that two publishers send."""
     monkeypatch.setattr(commands_module, "Inbox", FakeInbox)
     return Scenery()
 
 
-def test_a_slow_commander_who_is_excused_keeps_the_crane(scenery: Scenery) -> None:
+def test_a_slow_commander_who_is_excused_keeps_the_crane(scenery: Scenery, clock: list[float]) -> None:
     """However long his silence, another one's commands count only once he is excused no more, and the lease is over."""
     scenery.send(A, b"first")
     scenery.excused = True
-    time.sleep(1.5 * LEASE)
+    clock[0] += 1.5 * LEASE
     scenery.send(B, b"second")
     scenery.send(A, b"third")
     scenery.excused = False
     scenery.send(B, b"fourth")
-    time.sleep(1.5 * LEASE)
+    clock[0] += 1.5 * LEASE
     scenery.send(B, b"fifth")
     assert scenery.taken == [b"first", b"third", b"fifth"]
+
+
+def test_who_leaves_in_order_leaves_the_crane(scenery: Scenery, clock: list[float]) -> None:
+    """A commander whose publisher is gone has no lease any more, although nobody fails to acknowledge the states."""
+    scenery.excused = True
+    scenery.send(A, b"first")
+    scenery.publishers, scenery.known = 3, [publisher(B), publisher(b"c" * 16), publisher(b"d" * 16)]
+    clock[0] += LEASE  # the next look at the graph
+    scenery.send(B, b"second")
+    assert scenery.taken == [b"first", b"second"]
 
 
 def test_no_command_counts_twice_when_one_publisher_is_left(scenery: Scenery) -> None:

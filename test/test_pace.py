@@ -148,7 +148,7 @@ def test_waiting_is_told_after_the_time_that_is_told(
     pace.run()
     assert waits[0][0] - began >= 0.3
     assert waits[0][1].startswith("no valid command for state 1 within 0.3 s")
-    assert topics.states >= (5 if several else 3)  # 0.3 s at one in 0.05 s, less one for rounding; in 0.1 s
+    assert topics.states >= (4 if several else 2)  # 0.3 s at one in 0.05 s or 0.1 s, less what a busy machine loses
 
 
 def test_single_steps_leave_no_crane_behind(stepper: Stepper) -> None:

@@ -36,10 +36,10 @@ def test_a_drift_is_told_from_noise(fall: float) -> None:
     assert [figure.kept for figure in drift_figures(noisy_rates(fall))] == [True, fall < FALL, True]
 
 
-def test_a_drift_that_cannot_be_told_is_no_kept_promise() -> None:
-    """Where a machine is so restless that nothing follows, the figure that says so is not kept."""
+def test_a_drift_that_cannot_be_told_has_a_wide_interval() -> None:
+    """Where a machine is so restless that nothing follows from the change, the figure beside it says so."""
     draw = random.Random(3)
-    assert not drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].kept
+    assert drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > FALL
 
 
 def test_steps_without_ros_leave_no_memory_behind() -> None:

@@ -37,9 +37,9 @@ def recorded(conductor: Conductor, post: RecorderPost | None, summary: dict[str,
         return summary | nothing
     own = _finished(conductor, post, summary)
     if own is None and post.path:
-        nothing |= recordings(post, summary, min(_WRITE, conductor.left))
+        nothing |= recordings(post, summary, time.monotonic() + min(_WRITE, conductor.left))
     merged = summary | nothing | (own or {})
-    merged |= bags(post, merged.get("mcap"))
+    merged |= bags(post, merged.get("mcap"), time.monotonic() + min(_WRITE, conductor.left))
     merged.setdefault("steps", max(conductor.plant.step, merged["recorded_steps"]))
     if error := summary.get("error", merged.get("error")):  # what the plant says comes first
         return merged | {"error": error}

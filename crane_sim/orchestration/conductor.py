@@ -163,8 +163,7 @@ class Conductor:
         own, silent = self._own_controller, time.monotonic() - self._waiting_since
         if own and silent > _UNANSWERED:
             self._waiting_since = time.monotonic()  # the next one has as long
-            own.holder.send_signal(
-                signal.SIGKILL
-            )  # it lives and does not answer: the way out is the same as for a dead one
+            # It lives and does not answer: the way out is the same as for a dead one.
+            own.holder.send_signal(signal.SIGKILL)
         elif not own and silent > self._patience:
             raise RunError(f"plant: {self.plant.waiting}; that was {self._patience:g} s ago")

@@ -1,5 +1,6 @@
 """The files that recorders left who were killed: recovered where that is possible, and named."""
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -7,14 +8,16 @@ from crane_sim.orchestration.posts import RecorderPost
 from crane_sim.recording.mcap_repair import repair_folder
 from crane_sim.recording.part_names import part_of, unfinished
 
+_PACE = 5e7  # bytes/s of a bag that are read again on a slow machine
 
-def recordings(post: RecorderPost, summary: dict[str, Any], within: float) -> dict[str, Any]:
+
+def recordings(post: RecorderPost, summary: dict[str, Any], until: float) -> dict[str, Any]:
     """Return what the summary says of a recording whose last recorder could not say so itself.
 
     Args:
         post: the recorder's place.
         summary: of the run, without steps where the plant could not say how many it took.
-        within: s for recovering a file; what takes longer stays as it is.
+        until: instant of the monotonic clock [s]; what cannot be recovered by then stays as it is.
     """
     from crane_sim.recording.repair import repair  # needs Rerun
 
@@ -25,22 +28,23 @@ def recordings(post: RecorderPost, summary: dict[str, Any], within: float) -> di
         for part in found:
             part.unlink()  # the run had not begun
         return {}
-    files = [str(_is_part(file) and repair(file, within) or file) for file in found]
+    files = [str(_is_part(file) and repair(file, until - time.monotonic()) or file) for file in found]
     counts = {"recorded_steps": steps, "lost_steps": max(summary.get("steps", 0) - steps, 0)}
     return counts | {"recording": files[-1] if files else None} | ({"parts": files} if files[1:] else {})
 
 
-def bags(post: RecorderPost, last: str | None) -> dict[str, Any]:
+def bags(post: RecorderPost, last: str | None, until: float) -> dict[str, Any]:
     """Return what the summary says of the bag's files, after recovering those of recorders that were killed.
 
     Args:
         post: the recorder's place.
         last: what the last recorder has finished, None where it could not.
+        until: as of `recordings`; the next run to the same path recovers what stays.
     """
     if not post.mcap:
         return {}
     found = _left(post, post.mcap, post.restarts + (0 if last else 1))
-    files = [*filter(None, map(_recovered, found)), *([last] if last else [])]
+    files = [*filter(None, (_recovered(file, until) for file in found)), *([last] if last else [])]
     return {"mcap": files[-1] if files else None} | ({"bag_parts": files} if files[1:] else {})
 
 
@@ -55,9 +59,12 @@ def _is_part(file: Path) -> bool:
     return file.suffix == ".part"
 
 
-def _recovered(file: Path) -> str:
+def _recovered(file: Path, until: float) -> str:
     """Return what has become of a bag; nothing where nothing was saved in it."""
     if not _is_part(file):
+        return str(file)
+    size = sum(grown.stat().st_size for grown in file.iterdir())
+    if size > _PACE * (until - time.monotonic()):
         return str(file)
     try:
         recovered = repair_folder(file)

@@ -17,6 +17,7 @@ DATA_END = 15
 _HEAD = struct.Struct("<BQ")  # kind and length of a record
 _TIMES = struct.Struct("<QQQI")  # of a chunk: first and last time [ns], size and checksum of what is in it
 _LENGTH, _SIZE, _NUMBER = struct.Struct("<I"), struct.Struct("<Q"), struct.Struct("<H")
+_FRONT = _TIMES.size + _LENGTH.size + _SIZE.size  # of a chunk's records: times, an empty word for no compression, size
 _COUNTS = struct.Struct("<QHIIIIQQ")  # of the statistics
 
 
@@ -25,26 +26,19 @@ class Chunk(NamedTuple):
 
     at: int
     length: int
-    body: bytes  # its record without the head
+    span: tuple[int, int]  # times of the first message and the last, ns
     indices: dict[int, int]  # where the index of each channel's messages stands, by channel
     indices_length: int
 
     @property
-    def span(self) -> tuple[int, int]:
-        """Times [ns] of the first message and the last."""
-        first, last, _, _ = _TIMES.unpack_from(self.body)
-        return first, last
+    def size(self) -> int:
+        """Bytes of the records that are in it; they are not compressed."""
+        return self.length - _HEAD.size - _FRONT
 
-    @property
-    def compression(self) -> bytes:
-        """How its records are compressed, with the length in front; none at all where it is empty."""
-        (length,) = _LENGTH.unpack_from(self.body, _TIMES.size)
-        return self.body[_TIMES.size : _TIMES.size + _LENGTH.size + length]
-
-    @property
-    def records(self) -> bytes:
-        """What is in it."""
-        return self.body[_TIMES.size + len(self.compression) + _SIZE.size :]
+    def records(self, file: BinaryIO) -> bytes:
+        """Return what is in it."""
+        file.seek(self.at + _HEAD.size + _FRONT)
+        return file.read(self.size)
 
 
 def scanned(file: BinaryIO) -> tuple[int, list[Chunk]]:
@@ -61,26 +55,25 @@ def scanned(file: BinaryIO) -> tuple[int, list[Chunk]]:
         if kind in (DATA_END, FOOTER) or behind > size:
             break
         if kind == CHUNK:
-            chunks.append(Chunk(end, behind - end, file.read(length), {}, 0))
+            first, last, _, _ = _TIMES.unpack(file.read(_TIMES.size))
+            chunks.append(Chunk(end, behind - end, (first, last), {}, 0))
         elif kind == MESSAGE_INDEX and chunks:
             (channel,) = _NUMBER.unpack(file.read(_NUMBER.size))
-            last = chunks[-1]
-            chunks[-1] = last._replace(
-                indices=last.indices | {channel: end}, indices_length=last.indices_length + behind - end
-            )
+            chunks[-1].indices[channel] = end
+            chunks[-1] = chunks[-1]._replace(indices_length=chunks[-1].indices_length + behind - end)
         end = behind
     return end, chunks
 
 
-def ending(end: int, chunks: list[Chunk]) -> bytes:
+def ending(file: BinaryIO, end: int, chunks: list[Chunk]) -> bytes:
     """Return what closes a file whose records end at `end`: index and footer, without checksums.
 
-    The chunks are not compressed, and one of them has messages.
+    The chunks are not compressed, and one of them has messages; of the file one is read at a time.
     """
     definitions = {SCHEMA: dict[int, bytes](), CHANNEL: dict[int, bytes]()}
     counts = Counter[int]()
     for chunk in chunks:
-        for kind, body in _records(chunk.records):
+        for kind, body in _records(chunk.records(file)):
             (number,) = _NUMBER.unpack_from(body)
             if kind == MESSAGE:
                 counts[number] += 1
@@ -114,8 +107,7 @@ def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], 
 
 def _chunk_index(chunk: Chunk) -> bytes:
     place = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
-    size = len(chunk.records)
-    sizes = chunk.compression + struct.pack("<QQ", size, size)
+    sizes = _LENGTH.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)
     return _record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
 
 

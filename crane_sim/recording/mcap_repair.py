@@ -41,7 +41,8 @@ def _closed(path: Path) -> bool:
         end, chunks = scanned(file)
         found = any(chunk.indices for chunk in chunks)
         if found:
+            behind = ending(file, end, chunks)
             file.seek(end)
             file.truncate()
-            file.write(ending(end, chunks))
+            file.write(behind)
         return found

@@ -56,6 +56,7 @@ class Commands:
         }
         self._inboxes: dict[str, Inbox] = {}
         self._told, self._line = (b"", b""), ""  # who was refused for whom, and the words for it
+        self._there: set[bytes] = set()  # who published at the last look, while there were several
         self._heard = self._looked = self._refused = 0.0
 
     @property
@@ -121,6 +122,11 @@ class Commands:
             self._open()
         elif count < 2 and self._inboxes:
             self._close()
+        if self._inboxes:
+            there = set(self._publishers())
+            if self._helm.commander in self._there - there:
+                self._helm.commander = b""  # he has left in order: nobody need wait for the end of his lease
+            self._there = there
         if count == 1 and (publishers := self._publishers()):
             self._helm.commander = next(iter(publishers))
         if now - self._refused > _MEMORY:

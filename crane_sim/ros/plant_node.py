@@ -70,7 +70,7 @@ class PlantNode:
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         self._stepper = Stepper(scene, plant, self._topics, host.pipes, largest)
-        warm_up(plant, braking=settings.mode == "realtime" and settings.on_silence == "brake")
+        warm_up(plant, braking=settings.mode == "realtime")  # on silence, or when nobody will command any more
         self._pace = self._chosen_pace()
         self._services = PlantServices(host, self._stepper, self._pace, settings)
         self._faults = FaultServices(host.node, self._stepper.plant)

@@ -25,6 +25,7 @@ class Part(NamedTuple):
     how: str
     keeps: tuple[str, ...] = ()  # what the plot is drawn of
     draw: Callable[[dict[str, Any], Path], None] | None = None
+    series: bool = False  # they are looks at one thing, of which some may be left out
 
 
 PARTS = {
@@ -40,10 +41,12 @@ PARTS = {
     ),
     "signals": Part(
         "Runs that are interrupted",
-        "Each run is a `crane run` of its own in real time, and gets SIGINT or SIGTERM at a random instant: a fifth of "
+        "Each run is a `crane run` of its own, in turn in real time, in lockstep, with `--restart` and with `--mcap`, "
+        "and gets SIGINT or SIGTERM at a random instant: a fifth of "
         "them in the first 100 ms, a tenth with an empty cache, while the equations are being compiled; a third get "
         "a second signal. Complaints are: a process that outlives its run, a traceback, a part of a file, a recording "
-        "that is not whole, or a last effort other than zero, as the witness heard it.",
+        "that is not whole, a last effort other than zero, as the witness heard it, or an exit code other than 1. The "
+        "signal's own is one only within the first 100 ms, while the shell of the start script is still there.",
         ("at", "took", "fresh", "code"),
         plots.draw_signals,
     ),
@@ -51,10 +54,11 @@ PARTS = {
         "Long runs over ROS",
         "One lockstep run with plant, controller and recorder, as fast as it goes, looked at once a second. The rate "
         "is judged after the warm-up: the run is cut into thirty stretches, each counts with its median, and the "
-        "change is the median slope between all pairs of them (Theil and Sen) over the whole run. A change that is "
-        "not told from the machine's own unrest is no proof, so its interval is bounded as well.",
+        "change is the median slope between all pairs of them (Theil and Sen) times its length. Half its "
+        "95 % interval is what the machine's own unrest may have made of it.",
         ("seconds", "steps_per_second", "memory_MB"),
         plots.draw_memory,
+        series=True,
     ),
     "inprocess": Part(
         "Long runs without ROS",
@@ -62,6 +66,7 @@ PARTS = {
         "again and again. Memory is counted from the first of 25 looks on, the rate is judged in the same way.",
         ("Plant.advance", "simulate"),
         plots.draw_inprocess,
+        series=True,
     ),
     "determinism": Part(
         "One scene, one run",

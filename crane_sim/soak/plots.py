@@ -38,11 +38,12 @@ def draw_kill(data: dict[str, Any], file: Path) -> None:
     back = np.sort([np.inf if value is None else value for value in data["back_s"]])
     share = 100.0 * np.arange(1, len(back) + 1) / len(back)
     figure, (axes,) = _panels(1, "s from the kill until the next controller's command is applied")
-    axes.step(back[np.isfinite(back)], share[np.isfinite(back)], where="post", color=COLOURS[1])
+    found = np.isfinite(back)
+    axes.step([0.0, *back[found]], [0.0, *share[found]], where="post", color=COLOURS[1])
     axes.axvline(HALF, color=PROMISED, linewidth=0.8, linestyle=":", label="promised for half of them")
     axes.axvline(ALL, color=PROMISED, linewidth=0.8, linestyle="--", label="promised for all")
     axes.set_xlim(left=0.0)
-    _finish(figure, (axes, "% of the kills"), None, file)
+    _finish(figure, (axes, "% of the controllers"), None, file)
 
 
 def draw_signals(data: dict[str, Any], file: Path) -> None:
@@ -54,7 +55,8 @@ def draw_signals(data: dict[str, Any], file: Path) -> None:
         (COLOURS[1], ~fresh & ~late, "interrupted"),
         (COLOURS[0], fresh & ~late, "nothing compiled yet"),
     ):
-        axes.plot(at[chosen], took[chosen], "o", color=colour, markersize=3.5, label=label)
+        if chosen.any():
+            axes.plot(at[chosen], took[chosen], "o", color=colour, markersize=3.5, label=label)
     axes.axhline(LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised")
     axes.set_ylim(bottom=0.0)
     _finish(figure, (axes, "s until the end"), None, file)

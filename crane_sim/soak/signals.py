@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from crane_sim import load_scene
 from crane_sim.catalogue import config_folder
 from crane_sim.orchestration.children import reserved_domain
-from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.soak.figures import Figure, at_most, equal, quantiles
+from crane_sim.soak.remains import of_bag, of_recording
 from crane_sim.soak.witness import Account, witness
 
 SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
@@ -62,14 +62,14 @@ class End(NamedTuple):
 
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:
     """Return so many interruptions of runs that usually take `usual` seconds."""
-    draw = random.Random(seed)
+    draw, ways = random.Random(seed), list(WAYS)
     found = []
     for i in range(count):
         fresh = i % 10 == 3
         span = _EARLY if i % 5 == 0 else 8.0 if fresh else usual + 0.3
         again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
         number = draw.choice((signal.SIGINT, signal.SIGTERM))
-        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh, list(WAYS)[i % len(WAYS)]))
+        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh, ways[(i + i // 10) % len(ways)]))
     return found
 
 
@@ -111,10 +111,17 @@ def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
         with subprocess.Popen(command, env=env, cwd=folder, **pipes) as process:
             took = _signalled(process, how, account)
             _, errors = process.communicate()
-        complaints = [*_orphans(mark), *_recording(recording), *_bag(Path(folder, "run.mcap"), recording)]
+        complaints = [*_orphans(mark), *of_recording(recording), *of_bag(Path(folder, "run.mcap"), recording)]
         complaints += _last_effort(account, way.duration)
         complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
+        complaints += _exit_code(how, process.returncode)
         return End(took, process.returncode, tuple(complaints))
+
+
+def _exit_code(how: Interruption | None, code: int) -> list[str]:
+    """Return a complaint where a run ended neither with its own code, nor in the shell that starts it."""
+    in_shell = how is not None and how.at < _EARLY and code == -how.number
+    return [] if code in (0, 1) or in_shell else [f"exit code {code}"]
 
 
 def _crane() -> str:
@@ -158,32 +165,6 @@ def _orphans(mark: str) -> list[str]:
         except OSError:
             continue
     return found
-
-
-def _recording(path: Path) -> list[str]:
-    """Return what is wrong with a recording; there may be none, but no part of one."""
-    left = [f"left: {file.name}" for file in path.parent.glob("*.part")]
-    if not path.exists():
-        return left
-    summary = read_summary(path)
-    if not summary["recorded_steps"]:
-        return left
-    steps = read_curves(path, "plots/q").step.tolist()
-    whole = steps == list(range(1, summary["recorded_steps"] + 1)) and not summary["lost_steps"]
-    return left if whole else [*left, f"recording: {len(steps)} steps, summary {summary['recorded_steps']}"]
-
-
-def _bag(path: Path, recording: Path) -> list[str]:
-    """Return what a bag lacks that the recording has."""
-    if not (path.exists() and recording.exists()):
-        return []
-    from rosbags.rosbag2 import Reader  # not everyone has it
-
-    with Reader(path) as bag:
-        found = {connection.topic.rpartition("/")[2]: connection.msgcount for connection in bag.connections}
-    steps = read_summary(recording)["recorded_steps"]
-    whole = found["joint_states"] > steps and found["applied_effort"] >= steps
-    return [] if whole or not steps else [f"bag: {found} messages, the recording has {steps} steps"]
 
 
 def _last_effort(account: Account, duration: float) -> list[str]:

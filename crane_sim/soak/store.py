@@ -28,7 +28,8 @@ def save(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, 
     Raises:
         SceneError: the folder cannot be written, or holds something else by these names.
     """
-    kept = thinned({name: data[name] for name in PARTS[part].keeps})
+    kept = {name: data[name] for name in PARTS[part].keeps}
+    kept = thinned(kept) if PARTS[part].series else kept
     document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
