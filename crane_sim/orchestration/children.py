@@ -17,6 +17,7 @@ from crane_sim.catalogue import config_folder
 from crane_sim.orchestration.processes import Forked, Process
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
+_RERUN_SAYS = "warn,re_log_encoding::rrd::file_sink=error"  # not that a long recording has no footer: that is meant
 _BIRTH = 0.5  # s in which a process that was just forked says so, or is ended with its nursery
 
 
@@ -73,7 +74,7 @@ def environment(domain: int, log_folder: Path) -> dict[str, str]:
         "FASTDDS_DEFAULT_PROFILES_FILE": profile,  # Kilted
         "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
     }
-    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder)}
+    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder), "RUST_LOG": _RERUN_SAYS}
     inherited = {key: value for key, value in os.environ.items() if key != "ROS_LOCALHOST_ONLY"}
     return defaults | inherited | ours
 

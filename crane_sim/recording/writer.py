@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 APPLICATION = "crane_sim"
 MODES = {"stopped": (110, 118, 128), "playing": (60, 150, 90), "paused": (200, 140, 40), "quitting": (110, 118, 128)}
 FLUSH_SECONDS = 5.0
+INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
 
 
 class RecordingError(RuntimeError):
@@ -143,7 +144,8 @@ def _claim(part: Path) -> BufferedIOBase:
 
 
 def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live_port: int | None) -> None:
-    sinks: list[rr.FileSink | rr.GrpcServerSink] = [rr.FileSink(str(part))]
+    indexed = layout.properties["duration"] <= INDEXED
+    sinks: list[rr.FileSink | rr.GrpcServerSink] = [rr.FileSink(str(part), write_footer=indexed)]
     if live_port is not None:
         sinks.append(rr.GrpcServerSink("127.0.0.1", live_port))
     rec.set_sinks(*sinks, default_blueprint=blueprint(layout))
