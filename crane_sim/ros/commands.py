@@ -79,7 +79,7 @@ class Commands:
             return self.poll()
         for topic, ear in self._ears.items():
             kind, take = self._takers[topic]
-            if data := _taken(ear, kind):
+            if data := messages.taken(ear, kind):
                 self._on_message(take, data)
                 return True
         return False
@@ -150,7 +150,7 @@ class Commands:
 
     def _close(self) -> None:
         for topic, ear in self._ears.items():
-            while _taken(ear, self._takers[topic][0]):
+            while messages.taken(ear, self._takers[topic][0]):
                 pass  # the inboxes have it, too, and know whose it is
         self.poll()
         for inbox in self._inboxes.values():
@@ -175,10 +175,3 @@ class Commands:
             for ear in self._ears.values()
             for info in self._node.get_publishers_info_by_topic(ear.topic_name)
         }
-
-
-def _taken(ear: Subscription, kind: Any) -> bytes:
-    """Return a message that waits, taken without the executor, empty where there is none."""
-    with ear.handle:
-        taken = ear.handle.take_message(kind, True)
-    return taken[0] if taken else b""

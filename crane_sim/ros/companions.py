@@ -39,10 +39,8 @@ class Companions:
     def fetch(self) -> bool:
         """Take a state that waits, without the executor; False where there is none."""
         for name, states in self._states.items():
-            with states.handle:
-                taken = states.handle.take_message(JointState, True)
-            if taken:
-                self._note(name, taken[0])
+            if data := messages.taken(states, JointState):
+                self._note(name, data)
                 return True
         return False
 

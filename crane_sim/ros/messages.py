@@ -1,11 +1,12 @@
 """Topic names, QoS profiles and message helpers that the nodes share."""
 
 from collections.abc import Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -20,6 +21,13 @@ SENSOR = qos_profile_sensor_data
 SECOND = 1_000_000_000  # ns
 LEASE = 2.0
 """s after which the middleware no longer counts a dead peer, as the profile in `config/` has it."""
+
+
+def taken(subscription: Subscription, kind: Any) -> bytes:
+    """Return a serialized message that waits, taken without the executor, empty where there is none."""
+    with subscription.handle:
+        found = subscription.handle.take_message(kind, True)
+    return found[0] if found else b""
 
 
 def nanoseconds(stamp: Time) -> int:

@@ -58,7 +58,6 @@ def draw_signals(data: dict[str, Any], file: Path) -> None:
         if chosen.any():
             axes.plot(at[chosen], took[chosen], "o", color=colour, markersize=3.5, label=label)
     axes.axhline(LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised")
-    axes.set_ylim(bottom=0.0)
     _finish(figure, (axes, "s until the end"), None, file)
 
 
