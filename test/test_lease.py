@@ -52,7 +52,8 @@ class Scenery:
             create_subscription=lambda *_, **__: ear, get_publishers_info_by_topic=lambda _: self.known
         )
         gate = SimpleNamespace(reject=lambda *_: None)
-        stepper = SimpleNamespace(paused=False, warn=lambda *_: None, gate=gate)
+        self.warnings: list[str] = []
+        stepper = SimpleNamespace(paused=False, warn=self._warn, gate=gate)
         host: Any = SimpleNamespace(node=node)
         told: Any = stepper
         takers = {TOPIC: (bytes, self.taken.append)}
@@ -65,6 +66,10 @@ class Scenery:
         inbox.letters.append(Letter(data, sender))
         self.commands.look()
         self.commands.poll()
+
+    def _warn(self, line: str, _: str) -> None:
+        if line != (self.warnings or [""])[-1]:
+            self.warnings.append(line)
 
     def _take(self, *_: Any) -> tuple[bytes, None] | None:
         return self.queue.popleft() if self.queue else None
@@ -132,3 +137,44 @@ def test_no_command_counts_twice_when_one_publisher_is_left(scenery: Scenery) ->
     assert not scenery.commands.several
     assert not scenery.commands.fetch()
     assert scenery.taken == [b"first"]
+
+
+def test_a_name_that_the_graph_learns_late_is_told(scenery: Scenery, clock: list[float]) -> None:
+    """Who is refused before his node's name is known is named as soon as it is, however fast he goes on."""
+    scenery.known[1] = SimpleNamespace(endpoint_gid=list(B), node_namespace="?", node_name="_NODE_NAME_UNKNOWN_")
+    scenery.send(A, b"first")
+    for _ in range(100):
+        scenery.send(B, b"an intruder's")
+        clock[0] += 0.01
+        scenery.send(A, b"another")
+        scenery.known[1] = publisher(B)
+    nameless, named = scenery.warnings
+    assert nameless == "command of a node without a name refused: /a commands"
+    assert named == "command of /b refused: /a commands"
+
+
+def test_intruders_in_turn_are_one_warning(scenery: Scenery, clock: list[float]) -> None:
+    """However many there are, and whoever sends the newest command: a warning comes only with a new one."""
+    third = b"c" * 16
+    scenery.known.append(publisher(third))
+    scenery.send(A, b"first")
+    for _ in range(100):
+        scenery.send(B, b"an intruder's")
+        scenery.send(third, b"another's")
+        clock[0] += 0.01
+        scenery.send(A, b"another")
+    assert scenery.warnings == [f"command of {who} refused: /a commands" for who in ("/b", "/b and /c")]
+    clock[0] += 3.0
+    scenery.send(A, b"last")
+    assert scenery.warnings[-1] == ""
+
+
+def test_who_was_refused_and_has_the_crane_now_is_no_intruder(scenery: Scenery, clock: list[float]) -> None:
+    """The warning of him ends as soon as the crane is his."""
+    scenery.send(A, b"first")
+    scenery.send(B, b"second")
+    clock[0] += 1.5 * LEASE
+    scenery.send(B, b"third")
+    clock[0] += LEASE
+    scenery.send(B, b"fourth")
+    assert scenery.warnings == ["command of /b refused: /a commands", ""]

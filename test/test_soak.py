@@ -78,9 +78,9 @@ def test_overruns_in_real_time_are_told_truly() -> None:
     assert plant["steps"] == 3000
     assert named["overruns, the plant's own count"].value == plant["deadline_misses"]
     assert named["overruns, the subscriber's count"].value == sum(data["counted"])
-    if plant["deadline_misses"] > 150:  # 5 %: then many are so close to the deadline that the two may differ
-        pytest.skip(f"a busy machine: {plant['deadline_misses']} of 3000 steps were late")
-    assert named["their difference, of all steps"].kept
+    (counted,), (unclear,) = data["counted"], data["unclear"]
+    # 3 of 3000: a machine that stalls a step behind its last message
+    assert counted <= plant["deadline_misses"] <= counted + unclear + 3
 
 
 KEPT, BROKEN = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha256", 2, 1)

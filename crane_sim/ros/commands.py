@@ -11,6 +11,7 @@ from typing import Any
 
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from crane_sim.ros import messages
 from crane_sim.ros.helm import Helm
@@ -24,6 +25,9 @@ _MOST = 1000  # messages handed on at a time: others want to be served, too
 _QOS = QoSProfile(depth=1000)  # of inboxes, where one sender must not push another one's messages out at once
 _LOOK = 0.1  # s between two looks at who publishes
 _MEMORY = 2.0  # s for which a refused commander is warned of
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"  # rmw's word
+_GONE = "a node that left"
+_UNNAMED = "a node without a name"  # none of ROS, or one whose name is still on its way
 
 
 class Commands:
@@ -55,9 +59,10 @@ class Commands:
             for topic, (kind, take) in takers.items()
         }
         self._inboxes: dict[str, Inbox] = {}
-        self._told, self._line = (b"", b""), ""  # who was refused for whom, and the words for it
-        self._there: set[bytes] = set()  # who published at the last look, while there were several
-        self._heard = self._looked = self._refused = 0.0
+        self._refused: dict[bytes, float] = {}  # who was refused lately, and when the last time
+        self._line = ""  # the words for it
+        self._there: dict[bytes, str] = {}  # who published at the last look, while there were several, and his name
+        self._heard = self._looked = 0.0
 
     @property
     def several(self) -> bool:
@@ -123,14 +128,14 @@ class Commands:
         elif count < 2 and self._inboxes:
             self._close()
         if self._inboxes:
-            there = set(self._publishers())
-            if self._helm.commander in self._there - there:
+            there = self._publishers()
+            if self._helm.commander in self._there.keys() - there.keys():
                 self._helm.commander = b""  # he has left in order: nobody need wait for the end of his lease
             self._there = there
         if count == 1 and (publishers := self._publishers()):
             self._helm.commander = next(iter(publishers))
-        if now - self._refused > _MEMORY:
-            self._stepper.warn("", "commander")
+        self._refused = {who: when for who, when in self._refused.items() if now - when < _MEMORY}
+        self._tell()
 
     def _on_message(self, take: Taker, data: bytes) -> None:
         if self._inboxes:
@@ -158,20 +163,31 @@ class Commands:
         self._inboxes = {}
 
     def _refuse(self, sender: bytes) -> None:
-        """Count it; say so where it is news, since there may be thousands in a second."""
-        now, both = time.monotonic(), (sender, self._helm.commander)
-        if both != self._told or now - self._refused > _MEMORY:
-            self._told, names = both, self._publishers()
-            intruder, commander = (names.get(who, "a node that left") for who in both)
-            self._line = f"command of {intruder} refused: {commander} commands"
-        self._refused = now
+        """Count it; say so at once where he is new, since there may be thousands in a second."""
+        known = sender in self._refused
+        self._refused[sender] = time.monotonic()
+        if not known:
+            self._there |= self._publishers()
+            self._tell()
         self._stepper.gate.reject("commander", self._line)
-        self._stepper.warn(self._line, "commander")
+
+    def _tell(self) -> None:
+        """Say who was refused lately; again with every look, since the graph may know a node before its name."""
+        self._refused.pop(self._helm.commander, None)  # the crane is his by now
+        if self._refused:
+            intruders = " and ".join(sorted({self._there.get(who, _GONE) for who in self._refused}))
+            self._line = f"command of {intruders} refused: {self._there.get(self._helm.commander, _GONE)} commands"
+        self._stepper.warn(self._line if self._refused else "", "commander")
 
     def _publishers(self) -> dict[bytes, str]:
         """Return the full node names of all publishers by their identifiers."""
         return {
-            bytes(info.endpoint_gid): f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+            bytes(info.endpoint_gid): _full_name(info)
             for ear in self._ears.values()
             for info in self._node.get_publishers_info_by_topic(ear.topic_name)
         }
+
+
+def _full_name(publisher: TopicEndpointInfo) -> str:
+    unknown = publisher.node_name == _UNKNOWN
+    return _UNNAMED if unknown else f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"

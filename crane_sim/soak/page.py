@@ -78,8 +78,8 @@ PARTS = {
     "realtime": Part(
         "Real time at 1 kHz",
         "Rounds of ten seconds, in turn: a loop that only sleeps until its next deadline, then plant and controller. "
-        "Rate and overruns are also counted by the witness, from when the states were sent; the plant's punctuality is "
-        "judged by that of the bare loop in the same round, because the machine is the same for both.",
+        "Rate and overruns are also counted by the witness, from when states and efforts were sent; the plant's "
+        "punctuality is judged by that of the bare loop in the same round, because the machine is the same for both.",
     ),
 }
 
