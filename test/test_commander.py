@@ -17,6 +17,7 @@ from crane_sim.ros.helm import Helm
 from crane_sim.ros.messages import LEASE
 
 FOREIGN = Path(__file__).with_name("foreign_commander.py")
+LONG = f"command_lease:={LEASE}"  # s: where others keep the cores busy, a process may well stand still for 0.3 s
 A, B = b"a" * 16, b"b" * 16
 
 
@@ -57,7 +58,7 @@ def bench(
     """Yield a listener and the environment of nodes beside a running plant, which nobody commands so far."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
-    options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0")
+    options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0", LONG)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
         ours.node.destroy_publisher(ours.commands)
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
@@ -72,7 +73,7 @@ def applied(ours: Remote, effort: float) -> bool:
 
 
 def test_two_commanders(bench: tuple[Remote, dict[str, str]]) -> None:
-    """The second of two real processes is refused by its name; when the first is killed it has the crane at once."""
+    """The second of two real processes is refused by name; when the first is killed it has the crane, lease over."""
     ours, env = bench
     with commander(env, "first", 1.0) as first:
         wait_until(lambda: applied(ours, 1.0))
@@ -85,6 +86,5 @@ def test_two_commanders(bench: tuple[Remote, dict[str, str]]) -> None:
             os.kill(first.pid, signal.SIGKILL)
             killed = time.monotonic()
             wait_until(lambda: applied(ours, 2.0))
-            # s; the middleware takes LEASE to notice a death: it was the commander's lease of 0.3 s, on a busy machine
-            assert time.monotonic() - killed < LEASE
+            assert time.monotonic() - killed < 2.0 * LEASE  # s; the lease, and as much again on a busy machine
             wait_until(lambda: ours.warnings[-1][1] == "running")
