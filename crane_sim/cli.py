@@ -18,6 +18,9 @@ def main() -> int:
         return app(standalone_mode=False) or 0
     except SceneError as error:
         return _fail(str(error), 2)
+    except click.exceptions.NoArgsIsHelpError as error:
+        print(error.format_message(), file=sys.stderr)
+        return 2
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
     except click.Abort:  # a RuntimeError as well
@@ -35,7 +38,10 @@ def _fail(message: str, code: int) -> int:
     if "--json" in sys.argv:
         import json
 
-        print(json.dumps({"error": message}), flush=True)
+        try:
+            print(json.dumps({"error": message}), flush=True)
+        except OSError:  # no room there: what is still to be written at exit must not fail once more
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(f"crane: {message}", file=sys.stderr, flush=True)
     return code
 

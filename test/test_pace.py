@@ -9,6 +9,7 @@ import pytest
 
 from crane_sim import load_scene
 from crane_sim.ros import braking, messages
+from crane_sim.ros import lockstep as lockstep_module
 from crane_sim.ros.braking import brake_to_rest
 from crane_sim.ros.lockstep import Lockstep
 from crane_sim.ros.stepper import Stepper
@@ -182,6 +183,31 @@ def test_braking_leaves_no_crane_behind(stepper: Stepper, monkeypatch: pytest.Mo
     brake_to_rest(host, stepper, pace, 0.0)  # type: ignore[arg-type]
     assert reached.count(5) >= 3
     assert (stepper.plant.k, stepper.fault) == (20, "nobody commands")
+
+
+def test_braking_waits_for_nobody_for_ever(stepper: Stepper, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A crane on the same clock that never comes is left behind once, after so long, and the run ends."""
+    monkeypatch.setattr(braking, "_ALONE", 0.05)
+    host = QuietHost()
+    host.brake = "nobody commands"
+    stepper.begin()
+    pace: Any = SimpleNamespace(level=lambda: False)
+    began = time.monotonic()
+    brake_to_rest(host, stepper, pace, 0.0)  # type: ignore[arg-type]
+    assert 0.05 <= time.monotonic() - began < 0.5  # s: once, not again with each of its 20 steps
+    assert (stepper.plant.k, stepper.fault) == (20, "nobody commands")
+
+
+def test_a_crane_that_brakes_tells_those_behind_again(
+    stepper: Stepper, topics: QuietTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While another crane is behind, the present state is sent again now and then: that one may have missed it."""
+    monkeypatch.setattr(lockstep_module, "_COMPANY", 0.0)
+    pace = lockstep(QuietHost(), stepper, beside="other")
+    stepper.begin()
+    sent = topics.states
+    assert not pace.level()
+    assert topics.states == sent + 1
 
 
 def test_two_pauses_end_one_by_one(stepper: Stepper, topics: QuietTopics) -> None:

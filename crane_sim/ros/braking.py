@@ -8,13 +8,14 @@ from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
 _LIMIT = 30.0  # simulated s after which a crane that still moves is left to itself
+_ALONE = 30.0  # s of wall time in a row after which a crane on the same clock that is behind is waited for no more
 _LOOK = 0.02  # s of wall time between two looks at services and pipes
 
 
 def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> None:
     """Brake, at one step per `period` [s] of wall time or as fast as it goes (0); leaves the run with a fault.
 
-    Cranes on the same clock are waited for, as `pace` does.
+    Cranes on the same clock are waited for, as `pace` does, but not for ever: the run is to end.
     """
     plant = stepper.plant
     last = plant.k + ceil(_LIMIT / stepper.scene.period)
@@ -22,9 +23,11 @@ def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> No
     stepper.go_on()
     stepper.warn(f"{host.brake}: the brakes act until the crane rests", "commands")
     nobody = (0.0,) * len(stepper.scene.actuated) if stepper.scene.sampled else None
-    due = look = time.monotonic()
+    due = look = level = time.monotonic()
     while stepper.running and plant.k < last and not plant.at_rest and not host.stopping:
-        if not pace.level():
+        if pace.level():
+            level = time.monotonic()
+        elif time.monotonic() - level < _ALONE:
             host.spin(_LOOK)
             stepper.heartbeat()
             continue

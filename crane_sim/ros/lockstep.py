@@ -52,8 +52,11 @@ class Lockstep:
                 self._repeat()
 
     def level(self) -> bool:
-        """See `Pace`."""
-        return not self._companions.behind(self._stepper.stamp)
+        """See `Pace`; a crane that is behind may have missed this one's state, which is sent again now and then."""
+        behind = self._companions.behind(self._stepper.stamp)
+        if behind and time.monotonic() - self._sent > _COMPANY:
+            self._repeat()
+        return not behind
 
     def step_once(self) -> str:
         """See `Pace`; waits a little for the controller's answer to the present state, and for other cranes."""

@@ -13,6 +13,7 @@ from crane_sim.run_options import check_folder
 from crane_sim.soak.figures import Figure
 
 _OUTPUT = ("as_json", "folder")  # options that change no figure
+_Command = Callable[..., None]
 _Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
 
 
@@ -22,15 +23,18 @@ def soak() -> None:
 
 
 _seed = click.option("--seed", type=int, default=0, help="Of the random instants.")
-_as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-_save = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data there.")
+
+
+def _output(command: _Command) -> _Command:
+    """Add the options of what becomes of the figures."""
+    command = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data there.")(command)
+    return click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")(command)
 
 
 @soak.command()
 @click.option("--count", type=click.IntRange(2), default=200, help="Kills.")
 @_seed
-@_as_json
-@_save
+@_output
 def kill(count: int, seed: int, **output: Any) -> None:
     """SIGKILL on controller and recorder in turn, at random instants of one run with --restart."""
     from crane_sim.soak.kill import soak as measure
@@ -41,8 +45,7 @@ def kill(count: int, seed: int, **output: Any) -> None:
 @soak.command()
 @click.option("--count", type=click.IntRange(1), default=50, help="Runs.")
 @_seed
-@_as_json
-@_save
+@_output
 def signals(count: int, seed: int, **output: Any) -> None:
     """SIGINT and SIGTERM at random instants of the start, the run and the shutdown of `crane run`."""
     from crane_sim.soak.signals import soak as measure
@@ -52,8 +55,7 @@ def signals(count: int, seed: int, **output: Any) -> None:
 
 @soak.command()
 @click.option("--minutes", type=click.FloatRange(0.1), default=30.0, help="Of wall time.")
-@_as_json
-@_save
+@_output
 def memory(minutes: float, **output: Any) -> None:
     """Resident memory of the nodes, and their rate, over a long lockstep run."""
     from crane_sim.soak.memory import soak as measure
@@ -63,8 +65,7 @@ def memory(minutes: float, **output: Any) -> None:
 
 @soak.command()
 @click.option("--steps", type=click.FloatRange(1e4), default=1e7, help="Control periods.")
-@_as_json
-@_save
+@_output
 def inprocess(steps: float, **output: Any) -> None:
     """Resident memory and rate of `Plant.advance` and `simulate`, without ROS."""
     from crane_sim.soak.inprocess import soak as measure
@@ -74,8 +75,7 @@ def inprocess(steps: float, **output: Any) -> None:
 
 @soak.command()
 @click.option("--count", type=click.IntRange(2), default=50, help="Runs.")
-@_as_json
-@_save
+@_output
 def determinism(count: int, **output: Any) -> None:
     """One scene over processes, executors and load: every run has the same state_sha256."""
     from crane_sim.soak.determinism import soak as measure
@@ -85,8 +85,7 @@ def determinism(count: int, **output: Any) -> None:
 
 @soak.command()
 @click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Of real time.")
-@_as_json
-@_save
+@_output
 def realtime(seconds: float, **output: Any) -> None:
     """1 kHz in real time: rate, overruns against a subscriber's count, punctuality against a loop that only sleeps."""
     from crane_sim.soak.realtime import soak as measure
@@ -109,14 +108,14 @@ def _tell(measure: _Measure, as_json: bool, folder: str | None) -> None:
     check_folder(folder)
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
         figures, data = measure()
-    if as_json:
-        print(json.dumps({"part": part, "figures": [figure._asdict() for figure in figures], "data": data}))
-    else:
-        Console().print(_table(part, figures))
     if folder is not None:
         from crane_sim.soak.store import save
 
         save(part, _command_line(part), figures, data, Path(folder))
+    if as_json:
+        print(json.dumps({"part": part, "figures": [figure._asdict() for figure in figures], "data": data}))
+    else:
+        Console().print(_table(part, figures))
     if not all(figure.kept for figure in figures):
         raise SystemExit(1)
 
