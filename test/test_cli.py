@@ -50,6 +50,22 @@ def test_bad_input_is_one_line_and_exit_2(arguments: list[str], line: str) -> No
     assert len(done.stderr.strip().splitlines()) == 1
 
 
+def test_a_group_without_a_command_shows_its_usage() -> None:
+    """Who asks for nothing is shown what there is, as --help has it, on stderr, with exit code 2."""
+    done = crane("soak")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.strip() == crane("soak", "--help").stdout.strip()
+
+
+def test_a_full_disk_behind_stdout_is_one_line() -> None:
+    """Where not even the error can be printed as JSON, stderr still has it in one line, and no traceback."""
+    with Path("/dev/full").open("w") as full:
+        command = [str(CRANE), "simulate", "nowhere", "--json"]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in done.stderr
+
+
 def test_json_carries_the_error_too() -> None:
     """With --json, a failure is an object with the key `error` on stdout as well."""
     done = crane("simulate", "nowhere", "--json")

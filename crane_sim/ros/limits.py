@@ -19,18 +19,21 @@ def largest_efforts(scene: Scene, given: float = 0.0) -> tuple[float, ...]:
     """
     if given:
         return (given,) * len(scene.actuated)
-    bounds = []
-    for joint, unit in zip(scene.actuated, scene.effort_units, strict=True):
-        inertia, load = _asked(scene, scene.joint_names.index(joint))
-        bounds.append(_HARD * inertia + _LOADS * load if unit in ("N m", "N") else _HARD)
-    return tuple(bounds)
+    inertia, load = _asked(scene)
+    bounds = np.where(np.isin(scene.effort_units, ("N m", "N")), _HARD * inertia + _LOADS * load, _HARD)
+    return tuple(bounds.tolist())
 
 
-def _asked(scene: Scene, i: int) -> tuple[float, float]:
-    """Return the inertia of joint i with all that it carries, and what gravity asks of it, at the initial posture."""
-    q, v = np.tile(scene.initial_q, (4, 1)), np.zeros((4, len(scene.joint_names)))
-    q[:2, i] += _APART, -_APART
-    v[2, i] = 1.0
-    known = derived(scene, np.zeros(4), q, v, np.zeros((4, len(scene.actuated))))
-    (up, down, _, _), (_, _, moving, still) = known.potential, known.kinetic
-    return 2.0 * abs(moving - still), abs(up - down) / (2.0 * _APART)
+def _asked(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Return the inertia of each joint with all that it carries (nu,), and what gravity asks of it (nu,), at first."""
+    joints = [scene.joint_names.index(joint) for joint in scene.actuated]
+    n = len(joints)
+    q, v = np.tile(scene.initial_q, (4, n, 1)), np.zeros((4, n, len(scene.joint_names)))
+    each = range(n)
+    q[0, each, joints] += _APART
+    q[1, each, joints] -= _APART
+    v[2, each, joints] = 1.0
+    known = derived(scene, np.zeros(4 * n), *(x.reshape(4 * n, -1) for x in (q, v)), np.zeros((4 * n, n)))
+    up, down, _, _ = known.potential.reshape(4, n)
+    _, _, moving, still = known.kinetic.reshape(4, n)
+    return 2.0 * np.abs(moving - still), np.abs(up - down) / (2.0 * _APART)
