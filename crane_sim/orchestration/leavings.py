@@ -6,7 +6,7 @@ from typing import Any
 
 from crane_sim.orchestration.posts import RecorderPost
 from crane_sim.recording.mcap_repair import repair_folder
-from crane_sim.recording.part_names import part_of, unfinished
+from crane_sim.recording.part_names import joining, part_of, unfinished
 
 _PACE = 5e7  # bytes/s of a bag that are read again on a slow machine
 
@@ -21,7 +21,7 @@ def recordings(post: RecorderPost, summary: dict[str, Any], until: float) -> dic
     """
     from crane_sim.recording.repair import repair  # needs Rerun
 
-    Path(f"{post.path}.tmp").unlink(missing_ok=True)  # of parts that were just being joined
+    joining(Path(post.path)).unlink(missing_ok=True)
     found = _left(post, post.path, post.restarts + 1)
     steps = post.holder.recorded
     if not (steps or summary.get("steps")):

@@ -103,7 +103,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    found = suspension(scene)
+    found, origin = suspension(scene), provenance(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -118,7 +118,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         stand=WORLD if base_of(scene) is None else BASE,
         tip=system.tip_index(scene.model),
         tension=tension_name(found),
-        provenance=provenance(scene),
+        provenance=origin,
         period_ns=scene.period_ns,
         robot=urdf(scene),
         framing=_framing(scene, found),
@@ -126,7 +126,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         aimed=scene.sampled or scene.reference is not None,
         silent=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_properties(scene),
+        properties=_properties(scene, origin),
     )
 
 
@@ -164,13 +164,13 @@ def _swings(scene: Scene, found: Suspension | None) -> tuple[str, ...]:
     return tuple(names) if found is None else tuple(f"swing_{k}" for k in found.links if f"swing_{k}" in names)
 
 
-def _properties(scene: Scene) -> dict[str, Any]:
+def _properties(scene: Scene, origin: str) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "law": scene.law_name or "none",
         "seed": scene.seed,
         "period": scene.period,
         "duration": scene.duration,
-        "derived": provenance(scene) or "from the true state",
+        "derived": origin or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
     }

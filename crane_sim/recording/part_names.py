@@ -9,6 +9,11 @@ def part_of(path: str, number: int) -> Path:
     return whole if number == 1 else whole.with_name(f"{whole.stem}.part{number}{whole.suffix}")
 
 
+def joining(path: Path) -> Path:
+    """Return the name under which a file grows into which its parts are just being joined."""
+    return path.with_name(path.name + ".tmp")
+
+
 def unfinished(path: Path) -> Path:
     """Return the name under which a file, or the folder that becomes one, grows until it is complete."""
     return path.with_name(path.name + ".part")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from crane_sim.recording.leftover import hold
+from crane_sim.recording.part_names import joining
 from crane_sim.recording.repair import optimized
 
 _MARGIN = 0.3  # s less than there are, so that the outcome can still be told
@@ -37,7 +38,7 @@ class Parts:
         """
         if not self._parts:
             return [last]
-        fresh = self._whole.with_name(self._whole.name + ".tmp")
+        fresh = joining(self._whole)
         if not optimized([*self._parts, last], fresh, within - _MARGIN):
             return [*self._parts, last]
         fresh.replace(self._whole)

@@ -11,6 +11,7 @@ import rerun_cli
 
 from crane_sim.interruption import tie
 from crane_sim.recording.leftover import free_name, held
+from crane_sim.recording.part_names import joining
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,7 +40,7 @@ def repair(part: Path, within: float = LIMIT) -> Path | None:
         if not ours:
             return None
         target = free_name(part)
-        fresh = target.with_name(target.name + ".tmp")
+        fresh = joining(target)
         if not optimized([part], fresh, within):
             return None
         fresh.replace(target)
