@@ -1,6 +1,7 @@
 """The end of a run that nobody commands any more: the brakes act until the crane rests."""
 
 import time
+from functools import partial
 from math import ceil
 
 from crane_sim.ros.pacing import BLOCK, Pace
@@ -32,7 +33,8 @@ def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> No
             stepper.heartbeat()
             continue
         stepper.step(nobody)
-        stepper.let_catch_up(BLOCK)
+        if not period:  # at the pace of the wall clock subscribers have time enough, and nobody may delay the brakes
+            stepper.let_catch_up(BLOCK, partial(_interrupted, host))
         due = max(due + period, time.monotonic())
         if due >= look:
             look = due + _LOOK
@@ -41,3 +43,9 @@ def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> No
         time.sleep(max(due - time.monotonic(), 0.0))
     restless = "" if plant.at_rest or plant.k < last else f"; braked for {_LIMIT:g} s the crane still moves"
     stepper.fault = f"{host.brake}; while braking: {stepper.fault}" if stepper.fault else host.brake + restless
+
+
+def _interrupted(host: Host) -> bool:
+    """Take the orchestrator's orders; return whether they or a signal end the braking, too."""
+    host.poll()
+    return bool(host.stopping)

@@ -1,6 +1,7 @@
 """Lockstep: every step waits for the controller's answer."""
 
 import time
+from functools import partial
 from math import inf
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,7 @@ from sensor_msgs.msg import JointState
 
 from crane_sim.ros.commands import Commands
 from crane_sim.ros.companions import Companions
+from crane_sim.ros.pacing import called_away
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 from crane_sim.ros.wire import JointWire
@@ -16,7 +18,7 @@ from crane_sim.ros.wire import JointWire
 _AGAIN = 0.05  # s between two messages of the same state while nobody answers, or it is not clear who does
 _COMPANY = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _TURN = 0.005  # s between two looks at services while messages come through inboxes
-_BLOCK = 4000  # steps between two waits for a recorder, each up to 20 ms: under half the depth of the streams
+_BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
 class Lockstep:
@@ -26,6 +28,7 @@ class Lockstep:
         """Listen to `joint_commands`."""
         self._host, self._stepper, self._settings = host, stepper, settings
         self._wire = JointWire(stepper.scene.actuated, effort=True)
+        self._called_away = partial(called_away, host)
         self._companions = Companions(host.node, settings.beside)
         self._answer: tuple[float, ...] | None = None  # to the present state, while something keeps it waiting
         self._since = self._sent = 0.0  # when the present state left for the first time, and the last
@@ -125,7 +128,7 @@ class Lockstep:
     def _step(self) -> None:
         effort, self._answer = self._answer, None
         self._stepper.step(effort)
-        self._stepper.let_catch_up(_BLOCK)
+        self._stepper.let_catch_up(_BLOCK, self._called_away)
         self._since = self._sent = time.monotonic()
 
     def _patience(self) -> float:
@@ -136,10 +139,11 @@ class Lockstep:
         return min(_AGAIN, timeout) if self._stepper.waiting or self._commands.several else timeout
 
     def _complain(self) -> None:
-        """Say that nobody answers, as soon as that has lasted."""
+        """Say that nobody answers, as soon as that has lasted; where somebody paused the run, nobody has to."""
         stepper, settings = self._stepper, self._settings
         limit = settings.step_timeout * (settings.resends + 1)
-        if self._answer is None and not stepper.waiting and time.monotonic() - self._since >= limit:
+        settled = self._answer is not None or stepper.waiting or stepper.paused
+        if not settled and time.monotonic() - self._since >= limit:
             refusal = stepper.gate.last_refusal or "none"
             state = stepper.plant.k + 1
             stepper.wait(f"no valid command for state {state} within {limit:g} s; last refusal: {refusal}")

@@ -1,5 +1,6 @@
 """When the plant takes its steps: what `Lockstep` and `Realtime` have in common, and the pace of an open loop."""
 
+from functools import partial
 from typing import Any, Protocol
 
 from crane_sim.ros.process import Host
@@ -8,6 +9,12 @@ from crane_sim.ros.stepper import Stepper
 BLOCK = 500
 """Steps that nobody answers between two waits for a recorder: what the smallest usual socket buffer holds."""
 _LOOK = 100  # open-loop steps between two looks at services and pipes
+
+
+def called_away(host: Host) -> bool:
+    """Take the orchestrator's orders; return whether they or a signal end the pace: for whoever waits for something."""
+    host.poll()
+    return bool(host.stopping or host.brake)
 
 
 class Pace(Protocol):
@@ -62,7 +69,7 @@ class OpenLoop:
                 self._host.spin()
             else:
                 self.step_once()
-                stepper.let_catch_up(BLOCK)
+                stepper.let_catch_up(BLOCK, partial(called_away, self._host))
             if stepper.plant.k % _LOOK == 0:
                 self._host.spin(0.0)
             stepper.heartbeat()

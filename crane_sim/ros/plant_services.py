@@ -1,10 +1,11 @@
 """The plant's services, with the meanings of simulation_interfaces 2.1."""
 
+from functools import partial
 from types import SimpleNamespace
 
 from std_srvs.srv import SetBool, Trigger
 
-from crane_sim.ros.pacing import BLOCK, Pace
+from crane_sim.ros.pacing import BLOCK, Pace, called_away
 from crane_sim.ros.process import Host
 from crane_sim.ros.stepper import Stepper
 
@@ -30,10 +31,12 @@ class PlantServices:
             self._stepper.pause(request.data, "user")
             if not request.data:
                 self._pace.go_on()
+        if response.success and not self._stepper.paused:
+            response.message = self._waits()  # what was asked for is done, and yet nothing moves
         return response
 
     def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = self._idle() or ("" if self._stepper.paused else "the simulation is not paused")
+        response.message = self._idle() or self._moving()
         if not response.message:
             response.message = self._steps(self._settings.step_count)
         response.success = not response.message
@@ -45,14 +48,13 @@ class PlantServices:
         for taken in range(wanted):
             if obstacle := self._obstacle():
                 return f"{taken} of {wanted} steps: {obstacle}" if wanted > 1 else obstacle
-            stepper.let_catch_up(BLOCK)
+            stepper.let_catch_up(BLOCK, partial(called_away, self._host))
             stepper.heartbeat()
         return stepper.fault
 
     def _obstacle(self) -> str:
         """Take a step; returns why not, empty where it is done."""
-        self._host.poll()
-        if self._host.stopping or self._host.brake or not self._stepper.running:
+        if called_away(self._host) or not self._stepper.running:
             return self._stepper.fault or "the run is over"
         return self._pace.step_once()
 
@@ -66,6 +68,14 @@ class PlantServices:
                 response.message = str(error)
         response.success = not response.message
         return response
+
+    def _moving(self) -> str:
+        """Return why no single step can be taken, empty where it is paused."""
+        return "" if self._stepper.paused else self._waits() or "the simulation is not paused"
+
+    def _waits(self) -> str:
+        waiting = self._stepper.waiting
+        return f"the simulation is not paused, it waits: {waiting}" if waiting else ""
 
     def _idle(self) -> str:
         if not self._stepper.stamp:

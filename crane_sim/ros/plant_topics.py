@@ -1,7 +1,7 @@
 """The plant's side of the ROS graph: its publishers, and what each needs to fill its message quickly."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
@@ -14,6 +14,8 @@ from std_msgs.msg import String, UInt8
 from crane_sim.ros import messages
 from crane_sim.ros.punctuality import Errors
 from crane_sim.ros.wire import JointWire
+
+_SLICE = Duration(nanoseconds=20_000_000)  # of a wait in which no signal is heard
 
 
 class PlantTopics:
@@ -98,7 +100,13 @@ class PlantTopics:
         """Whether all who hear the joint states have the newest one: the middleware of a dead process has it not."""
         return self._states.wait_for_all_acked(Duration(seconds=0))
 
-    def flush(self) -> None:
-        """Wait until every matched subscriber has received what was published."""
+    def flush(self, given_up: Callable[[], bool] = lambda: False) -> None:
+        """Wait until every matched subscriber has received what was published, or `given_up`, asked now and then.
+
+        Who does not acknowledge is waited for as long as the middleware may take him for alive.
+        """
+        deadline = time.monotonic() + messages.LEASE
         for publisher in (self._states, self._efforts):
-            publisher.wait_for_all_acked(Duration(seconds=messages.LEASE))
+            while not publisher.wait_for_all_acked(_SLICE):
+                if given_up() or time.monotonic() >= deadline:
+                    return

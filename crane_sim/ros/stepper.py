@@ -1,7 +1,7 @@
 """One simulation run as the node `plant` sees it: steps, publishes, keeps the books; knows nothing of pace."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from crane_sim.plant import Plant, SimulationError
@@ -122,10 +122,10 @@ class Stepper:
             self._topics.publish_effort(stamp, self.plant.applied)
         self._publish_rest()
 
-    def let_catch_up(self, block: int) -> None:
-        """Wait for a recorder every `block` steps: what it lacks must still be in the writers' history."""
+    def let_catch_up(self, block: int, given_up: Callable[[], bool]) -> None:
+        """Wait for a recorder every `block` steps, unless that is `given_up`: writers keep only so many messages."""
         if self.plant.k % block == 0 and self._topics.effort_heard:
-            self._topics.flush()
+            self._topics.flush(given_up)
 
     def heartbeat(self) -> None:
         """Report progress, publish diagnostics and the clock when they are due."""
