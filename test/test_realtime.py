@@ -1,6 +1,8 @@
 """The watchdog of real time, without ROS and with a plant that only notes its efforts."""
 
 import time
+from collections import deque
+from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any
 
@@ -53,6 +55,16 @@ class NotingStepper:
         """Report nothing."""
 
 
+class Handle(nullcontext):
+    """A subscription's, with messages that no executor hands on."""
+
+    def __init__(self, publishers: int, waiting: deque[tuple[bytes, None]] | None = None) -> None:
+        """Know the number of publishers; offer what waits, nothing unless it is given."""
+        super().__init__()
+        self.get_publisher_count = lambda: publishers
+        self.take_message = lambda *_: waiting.popleft() if waiting else None
+
+
 class OneCommandHost:
     """A host whose only controller sends one command, and then no more."""
 
@@ -71,9 +83,12 @@ class OneCommandHost:
             self.sent.append(time.monotonic())
         time.sleep(timeout)
 
+    def poll(self) -> None:
+        """Hear of no order."""
+
     def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:
         self.callbacks[topic] = callback
-        return SimpleNamespace(topic_name=topic, handle=SimpleNamespace(get_publisher_count=lambda: topic in ONE))
+        return SimpleNamespace(topic_name=topic, handle=Handle(topic in ONE))
 
 
 def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> SimpleNamespace:

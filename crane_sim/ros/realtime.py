@@ -9,9 +9,11 @@ from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros import messages
 from crane_sim.ros.commands import Commands
+from crane_sim.ros.pacing import called_away
 from crane_sim.ros.process import Host
 from crane_sim.ros.punctuality import Punctuality
 from crane_sim.ros.stepper import Stepper
+from crane_sim.ros.watchdog import Watchdog
 from crane_sim.ros.wire import JointWire, decode_array
 from crane_sim.silence import WAYS
 
@@ -19,6 +21,8 @@ _ARRAYS = "effort_controller/commands"
 _SERVED = 0.05  # s between two looks at who commands
 _TURN = 0.001  # s between two looks into the inboxes, where there are some
 _MARGIN = 0.0004  # s; spin_once comes back up to 0.3 ms late, a plain sleep does not
+_MOST = 100  # messages taken before a single step: somebody who floods the topic does not hold it up
+_NAP = 1e-4  # s between two looks for the answer to a single step
 
 
 class Realtime:
@@ -28,7 +32,9 @@ class Realtime:
         """Listen to `joint_commands` and `effort_controller/commands`, if the scene takes commands at all."""
         self._host, self._stepper, self._settings = host, stepper, settings
         self._zero = (0.0,) * len(stepper.scene.actuated)
-        self._held, self._held_since = self._zero, 0.0
+        self._held, self._answered = self._zero, False  # the newest command, and whether it came after the last step
+        self._period = stepper.scene.period / settings.rate  # s of wall time
+        self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._silent, self._silences = False, 0
         self._punctuality = Punctuality()
         self._wire = JointWire(stepper.scene.actuated, effort=True)
@@ -44,11 +50,12 @@ class Realtime:
 
     def run(self) -> None:
         """See `Pace`; a late step is counted, and the next ones catch up with the schedule."""
-        stepper, period = self._stepper, self._stepper.scene.period / self._settings.rate
+        stepper, period = self._stepper, self._period
         if self._commands:
             self._commands.begin()
         stepper.begin()
-        due = self._held_since = time.monotonic()
+        due = time.monotonic()
+        self._watchdog.heard()
         while stepper.running and not self._host.stopping and not self._host.brake:
             due += period
             self._serve_until(due)
@@ -56,9 +63,10 @@ class Realtime:
                 self._host.spin()
                 due = time.monotonic()
                 self._punctuality.pause()
+                self._watchdog.skip()
             else:
                 self._punctuality.note(due, time.monotonic())
-                stepper.step(self._effort())
+                self._step()
                 stepper.deadline_misses += time.monotonic() > due + period
             stepper.heartbeat()
 
@@ -67,17 +75,25 @@ class Realtime:
         return True
 
     def step_once(self) -> str:
-        """See `Pace`; the newest command holds, however long ago the pause began."""
-        self._stepper.step(self._held if self._commands else None)
+        """See `Pace`; the controller has as long for its answer as in the run, a period, and then the last one holds.
+
+        What is waited for in vain counts as silence, as in the run; where `on_silence` acts, nobody is waited for.
+        """
+        if self._commands:
+            self._watchdog.skip()
+            self._await_answer(self._commands)
+        self._step()
         return ""
 
     def go_on(self) -> None:
-        """See `Pace`."""
-        self._held_since = time.monotonic()
+        """See `Pace`; a pause ends no silence, and is none."""
+        self._watchdog.skip()
 
     def forget(self) -> None:
         """See `Pace`."""
-        self._held, self._held_since = self._zero, time.monotonic()
+        self._held, self._answered = self._zero, False
+        self._watchdog.heard()
+        self._note_silence(False)
         self._punctuality = Punctuality()
 
     def figures(self) -> dict[str, Any]:
@@ -103,24 +119,44 @@ class Realtime:
         self._commands.poll()
         return _TURN
 
+    def _await_answer(self, commands: Commands) -> None:
+        """Take the commands that wait; where none has come since the last step, give the controller time for one."""
+        deadline = time.monotonic() + self._period
+        commands.look()
+        for _ in range(_MOST):
+            if not commands.fetch():
+                break
+        while not (self._answered or self._silent or time.monotonic() >= deadline or called_away(self._host)):
+            if not commands.fetch():
+                time.sleep(_NAP)
+
+    def _step(self) -> None:
+        effort, self._answered = self._effort(), False
+        self._stepper.step(effort)
+
     def _effort(self) -> tuple[float, ...] | None:
         if not self._commands:
             return None
-        timeout, way = self._settings.command_timeout, self._settings.on_silence
-        silent = timeout > 0.0 and time.monotonic() - self._held_since > timeout
-        if silent != self._silent:
-            self._silent = silent
-            self._silences += silent
-            self._stepper.plant.braking = silent and way == "brake"
-            self._stepper.warn(f"no valid command for {timeout:g} s: {WAYS[way]}" if silent else "", "commands")
-        return self._zero if silent and way == "zero" else self._held
+        self._watchdog.count()
+        self._note_silence(self._watchdog.silent)
+        return self._zero if self._silent and self._settings.on_silence == "zero" else self._held
+
+    def _note_silence(self, silent: bool) -> None:
+        """Do and tell what follows where a silence begins or ends."""
+        if silent == self._silent:
+            return
+        timeout, way = self._watchdog.timeout, self._settings.on_silence
+        self._silent = silent
+        self._silences += silent
+        self._stepper.plant.braking = silent and way == "brake"
+        self._stepper.warn(f"no valid command for {timeout:g} s: {WAYS[way]}" if silent else "", "commands")
 
     def _on_command(self, data: bytes) -> None:
         stepper = self._stepper
         command = stepper.gate.opened(self._wire.decode, data) if stepper.stamp and stepper.running else None
         if command is None:
             return
-        timeout = round(self._settings.command_timeout * self._settings.rate * messages.SECOND)  # in simulated time
+        timeout = round(self._watchdog.timeout * self._settings.rate * messages.SECOND)  # in simulated time
         oldest = stepper.stamp - timeout if timeout else 0
         effort = stepper.gate.screen(command.stamp, command.names, command.effort, now=stepper.stamp, oldest=oldest)
         self._hold(effort)
@@ -133,4 +169,6 @@ class Realtime:
 
     def _hold(self, effort: tuple[float, ...] | None) -> None:
         if effort is not None:
-            self._held, self._held_since = effort, time.monotonic()
+            self._held, self._answered = effort, True
+            self._watchdog.heard()
+            self._note_silence(False)
