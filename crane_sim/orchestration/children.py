@@ -91,13 +91,14 @@ class Child:
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
         bagged: the last step whose messages reached it.
+        active: it may work: nobody has deactivated it.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 
     def __init__(self, name: str, start: Callable[[int, int], Process]) -> None:
         """Let `start` make the process, given its ends of two pipes: for orders, for reports."""
         self.name, self.fault, self.waiting = name, "", ""
-        self.ready = self.gone = self.gave_up = False
+        self.active, self.ready, self.gone, self.gave_up = True, False, False, False
         self.step = self.recorded = self.bagged = 0
         self.summary: dict[str, Any] | None = None
         control, self._control = os.pipe()
@@ -163,6 +164,8 @@ class Child:
                 self._process.ended(code)
             case {"event": "ready"}:
                 self.ready = True
+            case {"event": "active", "active": bool(active)}:
+                self.active = active
             case {"event": "progress", "step": int(step), **more}:
                 self.step, self.recorded, self.bagged = step, more.get("recorded", 0), more.get("bagged", 0)
             case {"event": "waiting", "why": str(why)}:

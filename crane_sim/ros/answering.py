@@ -59,7 +59,12 @@ def attend(host: Host, node: Answering, autostart: bool) -> None:
 
     Without `autostart` it is a spare: matched and ready, but silent until it is activated.
     """
-    host.manage(autostart, node.activate)
+
+    def activate(active: bool) -> None:
+        host.pipes.report("active", active=active)
+        node.activate(active)
+
+    host.manage(autostart, activate)
     host.wait(node.missing)
     host.pipes.report("ready")
     while not host.stopping:
