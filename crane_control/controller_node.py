@@ -99,6 +99,8 @@ class ControllerNode:
             return
         if self._answered and state.stamp <= self._answered.stamp and state != self._answered:  # the plant began anew
             self._law, self._answered, self._next_reference = fast_half(fresh_law(self._settings)), None, 0
+            if self._demands:
+                self._demands.forget()
         self._answer(state)
 
     def _answer(self, state: State) -> None:

@@ -31,6 +31,7 @@ class Demands:
         """
         self._node, self._names, self._patient, self._answer = node, list(names), patient, answer
         self._newest: tuple[int, tuple[float, ...]] | None = None
+        self._anew = False  # the newest one is of a run whose states have not come yet
         self._waiting: State | None = None
         self._now = 0  # ns, of the newest state
         self._received = self._late = self._held = self._longest = 0
@@ -39,6 +40,12 @@ class Demands:
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is there."""
         return "" if self._ear.get_publisher_count() else f"a publisher of {self._ear.topic_name}"
+
+    def forget(self) -> None:
+        """Drop the demand of a run that is over: the plant began anew; one that is of the new run stays."""
+        if not self._anew:
+            self._newest = None
+        self._anew = False
 
     def given_to(self, half: SlowHalf, state: State) -> bool:
         """Give the half what holds at a state; False where that is still to come, and the state waits."""
@@ -68,6 +75,8 @@ class Demands:
             self._node.get_logger().warning(line, throttle_duration_sec=1.0)
             return
         stamp = messages.nanoseconds(message.header.stamp)
+        if self._newest and (stamp, demand) != self._newest and stamp <= self._newest[0]:
+            self._anew = True  # the slow half saw it first
         self._newest = stamp, demand
         self._received += 1
         self._late += stamp < self._now
