@@ -13,7 +13,6 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from rclpy.type_support import check_for_type_support
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
@@ -95,7 +94,9 @@ class Hearing:
         return ""
 
     def _on_mode(self, data: bytes) -> None:
-        mode = deserialize_message(data, UInt8).data
+        mode = messages.mode(data)
+        if mode is None:
+            return
         self._began = self._began or mode == messages.PLAYING
         self.over = self._began and mode in (messages.STOPPED, messages.QUITTING)
 

@@ -6,8 +6,10 @@ from typing import Any, cast
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
+from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)  # values of simulation_state
@@ -28,6 +30,14 @@ def taken(subscription: Subscription, kind: Any) -> bytes:
     with subscription.handle:
         found = subscription.handle.take_message(kind, True)
     return found[0] if found else b""
+
+
+def mode(data: bytes) -> int | None:
+    """Return the value of a serialized message of simulation_state, None where it is no such message."""
+    try:
+        return deserialize_message(data, UInt8).data
+    except RuntimeError:  # the middleware's: anybody may publish anything
+        return None
 
 
 def nanoseconds(stamp: Time) -> int:

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, cast
 
 from rclpy.serialization import deserialize_message
-from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.ros import messages
@@ -70,7 +69,9 @@ class Transcript:
                 self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
 
     def _on_mode(self, data: bytes) -> None:
-        mode = deserialize_message(data, UInt8).data
+        mode = messages.mode(data)
+        if mode is None:
+            return
         self._over = mode == messages.QUITTING or (self._over and mode == messages.STOPPED)
         self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
 
