@@ -1,18 +1,49 @@
 """Plain DDS without ROS on the other side: what an example promises, tried against a real plant."""
 
+import importlib
 import os
 import sys
 from importlib.util import find_spec
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from test_examples import check_arrival, example, in_process, run
+from test_examples import EXAMPLES, check_arrival, example, in_process, run
 
 PYTHON = os.environ.get("CRANE_SIM_CYCLONE_PYTHON", sys.executable if find_spec("cyclonedds") else "")
-pytestmark = pytest.mark.skipif(
+needs_python = pytest.mark.skipif(
     not PYTHON, reason="no cyclonedds here; CRANE_SIM_CYCLONE_PYTHON may name a Python with it"
 )
 
 
+def test_plain_dds_outlasts_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long nothing comes, the example answers what comes then, and ends only when the plant has left."""
+    pytest.importorskip("cyclonedds", reason="no cyclonedds in this Python")
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    plain_dds = importlib.import_module("plain_dds")
+    state = SimpleNamespace(
+        sample_info=SimpleNamespace(valid_data=True),
+        header_=plain_dds.Header(plain_dds.Time(0, 10_000_000), ""),
+        name_=list(plain_dds.TARGET),
+        position_=[0.0] * 4,
+        velocity_=[0.0] * 4,
+    )
+    coming = iter([[], [], [state], [], [SimpleNamespace(sample_info=SimpleNamespace(valid_data=False))]])
+    written: list[Any] = []
+    reader = SimpleNamespace(take=lambda _: next(coming))
+    writer = SimpleNamespace(write=written.append)
+    waits = SimpleNamespace(attach=lambda _: None, wait=lambda _: 0)  # every time its time is up
+    fakes = {"DataReader": reader, "DataWriter": writer, "WaitSet": waits}
+    for name in ("DomainParticipant", "Topic", "ReadCondition"):
+        monkeypatch.setattr(plain_dds, name, lambda *_, **__: None)
+    for name, fake in fakes.items():
+        monkeypatch.setattr(plain_dds, name, lambda *_, found=fake, **__: found)
+    monkeypatch.setenv("CYCLONEDDS_URI", "")  # so that what main() sets is taken back
+    plain_dds.main(7)
+    assert [command.header_ for command in written] == [state.header_]
+
+
+@needs_python
 def test_plain_dds_drives_the_crane(domain_id: int) -> None:
     """A participant of Cyclone DDS without any ROS reads states, answers them, and no bit is lost on the way."""
     with example("plain_dds.py", domain_id, PYTHON):
@@ -22,6 +53,7 @@ def test_plain_dds_drives_the_crane(domain_id: int) -> None:
     assert summary["state_sha256"] == in_process()
 
 
+@needs_python
 @pytest.mark.slow
 def test_plain_dds_in_real_time(domain_id: int) -> None:
     """The same in real time, where a command may be late and the newest one holds."""
