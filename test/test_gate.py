@@ -46,6 +46,7 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
         ("names", {"names": ["slew", "boom", "jib", "hoist"]}),
         ("names", {"names": []}),
         ("future", {"stamp": NOW + 1}),
+        ("unstamped", {"stamp": 0}),
     ],
 )
 def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
@@ -64,7 +65,9 @@ def test_an_answer_counts_once() -> None:
     assert screen(gate) is None
     assert screen(gate, stamp=NOW - 1) is None
     assert gate.refused == {"duplicate": 1, "late": 1}
-    assert gate.summary() == {"received": 3, "rejected": 0, "late": 1, "duplicate": 1}
+    assert screen(gate, stamp=0) is None  # says nothing of when: neither early nor late
+    assert gate.refused["unstamped"] == 1
+    assert gate.summary() == {"received": 4, "rejected": 1, "late": 1, "duplicate": 1}
 
 
 def test_a_refused_command_can_be_sent_again() -> None:

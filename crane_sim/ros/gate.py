@@ -13,6 +13,7 @@ _BAD = (
     "length",
     "not finite",
     "huge",
+    "unstamped",
     "future",
     "unreadable",
     "commander",
@@ -27,7 +28,7 @@ class CommandGate:
     Attributes:
         received: commands that arrived, good or bad.
         refused: number of refusals by reason (`names`, `length`, `not finite`, `huge`, `unreadable`, `commander`,
-            `future`, `late`, `stale`, `duplicate`).
+            `unstamped`, `future`, `late`, `stale`, `duplicate`).
         last_refusal: one line on the latest refusal, empty while there is none.
     """
 
@@ -100,6 +101,8 @@ class CommandGate:
         self.last_refusal = f"{line[:_TOLD]} ({reason})"
 
     def _untimely(self, stamp: int, now: int, oldest: int) -> str:
+        if not stamp:
+            return "unstamped"
         if stamp > now:
             return "future"
         if stamp == self._newest:
