@@ -25,10 +25,12 @@ def test_first_come_keeps_the_crane_until_he_is_silent() -> None:
     """Another one's command counts as soon as the commander was silent for longer than the lease, and not before."""
     helm = Helm(0.2)
     assert helm.admits(A, 0.0)
+    helm.follow(A, 0.0)
     assert not helm.admits(B, 0.2)
-    assert helm.admits(A, 0.2)
+    helm.follow(A, 0.2)
     assert not helm.admits(B, 0.4)
     assert helm.admits(B, 0.41)
+    helm.follow(B, 0.41)
     assert not helm.admits(A, 0.5)
 
 

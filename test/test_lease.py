@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rclpy.qos import QoSProfile
 
 from crane_sim.ros import commands as commands_module
 from crane_sim.ros.commands import Commands
@@ -15,6 +16,8 @@ from crane_sim.ros.inbox import Letter
 A, B = b"a" * 16, b"b" * 16
 LEASE = 0.1  # s
 TOPIC = "joint_commands"
+QOS = QoSProfile(depth=1)  # reliable
+BAD = b"bad"  # how a message begins that is no good command
 
 
 class FakeInbox:
@@ -34,7 +37,7 @@ class FakeInbox:
 
 def publisher(gid: bytes) -> SimpleNamespace:
     """Return what the graph tells of a publisher."""
-    return SimpleNamespace(endpoint_gid=list(gid), node_namespace="/", node_name=gid[:1].decode())
+    return SimpleNamespace(endpoint_gid=list(gid), node_namespace="/", node_name=gid[:1].decode(), qos_profile=QOS)
 
 
 class Scenery:
@@ -56,7 +59,7 @@ class Scenery:
         stepper = SimpleNamespace(paused=False, warn=self._warn, gate=gate)
         host: Any = SimpleNamespace(node=node)
         told: Any = stepper
-        takers = {TOPIC: (bytes, self.taken.append)}
+        takers = {TOPIC: (bytes, self._accepts)}
         self.commands = Commands(host, told, takers, LEASE, lambda: self.excused)
         self.commands.begin()
 
@@ -66,6 +69,10 @@ class Scenery:
         inbox.letters.append(Letter(data, sender))
         self.commands.look()
         self.commands.poll()
+
+    def _accepts(self, data: bytes) -> bool:
+        self.taken.append(data)
+        return not data.startswith(BAD)
 
     def _warn(self, line: str, _: str) -> None:
         if line != (self.warnings or [""])[-1]:
@@ -141,7 +148,9 @@ def test_no_command_counts_twice_when_one_publisher_is_left(scenery: Scenery) ->
 
 def test_a_name_that_the_graph_learns_late_is_told(scenery: Scenery, clock: list[float]) -> None:
     """Who is refused before his node's name is known is named as soon as it is, however fast he goes on."""
-    scenery.known[1] = SimpleNamespace(endpoint_gid=list(B), node_namespace="?", node_name="_NODE_NAME_UNKNOWN_")
+    scenery.known[1] = SimpleNamespace(
+        endpoint_gid=list(B), node_namespace="?", node_name="_NODE_NAME_UNKNOWN_", qos_profile=QOS
+    )
     scenery.send(A, b"first")
     for _ in range(100):
         scenery.send(B, b"an intruder's")
@@ -178,3 +187,60 @@ def test_who_was_refused_and_has_the_crane_now_is_no_intruder(scenery: Scenery, 
     clock[0] += LEASE
     scenery.send(B, b"fourth")
     assert scenery.warnings == ["command of /b refused: /a commands", ""]
+
+
+def test_what_is_no_good_command_gives_nobody_the_crane(scenery: Scenery, clock: list[float]) -> None:
+    """Neither the first nor the one who waited for the end of a lease gets it by sending what the plant refuses."""
+    scenery.send(B, b"bad")
+    scenery.send(A, b"first")
+    clock[0] += 1.5 * LEASE
+    scenery.send(B, b"bad, too")
+    scenery.send(A, b"second")
+    scenery.send(B, b"third")
+    assert scenery.taken == [b"bad", b"first", b"bad, too", b"second"]
+
+
+def test_a_commander_keeps_nothing_by_bad_commands(scenery: Scenery, clock: list[float]) -> None:
+    """However often he sends what the plant refuses: another one has the crane when the lease is over."""
+    scenery.send(A, b"first")
+    for _ in range(4):
+        clock[0] += 0.4 * LEASE
+        scenery.send(A, b"bad")
+    scenery.send(B, b"second")
+    assert scenery.taken[-1] == b"second"
+
+
+@pytest.mark.parametrize("at_work", [True, False])
+def test_who_is_alone_has_the_crane_once_he_works(at_work: bool, scenery: Scenery, clock: list[float]) -> None:
+    """Who was alone and commanded keeps the crane when others come; who was just there does not, not even excused."""
+    scenery.excused = True
+    scenery.publishers, scenery.known = 1, [publisher(A)]
+    clock[0] += LEASE
+    scenery.commands.look()
+    if at_work:
+        scenery.queue.append((b"first", None))
+        assert scenery.commands.fetch()
+    scenery.publishers, scenery.known = 2, [publisher(A), publisher(B)]
+    clock[0] += LEASE
+    scenery.commands.look()
+    scenery.send(B, b"second")
+    assert scenery.taken == ([b"first"] if at_work else [b"second"])
+
+
+def test_who_has_left_and_come_back_has_to_begin_anew(scenery: Scenery, clock: list[float]) -> None:
+    """The crane that another one had meanwhile does not fall to whoever is left, if he did not command it himself."""
+    scenery.publishers, scenery.known = 1, [publisher(A)]
+    scenery.commands.look()
+    for publishers in ([publisher(A)], [publisher(A), publisher(B)]):
+        scenery.publishers, scenery.known = len(publishers), publishers
+        clock[0] += LEASE
+        scenery.commands.look()
+    scenery.send(B, b"second")
+    scenery.publishers, scenery.known = 1, [publisher(A)]
+    clock[0] += LEASE
+    scenery.commands.look()
+    scenery.publishers, scenery.known = 2, [publisher(A), publisher(B)]
+    clock[0] += LEASE
+    scenery.commands.look()
+    scenery.send(B, b"third")
+    assert scenery.taken == [b"second", b"third"]

@@ -87,11 +87,14 @@ def measure(
         summary = run(scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=watch)
     if summary.get("error") != "interrupted":
         raise RuntimeError(summary.get("error", "the run ended before its time"))
+    if not watch.times or watch.times[-1] < seconds - 2.0 * INTERVAL:
+        raise RuntimeError("interrupted")  # by somebody else
     return {
         "scene": name,
         "seconds": seconds,
         "warm_up_s": warm_up,
         "steps": summary["steps"],
+        "recorded_steps": summary.get("recorded_steps"),  # None: nobody recorded
         "sample_times_s": [round(t, 3) for t in watch.times],
         "sample_steps": watch.steps,
         "resident": {node: _figures(watch.times, found, warm_up) for node, found in watch.samples.items()},

@@ -11,23 +11,21 @@ from typing import Any
 
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from crane_sim.ros import messages
 from crane_sim.ros.helm import Helm
 from crane_sim.ros.inbox import Inbox
 from crane_sim.ros.process import Host
+from crane_sim.ros.publishers import publishers
 from crane_sim.ros.stepper import Stepper
 
-Taker = Callable[[bytes], None]
+Taker = Callable[[bytes], bool]  # whether it was a good command
 
 _MOST = 1000  # messages handed on at a time: others want to be served, too
 _QOS = QoSProfile(depth=1000)  # of inboxes, where one sender must not push another one's messages out at once
 _LOOK = 0.1  # s between two looks at who publishes
 _MEMORY = 2.0  # s for which a refused commander is warned of
-_UNKNOWN = "_NODE_NAME_UNKNOWN_"  # rmw's word
 _GONE = "a node that left"
-_UNNAMED = "a node without a name"  # none of ROS, or one whose name is still on its way
 
 
 class Commands:
@@ -46,9 +44,10 @@ class Commands:
         Args:
             host: whose topics they are.
             stepper: whose books and diagnostics tell of refusals.
-            takers: message class, and what takes the bytes of a message that counts, by topic.
-            lease: silence that costs a commander the crane, s.
-            excused: whether he is silent with good reason.
+            takers: message class, and what takes the bytes of a message, by topic; it returns whether they are a good
+                command: a bad one gives nobody the crane.
+            lease: time without a good command that costs a commander the crane, s.
+            excused: whether he sends none with good reason.
         """
         self._node, self._stepper, self._takers, self._helm = host.node, stepper, takers, Helm(lease)
         self._lease, self._excused = lease, excused
@@ -62,7 +61,8 @@ class Commands:
         self._refused: dict[bytes, float] = {}  # who was refused lately, and when the last time
         self._line = ""  # the words for it
         self._there: dict[bytes, str] = {}  # who published at the last look, while there were several, and his name
-        self._heard = self._looked = 0.0
+        self._alone, self._at_work = b"", False  # the only publisher, and whether he has sent a good command
+        self._heard = self._looked = 0.0  # s, the newest good command, and the last look
 
     @property
     def several(self) -> bool:
@@ -101,15 +101,16 @@ class Commands:
                 if (letter := inbox.take()) is None:
                     break
                 found = True
-                if self._helm.admits(letter.sender, time.monotonic()):
-                    self._takers[topic][1](letter.data)
-                else:
+                now = time.monotonic()
+                if not self._helm.admits(letter.sender, now):
                     self._refuse(letter.sender)
+                elif self._takers[topic][1](letter.data):
+                    self._helm.follow(letter.sender, now)
         return found
 
     def begin(self) -> None:
-        """See who is there at the begin of the run: he commands, unless there are several."""
-        self._heard, self._looked = time.monotonic(), 0.0
+        """See who is there at the begin of the run."""
+        self._looked = 0.0
         self.look()
 
     def look(self) -> None:
@@ -132,10 +133,17 @@ class Commands:
             if self._helm.commander in self._there.keys() - there.keys():
                 self._helm.commander = b""  # he has left in order: nobody need wait for the end of his lease
             self._there = there
-        if count == 1 and (publishers := self._publishers()):
-            self._helm.commander = next(iter(publishers))
+        if count < 2:
+            self._know(list(self._publishers()))
         self._refused = {who: when for who, when in self._refused.items() if now - when < _MEMORY}
         self._tell()
+
+    def _know(self, publishers: list[bytes]) -> None:
+        """Take note of who is alone: he commands as soon as he has sent a good command, however idle he is then."""
+        alone = publishers[0] if len(publishers) == 1 else b""
+        if alone != self._alone:
+            self._alone, self._at_work = alone, bool(alone) and alone == self._helm.commander
+        self._helm.commander = alone if self._at_work else b""
 
     def _on_message(self, take: Taker, data: bytes) -> None:
         if self._inboxes:
@@ -143,14 +151,16 @@ class Commands:
         if self.count() > 1:
             self._open()  # nobody knows whose this one is; what does not come again is lost
             return
-        self._heard = time.monotonic()
-        take(data)
+        if take(data):
+            self._heard, self._at_work = time.monotonic(), True
 
     def _open(self) -> None:
         now = time.monotonic()
-        at_work = now - self._heard < self._lease
-        # Who is at work needs a while to find the inboxes; then the middleware knows whether he is dead.
-        self._helm.renew(now + messages.LEASE if at_work else self._heard)
+        self._know([self._alone])
+        busy = now - self._heard < self._lease
+        # Who is busy needs a while to find the inboxes; then the middleware knows whether he is dead.
+        self._helm.renew(now + messages.LEASE if busy else self._heard)
+        self._alone, self._at_work = b"", False
         self._inboxes = {topic: Inbox(self._node, kind, topic, _QOS) for topic, (kind, _) in self._takers.items()}
 
     def _close(self) -> None:
@@ -180,14 +190,4 @@ class Commands:
         self._stepper.warn(self._line if self._refused else "", "commander")
 
     def _publishers(self) -> dict[bytes, str]:
-        """Return the full node names of all publishers by their identifiers."""
-        return {
-            bytes(info.endpoint_gid): _full_name(info)
-            for ear in self._ears.values()
-            for info in self._node.get_publishers_info_by_topic(ear.topic_name)
-        }
-
-
-def _full_name(publisher: TopicEndpointInfo) -> str:
-    unknown = publisher.node_name == _UNKNOWN
-    return _UNNAMED if unknown else f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"
+        return {gid: name for ear in self._ears.values() for gid, name in publishers(self._node, ear.topic_name)}

@@ -89,19 +89,20 @@ class Lockstep:
         """See `Pace`; nothing is due at any time."""
         return {}
 
-    def _on_command(self, data: bytes) -> None:
+    def _on_command(self, data: bytes) -> bool:
         stepper = self._stepper
         if not stepper.stamp or not stepper.running:
-            return  # the answer to the final state moves nothing
+            return False  # the answer to the final state moves nothing
         gate, now = stepper.gate, stepper.stamp
         command = gate.opened(self._wire.decode, data)
         effort = command and gate.screen(command.stamp, command.names, command.effort, now=now, oldest=now)
         if effort is None:
-            return
+            return False
         if stepper.waiting:
             stepper.wait("")
         self._answer = effort
         self._proceed()
+        return True
 
     def _serve(self) -> None:
         """Serve everyone until something has come; commands move the crane on the way."""

@@ -151,24 +151,25 @@ class Realtime:
         self._stepper.plant.braking = silent and way == "brake"
         self._stepper.warn(f"no valid command for {timeout:g} s: {WAYS[way]}" if silent else "", "commands")
 
-    def _on_command(self, data: bytes) -> None:
+    def _on_command(self, data: bytes) -> bool:
         stepper = self._stepper
         command = stepper.gate.opened(self._wire.decode, data) if stepper.stamp and stepper.running else None
         if command is None:
-            return
+            return False
         timeout = round(self._watchdog.timeout * self._settings.rate * messages.SECOND)  # in simulated time
         oldest = stepper.stamp - timeout if timeout else 0
         effort = stepper.gate.screen(command.stamp, command.names, command.effort, now=stepper.stamp, oldest=oldest)
-        self._hold(effort)
+        return self._hold(effort)
 
-    def _on_array(self, data: bytes) -> None:
+    def _on_array(self, data: bytes) -> bool:
         stepper = self._stepper
         efforts = stepper.gate.opened(decode_array, data) if stepper.stamp and stepper.running else None
-        if efforts is not None:
-            self._hold(stepper.gate.screen_array(efforts))
+        return efforts is not None and self._hold(stepper.gate.screen_array(efforts))
 
-    def _hold(self, effort: tuple[float, ...] | None) -> None:
-        if effort is not None:
-            self._held, self._answered = effort, True
-            self._watchdog.heard()
-            self._note_silence(False)
+    def _hold(self, effort: tuple[float, ...] | None) -> bool:
+        if effort is None:
+            return False
+        self._held, self._answered = effort, True
+        self._watchdog.heard()
+        self._note_silence(False)
+        return True

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim import load_scene
+from crane_sim.interruption import tie
 from crane_sim.orchestration.children import environment, reserved_domain
 from crane_sim.rollout import simulate
 from crane_sim.scene import Scene
@@ -52,7 +53,7 @@ def setups(kilted: str = KILTED) -> list[Setup]:
 @contextmanager
 def busy(loops: int) -> Iterator[None]:
     """Keep so many cores busy with something else."""
-    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(loops)]
+    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=tie()) for _ in range(loops)]
     try:
         yield
     finally:
@@ -81,7 +82,9 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
             (sys.executable, "crane_sim.ros.recorder_node", {"scene": file, "path": folder / "run.rrd"})
         ] * recorders
         helpers = [
-            subprocess.Popen(setup.command(python, module, parameters), env=_clean(python, domain, folder))
+            subprocess.Popen(
+                setup.command(python, module, parameters), env=_clean(python, domain, folder), preexec_fn=tie()
+            )
             for python, module, parameters in nodes
         ]
         try:
@@ -95,7 +98,8 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
 
 def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
     try:
-        plant = subprocess.run(command, env=env, stderr=subprocess.PIPE, text=True, timeout=_PATIENCE, check=False)
+        pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "text": True}
+        plant = subprocess.run(command, env=env, timeout=_PATIENCE, check=False, preexec_fn=tie(), **pipes)
     except subprocess.TimeoutExpired:
         raise RuntimeError(f"plant: it did not end within {_PATIENCE:g} s") from None
     told = next((line for line in plant.stderr.splitlines() if "state_sha256" in line), "")

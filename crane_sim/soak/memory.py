@@ -6,7 +6,7 @@ import numpy as np
 
 from crane_sim.bench import memory
 from crane_sim.soak.drift import drift_figures
-from crane_sim.soak.figures import Figure, at_most
+from crane_sim.soak.figures import Figure, at_most, equal
 
 GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
@@ -16,7 +16,8 @@ def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
     """Run for so long; return figures, and the data behind them."""
     warm_up = min(_WARM_UP, seconds / 3.0)
     found = memory.measure(seconds=seconds, warm_up=warm_up)
-    figures = [Figure("wall time", seconds, "s"), Figure("steps", found["steps"])]
+    figures = [Figure("wall time", found["sample_times_s"][-1], "s"), Figure("steps", found["steps"])]
+    figures += [equal("steps that the recorder says it has", found["recorded_steps"], found["steps"])]
     for node, resident in found["resident"].items():
         figures += [
             Figure(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),

@@ -35,7 +35,7 @@ PARTS = {
         "to two and a half seconds apart, drawn at random. Control is back when the plant applies a command that the "
         "*next* controller has sent: the witness tells it by the efforts, bit for bit, so that a command of the dead "
         "one that is still held does not count. Steps are counted three times, by the plant, by the witness and in "
-        "the recording that is left at the end.",
+        "the recording that is left at the end, which is read back.",
         ("back_s",),
         plots.draw_kill,
     ),
@@ -44,9 +44,10 @@ PARTS = {
         "Each run is a `crane run` of its own, in turn in real time, in lockstep, with `--restart` and with `--mcap`, "
         "and gets SIGINT or SIGTERM at a random instant: a fifth of "
         "them in the first 100 ms, a tenth with an empty cache, while the equations are being compiled; a third get "
-        "a second signal. Complaints are: a process that outlives its run, a traceback, a part of a file, a recording "
-        "that is not whole, a last effort other than zero, as the witness heard it, or an exit code other than 1. The "
-        "signal's own is one only within the first 100 ms, while the shell of the start script is still there.",
+        "a second signal. Complaints are: a process that outlives its run, a traceback, any file but recording and "
+        "bag, a recording that lacks a step that the witness heard, a last effort other than zero as the witness heard "
+        "it, or an exit code other than 1, the signal's own apart within the first 100 ms, while the shell of the "
+        "start script is still there; a run that had taken all its steps may end with 0.",
         ("at", "took", "fresh", "code"),
         plots.draw_signals,
     ),

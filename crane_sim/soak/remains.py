@@ -1,24 +1,50 @@
-"""Complaints about the files that an interrupted run has left."""
+"""Complaints about what an interrupted run has left: files, processes."""
 
+import os
+import signal
 from pathlib import Path
 
 from crane_sim.recording.reading import read_curves, read_summary
 
+RECORDING, BAG = "run.rrd", "run.mcap"
+MARK = "CRANE_SIM_SOAK"  # the variable by which the processes of a run are known
 
-def of_recording(path: Path) -> list[str]:
-    """Return what is wrong with a recording; there may be none, but no part of one."""
-    left = [f"left: {file.name}" for file in path.parent.glob("*.part")]
+
+def of_run(folder: Path, heard: int) -> list[str]:
+    """Return what is wrong with the files of a run of which somebody has heard so many steps."""
+    strangers = [f"left: {file.name}" for file in sorted(folder.iterdir()) if file.name not in (RECORDING, BAG)]
+    return strangers + _of_recording(folder / RECORDING, heard) + _of_bag(folder / BAG, folder / RECORDING)
+
+
+def orphans(mark: str) -> list[str]:
+    """Return a complaint about every process that has outlived its run, and end it."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"{MARK}={mark}".encode() in (folder / "environ").read_bytes():
+                found.append(f"outlives the run: {(folder / 'cmdline').read_bytes().replace(bytes(1), b' ').decode()}")
+                os.kill(int(folder.name), signal.SIGKILL)
+        except OSError:
+            continue
+    return found
+
+
+def steps_in(recording: Path) -> list[int]:
+    """Return the steps of which a recording has the state."""
+    return read_curves(recording, "plots/q").step.tolist()
+
+
+def _of_recording(path: Path, heard: int) -> list[str]:
     if not path.exists():
-        return left
+        return [f"no recording of {heard} steps"] if heard else []
     summary = read_summary(path)
-    if not summary["recorded_steps"]:
-        return left
-    steps = read_curves(path, "plots/q").step.tolist()
-    whole = steps == list(range(1, summary["recorded_steps"] + 1)) and not summary["lost_steps"]
-    return left if whole else [*left, f"recording: {len(steps)} steps, summary {summary['recorded_steps']}"]
+    told = summary["recorded_steps"]
+    found = steps_in(path) if told else []
+    whole = found == list(range(1, told + 1)) and not summary["lost_steps"] and told >= heard
+    return [] if whole else [f"recording: {len(found)} steps, its summary says {told}, heard {heard}"]
 
 
-def of_bag(path: Path, recording: Path) -> list[str]:
+def _of_bag(path: Path, recording: Path) -> list[str]:
     """Return what a bag lacks that the recording has."""
     if not (path.exists() and recording.exists()):
         return []

@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.catalogue import config_folder
+from crane_sim.interruption import tie
 from crane_sim.orchestration.children import reserved_domain
 from crane_sim.soak.figures import Figure, at_most, equal, quantiles
-from crane_sim.soak.remains import of_bag, of_recording
-from crane_sim.soak.witness import Account, witness
+from crane_sim.soak.remains import MARK, RECORDING, of_run, orphans
+from crane_sim.soak.witness import Account, Heard, witness
 
 SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
-_MARK = "CRANE_SIM_SOAK"
 _LOOK = 0.02  # s between two looks at what is heard
 _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
 
@@ -77,20 +77,25 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     """Interrupt so many runs; return figures, and the data behind them."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserved_domain() as domain, witness(scene, domain) as account:
-        began = time.monotonic()
+        began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
         undisturbed = interrupted(None, domain, account)
         if undisturbed.complaints:
             raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
         planned = plan(count, seed, time.monotonic() - began)
         ends = [interrupted(each, domain, account) for each in planned]
-    took = quantiles([end.took for end in ends])
+        left = set(os.listdir("/dev/shm")) - shared
+    took = quantiles([end.took for end in ends if end.took])
     told = zip(planned, ends, strict=True)
     complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in told for why in end.complaints]
     figures = [
         Figure("runs interrupted", count),
-        Figure("of them after their end", sum(end.code == 0 for end in ends)),
+        Figure("of them after their end", sum(not end.took for end in ends)),
+        Figure(
+            "of them within their last moments, complete all the same", sum(not e.code and e.took > 0 for e in ends)
+        ),
         Figure("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
+        equal("files more in /dev/shm", len(left), 0),
         equal("complaints", len(complaints), 0),
         *(Figure("complaint", why) for why in complaints),
     ]
@@ -102,26 +107,44 @@ def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
     """Start a run, interrupt it, and look at what is left."""
     mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
     account.read()
-    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
-        recording = Path(folder, "run.rrd")
-        env = os.environ | {_MARK: mark} | ({"CRANE_SIM_CACHE": folder} if how and how.fresh else {})
+    heard: dict[str, list[Heard]] = {"s": [], "e": []}
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
+    ):
+        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if how and how.fresh else {})
         command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
-        command += ["--domain-id", str(domain), "--record", str(recording), "--json"]
+        command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        with subprocess.Popen(command, env=env, cwd=folder, **pipes) as process:
-            took = _signalled(process, how, account)
+        with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=tie(), **pipes) as process:
+            took = _signalled(process, how, account, heard)
             _, errors = process.communicate()
-        complaints = [*_orphans(mark), *of_recording(recording), *of_bag(Path(folder, "run.mcap"), recording)]
-        complaints += _last_effort(account, way.duration)
-        complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
-        complaints += _exit_code(how, process.returncode)
-        return End(took, process.returncode, tuple(complaints))
+        time.sleep(0.1)  # what the witness writes ten times as often
+        _hear(account, heard)
+        steps = load_scene(SCENE, {"duration": way.duration}).steps
+        complaints = [*orphans(mark), *of_run(Path(folder), _taken(heard, steps)), *_last_effort(heard, steps)]
+    complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
+    complaints += _exit_code(how, process.returncode, took > 0.0 and _taken(heard, steps) < steps)
+    return End(took, process.returncode, tuple(complaints))
 
 
-def _exit_code(how: Interruption | None, code: int) -> list[str]:
-    """Return a complaint where a run ended neither with its own code, nor in the shell that starts it."""
-    in_shell = how is not None and how.at < _EARLY and code == -how.number
-    return [] if code in (0, 1) or in_shell else [f"exit code {code}"]
+def _exit_code(how: Interruption | None, code: int, cut: bool) -> list[str]:
+    """Return a complaint where a run that was cut short did not say so, or one that was not said that it was."""
+    in_shell = how is not None and how.at < _EARLY and code == -how.number  # the start script's own end
+    right = code == 1 if cut else code in ((0,) if how is None else (0, 1))
+    return [] if right or in_shell else [f"exit code {code}"]
+
+
+def _hear(account: Account, heard: dict[str, list[Heard]]) -> None:
+    for letter, news in account.read().items():
+        if letter in heard:
+            heard[letter] += news
+
+
+def _taken(heard: dict[str, list[Heard]], steps: int) -> int:
+    """Return how many steps of a run were heard; the last effort of one that is cut short belongs to none."""
+    found = len({effort.stamp for effort in heard["e"]})
+    return found if found == steps else max(found - 1, 0)
 
 
 def _crane() -> str:
@@ -130,12 +153,15 @@ def _crane() -> str:
     return str(script if script.is_file() else Path(sys.executable).with_name("crane"))
 
 
-def _signalled(process: subprocess.Popen[str], how: Interruption | None, account: Account) -> float:
+def _signalled(
+    process: subprocess.Popen[str], how: Interruption | None, account: Account, heard: dict[str, list[Heard]]
+) -> float:
     """Send the signals and wait for the end; return how long it took."""
     if how is None:
         return 0.0
-    while how.begun and process.poll() is None and not account.read()["s"]:
+    while how.begun and process.poll() is None and not heard["s"]:
         time.sleep(_LOOK)
+        _hear(account, heard)
     try:
         process.wait(how.at)
         return 0.0
@@ -154,25 +180,10 @@ def _signalled(process: subprocess.Popen[str], how: Interruption | None, account
     return time.monotonic() - began
 
 
-def _orphans(mark: str) -> list[str]:
-    """Return a complaint about every process that has outlived its run, and end it."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if f"{_MARK}={mark}".encode() in (folder / "environ").read_bytes():
-                found.append(f"outlives the run: {(folder / 'cmdline').read_bytes().replace(bytes(1), b' ').decode()}")
-                os.kill(int(folder.name), signal.SIGKILL)
-        except OSError:
-            continue
-    return found
-
-
-def _last_effort(account: Account, duration: float) -> list[str]:
+def _last_effort(heard: dict[str, list[Heard]], steps: int) -> list[str]:
     """Return a complaint where a run that began was cut short, and the last effort heard of it is not zero."""
-    time.sleep(0.1)  # what the witness writes ten times as often
-    efforts = account.read()["e"]
-    scene = load_scene(SCENE, {"duration": duration})
-    if not efforts or len(efforts) == scene.steps:
+    efforts = heard["e"]
+    if not heard["s"] or len(efforts) == steps:
         return []
-    last = efforts[-1].effort
-    return [] if not any(map(float, last)) else [f"last effort {', '.join(last)}"]
+    last = efforts[-1].effort if efforts else ("none",)
+    return [] if efforts and not any(map(float, last)) else [f"last effort {', '.join(last)}"]
