@@ -150,7 +150,7 @@ class ScriptedCrew:
     def __init__(self, script: list[dict[str, Any]]) -> None:
         """Let these attributes of the plant change, one after the other."""
         self.plant = SimpleNamespace(name="plant", pid=1, ready=True, fault="", waiting="", summary=None, step=0)
-        self.plant.order = lambda line: None
+        self.plant.order, self.plant.active = (lambda line: None), True
         self.children, self._script = [self.plant], list(script)
 
     def listen(self, timeout: float) -> bool:
@@ -158,6 +158,7 @@ class ScriptedCrew:
         if not self._script:
             time.sleep(0.01)
             return False
+        time.sleep(0.01)
         vars(self.plant).update(self._script.pop(0))
         return True
 
@@ -183,6 +184,8 @@ def test_a_plant_that_waits_for_the_user_s_node_says_so() -> None:
     assert played([waits, waits, goes_on, {"summary": {}}], patience=60.0) == told
     given_up = "error: plant: no command for state 7; that was 0.05 s ago"
     assert played([waits], patience=0.05) == [told[0], given_up]
+    paused = [waits | {"active": False}] * 10  # 0.1 s, in which the user need not answer
+    assert played([*paused, goes_on, {"summary": {}}], patience=0.05) == told
 
 
 def test_overruns_are_counted_from_outside() -> None:

@@ -91,7 +91,7 @@ class Child:
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
         bagged: the last step whose messages reached it.
-        active: it may work: nobody has deactivated it.
+        active: it may work: nobody has deactivated it, or paused the plant.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 

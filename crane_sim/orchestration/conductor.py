@@ -161,8 +161,8 @@ class Conductor:
             self._waiting_since = time.monotonic()
             self._telling.news(f"the plant waits: {self.plant.waiting}")
         own, silent = self._own_controller, time.monotonic() - self._waiting_since
-        if not all(post.holder.active for post in self._posts[1:]):
-            self._waiting_since = time.monotonic()  # somebody wants them to be silent: nobody is dead
+        if not all(post.holder.active for post in self._posts):
+            self._waiting_since = time.monotonic()  # somebody wants it to stand, or them to be silent: nobody is dead
         elif own and silent > _UNANSWERED:
             self._waiting_since = time.monotonic()  # the next one has as long
             # It lives and does not answer: the way out is the same as for a dead one.

@@ -181,6 +181,7 @@ class Stepper:
     def _tell_mode(self) -> None:
         standing = self.paused or self.waiting
         self._topics.publish_simulation_state(messages.PAUSED if standing else messages.PLAYING)
+        self._pipes.report("active", active=not self.paused)
 
     def _tell(self, now: float) -> None:
         self._next_diagnostics = now + _DIAGNOSTICS
