@@ -32,6 +32,7 @@ class Hostility:
             "huge": self._huge,
             "names": self._names,
             "length": self._length,
+            "unstamped": lambda now: (0, JOINTS, [1e3] * 4),
             "future": lambda now: (now + self._random.randint(1, 10**18), JOINTS, [1e3] * 4),
             "late": lambda now: (now - PERIOD - self._random.randint(1, 10**18), JOINTS, [1e3] * 4),
             "duplicate": lambda now: (now - PERIOD, JOINTS, [1e3] * 4),
@@ -45,6 +46,8 @@ class Hostility:
         The answer to the state before it has been accepted.
         """
         reason = self._random.choice(self._reasons)
+        if reason == "duplicate" and now == PERIOD:
+            reason = "unstamped"  # the first state has none before it
         if reason == "unreadable":
             return reason, self._garbage(now)
         return reason, message(*self._kinds[reason](now))

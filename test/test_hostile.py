@@ -89,9 +89,10 @@ def check_controlled(duration: float, each: int, domain: int, environment: dict[
     assert "error" not in summary
     assert summary["recorded_steps"] == scene.steps and summary["lost_steps"] == 0
     assert sum(sent.values()) == each * scene.steps
+    mistakes = ("not finite", "huge", "names", "length", "unstamped", "future", "unreadable")
     assert summary["commands"] == {
         "received": (each + 1) * scene.steps,
-        "rejected": sum(sent[reason] for reason in ("not finite", "huge", "names", "length", "future", "unreadable")),
+        "rejected": sum(sent[reason] for reason in mistakes),
         "late": sent["late"] + sent["stale"],
         "duplicate": sent["duplicate"],
     }
