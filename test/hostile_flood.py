@@ -1,11 +1,11 @@
-"""Floods `joint_commands` at 20 kHz from the first state on until the run is over; prints what it sent as JSON."""
+"""Floods `joint_commands` at 20 kHz from the second state on until the run is over; prints what it sent as JSON."""
 
 import json
 import sys
 import time
 
 import rclpy
-from hostility import JOINTS, Hostility, message
+from hostility import JOINTS, PERIOD, Hostility, message
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -30,7 +30,7 @@ class Flood(Node):
         self.create_subscription(UInt8, "simulation_state", self._on_mode, latched)
 
     def begin(self) -> None:
-        """Appear as a commander: the scene's own controller is there already."""
+        """Appear as a commander: the scene's own controller is at work already."""
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
 
     def send(self) -> None:
@@ -51,7 +51,7 @@ def main() -> None:
     """Flood one run."""
     rclpy.init(args=sys.argv)
     flood = Flood()
-    while not flood.stamp:
+    while flood.stamp < 2 * PERIOD:  # the scene's own controller has sent the first good command
         rclpy.spin_once(flood, timeout_sec=0.1)
     flood.begin()
     began, after = time.monotonic(), 0
