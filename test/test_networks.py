@@ -16,9 +16,10 @@ import pytest
 
 from crane_sim import load_scene
 from crane_sim.catalogue import config_folder
-from crane_sim.orchestration.children import environment
+from crane_sim.orchestration.children import environment, reserved_domain
 from crane_sim.plant import Plant
 from crane_sim.scene import Scene
+from crane_sim.soak.determinism import KILTED, clean_environment
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
@@ -47,9 +48,9 @@ def sockets(pid: int) -> list[tuple[str, str]]:
 
 
 @contextmanager
-def node(module: str, env: dict[str, str]) -> Iterator[int]:
+def node(module: str, env: dict[str, str], python: str = sys.executable) -> Iterator[int]:
     """Run a node of the default scene until it has opened its sockets; yield its process id."""
-    command = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
+    command = [python, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
     with subprocess.Popen(command, env=env, stderr=subprocess.DEVNULL) as process:
         try:
             deadline = time.monotonic() + 60.0
@@ -85,6 +86,29 @@ def test_the_profiles_differ_by_their_interfaces_only() -> None:
         found = {(leaf.tag, (leaf.text or "").strip()) for leaf in root.iter() if not len(leaf)}
         leaves.append({(tag, text) for tag, text in found if text not in ("loopback", "network", "127.0.0.1")})
     assert leaves[0] == leaves[1]
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_newer_versions_have_the_same_profiles(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They differ by the name of one element, and a node of either version finds its own file."""
+    monkeypatch.setenv("CRANE_SIM_DDS", str(config_folder() / name))
+    env = environment(7, tmp_path)
+    old, new = (env[f"{library}_DEFAULT_PROFILES_FILE"] for library in ("FASTRTPS", "FASTDDS"))
+    assert (Path(old).name, Path(new).name) == (name, name.replace("fastdds", "fastdds3"))
+    text = ET.canonicalize(Path(old).read_text(), with_comments=False)
+    assert text.replace("heartbeatPeriod", "heartbeat_period") == ET.canonicalize(Path(new).read_text())
+
+
+@pytest.mark.skipif(not KILTED, reason="CRANE_SIM_KILTED_PYTHON names no Python with ROS 2 Kilted")
+def test_nothing_of_a_newer_version_listens_beyond_this_machine(tmp_path: Path) -> None:
+    """Every socket of a node of ROS 2 Kilted is bound to the loopback interface, too."""
+    with (
+        reserved_domain() as domain,
+        node("crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED) as pid,
+    ):
+        found = sockets(pid)
+    assert len(found) >= 2  # discovery and data
+    assert {address for _, address in found} == {LOOPBACK}, found
 
 
 def driven_by_the_example(scene: Scene) -> str:

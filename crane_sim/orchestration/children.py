@@ -65,13 +65,14 @@ def environment(domain: int, log_folder: Path) -> dict[str, str]:
     profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
     if not os.path.isfile(profile):  # Fast DDS would silently speak on every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
+    newer = profile.replace("fastdds_", "fastdds3_")  # Fast DDS 3 drops a file of 2 as a whole, for one element's name
     path = os.environ.get("PYTHONPATH")
     ours = {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",  # LOCALHOST would override the profile's transports
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
         "FASTRTPS_DEFAULT_PROFILES_FILE": profile,  # Jazzy
-        "FASTDDS_DEFAULT_PROFILES_FILE": profile,  # Kilted
+        "FASTDDS_DEFAULT_PROFILES_FILE": newer if os.path.isfile(newer) else profile,  # Kilted and later
         "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
     }
     defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder), "RUST_LOG": _RERUN_SAYS}

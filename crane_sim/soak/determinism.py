@@ -83,13 +83,15 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
         ] * recorders
         helpers = [
             subprocess.Popen(
-                setup.command(python, module, parameters), env=_clean(python, domain, folder), preexec_fn=tie()
+                setup.command(python, module, parameters),
+                env=clean_environment(python, domain, folder),
+                preexec_fn=tie(),
             )
             for python, module, parameters in nodes
         ]
         try:
             plant = setup.command(setup.plant, "crane_sim.ros.plant_node", common)
-            return _plant_sha256(plant, _clean(setup.plant, domain, folder))
+            return _plant_sha256(plant, clean_environment(setup.plant, domain, folder))
         finally:
             for helper in helpers:
                 helper.terminate()
@@ -108,7 +110,7 @@ def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
     return json.loads(told[told.index("{") :])["state_sha256"]
 
 
-def _clean(python: str, domain: int, folder: Path) -> dict[str, str]:
+def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
     """Return the environment of a node; another interpreter must not find this one's ROS."""
     found = environment(domain, folder)
     return found if python == sys.executable else {key: found[key] for key in found.keys() - set(_OF_THIS_ONE)}
