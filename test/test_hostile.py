@@ -6,14 +6,17 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
+from bench_graph import NodeProcess
 from hostility import JOINTS, Hostility, message
 
 from crane_sim import load_scene, orchestration, simulate
 from crane_sim.plant import Plant
 from crane_sim.ros.gate import CommandGate
 from crane_sim.ros.limits import largest_efforts
+from crane_sim.ros.messages import LEASE
 from crane_sim.ros.wire import JointWire
 from crane_sim.scene import Scene
 
@@ -112,17 +115,33 @@ def test_a_hostile_controller_for_long(domain_id: int, ros_environment: dict[str
     check_controlled(400.0, 8, domain_id, ros_environment, tmp_path)
 
 
-@pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
-def test_a_flood_from_somebody_else(mode: str, domain_id: int, ros_environment: dict[str, str]) -> None:
-    """A stranger's commands at 20 kHz, some of them good, leave the crane to its own controller, and are counted."""
-    scene = load_scene("knuckle_setpoint", {"duration": 4.0})
-    command = [sys.executable, HERE / "hostile_flood.py"]
-    with subprocess.Popen(command, env=ros_environment, stdout=subprocess.PIPE, text=True) as process:
+def flooded(scene: Scene, mode: str, env: dict[str, str], file: Path) -> tuple[dict[str, Any], dict[str, float]]:
+    """Run plant and controller beside a flood of commands; return the plant's summary, and what the flood tells."""
+    scene.dump(file)
+    common = (f"scene:={file}", f"mode:={mode}")
+    # On a busy machine controller and flood may both stand still for longer than the usual lease of 0.3 s.
+    patient = (f"command_lease:={LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
+    flood = [sys.executable, HERE / "hostile_flood.py"]
+    with (
+        NodeProcess("crane_sim.ros.plant_node", env, *common, *patient) as plant,
+        NodeProcess("crane_control.controller_node", env, *common) as controller,
+        subprocess.Popen(flood, env=env, stdout=subprocess.PIPE, text=True) as process,
+    ):
         try:
-            summary = orchestration.run(scene, record=None, mode=mode, rate=2.0, domain_id=domain_id)
-            sent = json.loads(process.communicate(timeout=30.0)[0])
+            plant.await_event("ready")
+            controller.await_event("ready")
+            plant.order("go")
+            summary = plant.await_event("done")["summary"]
+            return summary, json.loads(process.communicate(timeout=30.0)[0])
         finally:
             process.kill()
+
+
+@pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
+def test_a_flood_from_somebody_else(mode: str, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """A stranger's commands at 20 kHz, some of them good, leave the crane to its own controller, and are counted."""
+    scene = load_scene("knuckle_setpoint", {"duration": 4.0})
+    summary, sent = flooded(scene, mode, ros_environment, tmp_path / "scene.yaml")
     print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")  # fewer where the machine is busy; shown by -rP
     commands = summary["commands"]
     refused = commands["rejected"] + commands["late"] + commands["duplicate"]

@@ -90,9 +90,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     figures = [
         Figure("runs interrupted", count),
         Figure("of them after their end", sum(not end.took for end in ends)),
-        Figure(
-            "of them within their last moments, complete all the same", sum(not e.code and e.took > 0 for e in ends)
-        ),
+        Figure("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
         Figure("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
         equal("files more in /dev/shm", len(left), 0),
