@@ -61,6 +61,7 @@ def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_env
         telling = Telling(lambda step: None, news.append, lambda name, pid: None)
         summary = recorded(Conductor(crew, [plant, post], [], telling, 0.0), post, {"steps": 70})
     assert news == ["recorder: it was killed by SIGKILL; replaced"]
+    assert summary.pop("restarts") == {"recorder": 1}
     assert summary == {"steps": 70, "recording": "run.rrd", "recorded_steps": 70, "lost_steps": 0}
 
 

@@ -57,9 +57,13 @@ def _time_for(conductor: Conductor) -> Callable[[], float]:
 
 
 def _finished(conductor: Conductor, post: RecorderPost, summary: dict[str, Any]) -> dict[str, Any] | None:
-    """Return what the recorder says of its files, None where it cannot, or not in time; if it dies, the next one."""
+    """Return what the recorder says of its files, None where it cannot, or not in time; if it dies, the next one.
+
+    The summary gets to know of that.
+    """
     _order_end(conductor, post.holder, summary)
     while _died(post.holder) and not conductor.hurried and conductor.relieve(post):
+        summary["restarts"] = summary.get("restarts", {}) | {post.name: post.restarts}
         _order_end(conductor, post.holder, summary)
     recorder = post.holder
     if recorder.summary is None:
