@@ -128,10 +128,13 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
 def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) -> None:
     """A second reset, heard by the one who replaces a recorder, leaves the file of the first one alone."""
     path = tmp_path / "run.rrd"
-    first = Recorder(SCENE, path, run_id="one")
+    first, told = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
+    set_aside = tmp_path / "run.before_reset_1.rrd"
+    first.on_reset = lambda: told.append((first.passes, first.last_step, first.recorded, set_aside.exists()))
     feed(first, 30)
     feed(first, 20)
     first.save()
+    assert told == [(1, 0, 0, True)]
     before = Before(20, 20, (tmp_path / "run.rrd.part",), first.passes)
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
     feed(heir, 25, after=20)

@@ -30,6 +30,7 @@ class Recorder:
         broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
         last_step: the newest one on the disk.
         passes: resets of the plant.
+        on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Recorder:
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._heard = time.monotonic()
         self.broken = ""
+        self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Take the joint state (nq,) of a stamp [ns]."""
@@ -167,11 +169,13 @@ class Recorder:
         done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
         self._pairing = Pairing(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
-        if not self.broken:
-            Path(done["recording"]).replace(before_reset(self._path, self.passes))
-            self._session = (
-                self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id)) or self._session
-            )
+        if self.broken:
+            return
+        Path(done["recording"]).replace(before_reset(self._path, self.passes))
+        self._session.recorded = 0
+        self.on_reset()
+        fresh = self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        self._session = fresh or self._session
 
 
 def warm_up(scene: Scene) -> None:

@@ -71,6 +71,11 @@ class Outputs:
         steps = [step for step, output in ((before.bagged, bag), (before.after, self.recorder)) if output]
         self.behind = [step * scene.period_ns for step in steps]
 
+    def report_resets(self, report: Callable[[], object]) -> None:
+        """Let each reset be reported at once: who goes on from there must not take the next pass for the last one."""
+        if self.recorder:
+            self.recorder.on_reset = report
+
     def progress(self) -> dict[str, int]:
         """Return the last step on the disk, how many there are, the last one whose messages are, and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)

@@ -49,7 +49,7 @@ def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     if settings.standby:
         hearing, outputs = _stood_by(host, scene, settings, kept)
     else:
-        outputs = Outputs(host.node, scene, settings, kept, Handover())
+        outputs = _opened(host, scene, settings, kept, Handover())
         hearing = Hearing(host.node, outputs.takers)
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
@@ -91,9 +91,15 @@ def _stood_by(
     if not host.started:
         return hearing, None
     before = read_handover(host.told)
-    outputs = Outputs(host.node, scene, settings, kept, before)
+    outputs = _opened(host, scene, settings, kept, before)
     tail.pass_to(outputs.takers, outputs.behind, before.passes)
     return hearing, outputs
+
+
+def _opened(host: Host, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: Handover) -> Outputs:
+    outputs = Outputs(host.node, scene, settings, kept, before)
+    outputs.report_resets(lambda: _report(host, outputs))
+    return outputs
 
 
 def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> None:
@@ -109,7 +115,7 @@ def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> N
 
 def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
     complaints: set[str] = set()
-    told = outputs.progress()
+    told = dict[str, int]()
     while not host.stopping and (host.pipes.attached or not hearing.over):
         host.spin(_PERIOD)
         hearing.pass_on()
@@ -120,7 +126,11 @@ def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
         if (now := outputs.progress()) != told:
             told = now
-            host.pipes.report("progress", **now)
+            _report(host, outputs)
+
+
+def _report(host: Host, outputs: Outputs) -> None:
+    host.pipes.report("progress", **outputs.progress())
 
 
 def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, Any], within: float) -> dict[str, Any]:
@@ -132,7 +142,7 @@ def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, A
         hearing.pass_on()
     hearing.pass_on()  # what the last call held back
     outputs.save()
-    host.pipes.report("progress", **outputs.progress())  # who has to go on from here is to know that all is on the disk
+    _report(host, outputs)  # who has to go on from here is to know that all is on the disk
     return outputs.finish(summary, began + within)
 
 
