@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -43,22 +44,23 @@ sys.exit(process.main("odd", {}, body))
 """
 
 
-def crew_of(folder: Path, program: str, env: dict[str, str]) -> Crew:
+def crew_of(folder: Path, program: str, env: dict[str, str], interrupts: Sequence[int] = ()) -> Crew:
     """Return a crew whose nodes can be of a module `node` that is this program."""
     (folder / "node.py").write_text(program)
-    return Crew(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"})
+    return Crew(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"}, interrupts)
 
 
 def test_all_limits_of_an_early_end_are_one(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     """A plant, a law and a recorder that neither report nor end, and four more nodes, are gone within 3 s."""
-    with crew_of(tmp_path, STUBBORN, ros_environment) as crew:
+    interrupts: list[int] = [signal.SIGINT]
+    with crew_of(tmp_path, STUBBORN, ros_environment, interrupts) as crew:
         names = ("plant", "controller", "recorder", *("reserve",) * 4)
         posts: list[Any] = [SimpleNamespace(name=name, holder=crew.start(name, "node", "a", {})) for name in names]
-        vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0)
+        vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, vacant="")
         while not all(child.ready for child in crew.children):
             crew.listen(1.0)
         nobody: Any = SimpleNamespace()
-        conductor, began = Conductor(crew, posts, [signal.SIGINT], nobody, 0.0), time.monotonic()
+        conductor, began = Conductor(crew, posts, interrupts, nobody, 0.0), time.monotonic()
         conductor.wind_up()
         told(conductor, posts)
         summary = recorded(conductor, posts[2], {"steps": 7})
@@ -135,7 +137,7 @@ import sys
 from pathlib import Path
 from crane_sim.recording import repair
 repair.viewer_program = lambda: Path(sys.argv[1])
-repair.optimized([], Path(sys.argv[2]), 60.0)
+repair.optimized([], Path(sys.argv[2]), repair.countdown(60.0))
 """
 
 
@@ -171,12 +173,12 @@ def ends_soon(pid: int) -> None:
 
 def test_only_bags_of_this_run_are_named(tmp_path: Path) -> None:
     """A bag of an earlier run is not taken for a part of this one; a part without messages is no part at all."""
-    path = str(tmp_path / "run.mcap")
+    path, endless = str(tmp_path / "run.mcap"), repair.countdown(math.inf)
     Path(path).touch()
     os.utime(path, (1.0, 1.0))
     unfinished(part_of(path, 2)).mkdir()
     post: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
-    assert bags(post, "last.mcap", math.inf) == {"mcap": "last.mcap"}
+    assert bags(post, "last.mcap", endless) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()
-    assert bags(post, "last.mcap", math.inf) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
-    assert bags(post, None, math.inf) == {"mcap": path}
+    assert bags(post, "last.mcap", endless) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
+    assert bags(post, None, endless) == {"mcap": path}

@@ -51,10 +51,10 @@ def stamp_of(message: Any) -> int:
     return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
-def feed(bag: Bag, steps: int) -> None:
-    """Let the bag hear of steps, and of the state after the last one."""
+def feed(bag: Bag, steps: int, after: int = 0) -> None:
+    """Let the bag hear of the steps behind step `after`, and of the state after the last one."""
     takers = bag.takers()
-    for k in range(1, steps + 2):
+    for k in range(after + 1, steps + 2):
         takers["joint_states"](STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
         if k <= steps:
             takers["applied_effort"](EFFORT_WIRE.encode(k * SCENE.period_ns, (float(k),) * 4))
@@ -106,7 +106,10 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
     with small_disk(tmp_path / "disk") as disk:
         path = disk / "run.mcap"
         summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
-    assert summary["error"] == f"recorder: {unfinished(path)}: No space left on device"
+    why, _, counts = summary["error"].rpartition("; it has ")
+    assert why == f"recorder: {unfinished(path)}: No space left on device" and counts.endswith(
+        f" of {SCENE.steps} steps"
+    )
     assert summary["mcap"] == str(unfinished(path))
     assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, SCENE.steps, 0)
     assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == SCENE.steps
@@ -138,6 +141,18 @@ def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
         assert [message.effort[0] for _, message in found["/knuckle/applied_effort"]] == list(range(1, steps + 1))
         assert len(found["/knuckle/joint_states"]) == steps + 1
         assert [message.data for _, message in found["/knuckle/robot_description"]] == ["crane"]
+
+
+def test_who_goes_on_after_a_reset_counts_anew(tmp_path: Path) -> None:
+    """A bag that began behind step 50 tells of the new pass what it lacks, and what of it is on the disk."""
+    bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, passes=1)
+    feed(bag, 60, after=50)
+    feed(bag, 20)
+    bag.save()
+    assert (bag.passes, bag.last_step) == (2, 20)
+    why = f"recorder: {tmp_path / 'run.part2.mcap'} is incomplete, it has 20 of 25 steps"
+    assert bag.finish({"steps": 25})["error"] == why
+    assert {file.name for file in tmp_path.iterdir()} == {"run.part2.mcap", "run.part2.before_reset_2.mcap"}
 
 
 def test_a_missing_end_is_told(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import pytest
 from rosbags.rosbag2 import Reader
 from test_mcap import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS
 
@@ -11,7 +12,10 @@ from crane_sim.recording.mcap_repair import repair_folder
 
 
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
-    """What a killed recorder had saved comes out of the recovered file as out of a closed one: times, order, counts."""
+    """What a killed recorder had saved comes out of the recovered file as out of a closed one: times, order, counts.
+
+    An attempt for which there was no time has changed nothing.
+    """
     file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
     file.write(2, SCENE.period_ns, DESCRIPTION)
     for k in range(1, 21):  # an effort follows the state that it leads to: their stamps are not in order
@@ -24,6 +28,8 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     with next(left.iterdir()).open("ab") as grown:
         grown.write(b"\x06\x99")  # the beginning of a record
     file.close()
+    with pytest.raises(TimeoutError):
+        repair_folder(left, lambda: 0.0)  # somebody waits for the end: it stays as it is
     recovered = repair_folder(left)
     assert recovered is not None
     with Reader(recovered) as ours, Reader(file.path) as theirs:

@@ -13,10 +13,13 @@ import pytest
 from crane_sim import load_scene, orchestration
 from crane_sim.plant import Plant
 from crane_sim.recording.pairing import PATIENCE, Pairing
+from crane_sim.recording.part_names import found
 from crane_sim.recording.parts import Before
 from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.recording.recorder import Recorder
 from crane_sim.recording.repair import repair
+from crane_sim.recording.session import Session
+from crane_sim.recording.writer import RecordingError
 
 PERIOD = 10_000_000  # ns
 TARGET = (0.0, 0.0, 0.0, 2.0)
@@ -96,14 +99,17 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
     assert [row.reference for row in pairing.take(final=True)] == [TARGET, TARGET, later, later]
 
 
-def feed(recorder: Recorder, steps: int) -> None:
-    """Let the plant make steps and tell the recorder of them."""
+def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
+    """Let the plant make steps and tell the recorder of those behind step `after`."""
     plant = Plant(SCENE)
     for k in range(1, steps + 1):
-        recorder.state(k * PERIOD, plant.q, plant.v)
+        q, v = plant.q, plant.v
         assert SCENE.law is not None
-        demanded = SCENE.law(plant.t, plant.q, plant.v)
+        demanded = SCENE.law(plant.t, q, v)
         plant.advance(demanded)
+        if k <= after:
+            continue
+        recorder.state(k * PERIOD, q, v)
         recorder.command(k * PERIOD, demanded)
         recorder.effort(k * PERIOD, plant.applied)
 
@@ -119,6 +125,76 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
     assert len(read_curves(tmp_path / "run.before_reset_1.rrd", "plots/q").step) == 30
 
 
+def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) -> None:
+    """A second reset, heard by the one who replaces a recorder, leaves the file of the first one alone."""
+    path = tmp_path / "run.rrd"
+    first, told = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
+    set_aside = tmp_path / "run.before_reset_1.rrd"
+    first.on_reset = lambda: told.append((first.passes, first.last_step, first.recorded, set_aside.exists()))
+    feed(first, 30)
+    feed(first, 20)
+    first.save()
+    assert told == [(1, 0, 0, True)]
+    before = Before(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(heir, 25, after=20)
+    feed(heir, 10)
+    assert heir.passes == 2 and heir.finish({"steps": 10})["recorded_steps"] == 10
+    files = {"run.before_reset_1.rrd": 30, "run.before_reset_2.rrd": 25, "run.rrd": 10}
+    assert {file.name for file in tmp_path.iterdir()} == set(files)
+    for name, steps in files.items():
+        assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
+
+
+def test_a_reset_that_the_dead_one_did_not_hear_of_begins_anew(tmp_path: Path) -> None:
+    """Who is handed step 20 and then hears of step 1 does not take the new pass for a repetition of the old one."""
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 20)
+    dead.save()
+    before = Before(20, 20, (tmp_path / "run.rrd.part",))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(heir, 30)
+    assert heir.finish({"steps": 30})["recorded_steps"] == 30
+    for name, steps in (("run.before_reset_1.rrd", 20), ("run.rrd", 30)):
+        assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
+
+
+def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
+    """Who died behind the last step, its file complete under the whole's name, loses no step, and leaves one file."""
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 30)
+    dead.finish({"steps": 30})
+    before = Before(30, 30, tuple(found(str(path), 1, since=0.0)))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    assert heir.has_all(30)
+    added = heir.finish({"steps": 30})
+    assert added == {"recording": str(path), "recorded_steps": 30, "lost_steps": 0}
+    assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 31))
+    assert read_summary(path)["recording"] == str(tmp_path / "run.part2.rrd")  # of who said it last
+    assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
+
+
+def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error of a file that could not be written says how many steps it has; earlier parts are named, too."""
+    part = tmp_path / "run.rrd.part"
+    part.touch()
+    before = Before(20, 20, (part,))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
+    feed(heir, 30, after=20)
+    monkeypatch.setattr(Session, "write", full)
+    added = heir.finish({"steps": 32})
+    files = [str(part), str(tmp_path / "run.part2.rrd.part")]
+    assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"
+    assert (added["recording"], added["parts"], added["lost_steps"]) == (files[1], files, 12)
+
+
+def full(session: Session, rows: object) -> None:
+    """Write to a disk that is full."""
+    raise RecordingError("the disk is full")
+
+
 def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who goes on behind another recorder's last known step leaves one file in the end, with every step once."""
     monkeypatch.setattr("crane_sim.recording.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
@@ -127,7 +203,7 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     feed(dead, 30)
     before = Before(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not told of the last ten
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
-    feed(heir, 60)
+    feed(heir, 60, after=20)
     added = heir.finish({"steps": 60})
     assert added == {"recording": str(path), "recorded_steps": 60, "lost_steps": 0}
     assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 61))
@@ -183,6 +259,7 @@ def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
     summary = json.loads(done.stdout.splitlines()[-1])
     assert summary["steps"] == FULL
     assert summary["error"].startswith("recorder: recording ")
+    assert summary["error"].endswith(f"; it has {summary['recorded_steps']} of {FULL} steps")
     assert summary["lost_steps"] == FULL - summary["recorded_steps"] > 0
     recovered = repair(copy)
     assert recovered is not None

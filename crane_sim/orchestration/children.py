@@ -93,6 +93,7 @@ class Child:
         recorded: steps that reached the disk, of a recorder.
         bagged: the last step whose messages reached it.
         active: it may work: nobody has deactivated it, or paused the plant.
+        passes: resets of the plant that it has taken in, of a recorder.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 
@@ -100,7 +101,7 @@ class Child:
         """Let `start` make the process, given its ends of two pipes: for orders, for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.gone, self.gave_up = True, False, False, False
-        self.step = self.recorded = self.bagged = 0
+        self.step = self.recorded = self.bagged = self.passes = 0
         self.summary: dict[str, Any] | None = None
         control, self._control = os.pipe()
         self.reports, report = os.pipe()
@@ -168,7 +169,8 @@ class Child:
             case {"event": "active", "active": bool(active)}:
                 self.active = active
             case {"event": "progress", "step": int(step), **more}:
-                self.step, self.recorded, self.bagged = step, more.get("recorded", 0), more.get("bagged", 0)
+                self.step = step
+                self.recorded, self.bagged, self.passes = (more.get(key, 0) for key in ("recorded", "bagged", "passes"))
             case {"event": "waiting", "why": str(why)}:
                 self.waiting = why
             case {"event": "resumed"}:

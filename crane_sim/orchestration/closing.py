@@ -3,15 +3,17 @@
 import json
 import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.conductor import Conductor
 from crane_sim.orchestration.leavings import bags, recordings
 from crane_sim.orchestration.posts import Post, RecorderPost
 
 _WIND_UP = 10.0, 0.3  # s for a law to report; where somebody waits for the end
 _WRITE = 120.0  # s for the recorder to finish the file; where somebody waits, what is left
+_UNFINISHED = "it did not finish the recording"
 _KILLED = 0.2  # s for a process to end that was killed
 
 
@@ -37,34 +39,57 @@ def recorded(conductor: Conductor, post: RecorderPost | None, summary: dict[str,
         return summary | nothing
     own = _finished(conductor, post, summary)
     if own is None and post.path:
-        nothing |= recordings(post, summary, time.monotonic() + min(_WRITE, conductor.left))
+        nothing |= recordings(post, summary, _time_for(conductor))
     merged = summary | nothing | (own or {})
-    merged |= bags(post, merged.get("mcap"), time.monotonic() + min(_WRITE, conductor.left))
+    merged |= bags(post, merged.get("mcap"), _time_for(conductor))
     merged.setdefault("steps", max(conductor.plant.step, merged["recorded_steps"]))
-    if error := summary.get("error", merged.get("error")):  # what the plant says comes first
-        return merged | {"error": error}
-    return merged | _missing(own, post, merged)
+    first, theirs = summary.get("error", ""), (own or {}).get("error", "")  # what the plant says comes first
+    if not theirs and (post.vacant or not first):
+        theirs = _missing(own, post, merged)
+    error = "; ".join(filter(None, (first, theirs)))
+    return merged | ({"error": error} if error else {})
+
+
+def _time_for(conductor: Conductor) -> Callable[[], float]:
+    """Return what tells the seconds that are left for files: fewer as soon as somebody waits for the end."""
+    until = time.monotonic() + _WRITE
+    return lambda: min(until - time.monotonic(), conductor.left)
 
 
 def _finished(conductor: Conductor, post: RecorderPost, summary: dict[str, Any]) -> dict[str, Any] | None:
-    """Return what the recorder says of its files, None where it cannot, or not in time."""
+    """Return what the recorder says of its files, None where it cannot, or not in time; if it dies, the next one.
+
+    The summary gets to know of that.
+    """
+    _order_end(conductor, post.holder, summary)
+    while _died(post.holder) and not conductor.hurried and conductor.relieve(post):
+        summary["restarts"] = summary.get("restarts", {}) | {post.name: post.restarts}
+        _order_end(conductor, post.holder, summary)
     recorder = post.holder
-    if recorder.ready or not conductor.hurried:
-        within = min(_WRITE, conductor.left)
-        recorder.order(f"finish {json.dumps({'within': within, 'summary': summary})}")
-        conductor.hear_out([recorder], _WRITE)
     if recorder.summary is None:
         recorder.send_signal(signal.SIGKILL)  # before it makes a file that nobody would finish
         recorder.ended_by(time.monotonic() + _KILLED)
     return recorder.summary
 
 
-def _missing(own: dict[str, Any] | None, post: RecorderPost, merged: dict[str, Any]) -> dict[str, str]:
+def _order_end(conductor: Conductor, recorder: Child, summary: dict[str, Any]) -> None:
+    if recorder.ready or not conductor.hurried:
+        within = min(_WRITE, conductor.left)
+        recorder.order(f"finish {json.dumps({'within': within, 'summary': summary})}")
+        conductor.hear_out([recorder], _WRITE)
+
+
+def _died(recorder: Child) -> bool:
+    return recorder.gone and recorder.summary is None
+
+
+def _missing(own: dict[str, Any] | None, post: RecorderPost, merged: dict[str, Any]) -> str:
+    """Return one line on what the files lack, empty where that is nothing."""
     counts = f"it has {merged['recorded_steps']} of {merged['steps']} steps"
     if own is None:
         found = f"; {merged['recording'] or 'the recording'} is incomplete, {counts}" if post.path else ""
         found += f"; {merged.get('mcap') or 'the bag'} is incomplete" if post.mcap else ""
-        return {"error": f"recorder: {post.holder.fault or 'it did not finish the recording'}{found}"}
+        return f"{post.vacant or f'recorder: {post.holder.fault or _UNFINISHED}'}{found}"
     if post.path and (merged["lost_steps"] or merged["recorded_steps"] != merged["steps"]):
-        return {"error": f"recorder: the recording is incomplete, {counts}"}
-    return {}
+        return f"recorder: the recording is incomplete, {counts}"
+    return ""

@@ -74,12 +74,20 @@ class Conductor:
         """
         began = time.monotonic()
         while any(child.summary is None and not child.gone for child in children):
-            if self._interrupts:
-                self._crew.hurry()
             limit = hurry if self._crew.hurried else patience
             if time.monotonic() - began > limit or self._crew.left <= 0.0:
                 return
             self._crew.listen(_TURN)
+
+    def relieve(self, post: Post) -> bool:
+        """Fill a place whose holder has gone anew, and tell it; False where it stays vacant."""
+        why = f"{post.name}: {post.holder.fault}"
+        if not post.relieve(self.plant.step):
+            return False
+        self._telling.news(f"{why}; replaced")
+        self._announce()
+        self._waiting_since = self._waiting_since and time.monotonic()
+        return True
 
     @property
     def hurried(self) -> bool:
@@ -115,6 +123,7 @@ class Conductor:
     def _all_sound(self) -> None:
         for child in self._crew.children:
             if child.fault:
+                self._crew.hurry()
                 raise RunError(f"{child.name}: {child.fault}")
 
     def _mend(self) -> None:
@@ -122,8 +131,8 @@ class Conductor:
             self._crew.hurry()
             raise RunError(f"plant: {self.plant.fault}")
         for post in self._posts[1:]:
-            if post.holder.fault and not post.vacant:
-                self._replace(post)
+            if post.holder.fault and not post.vacant and not self.relieve(post):
+                self._do_without(post)
             if why := post.look_after_reserves():
                 self._telling.news(why)
         self._announce()
@@ -137,18 +146,12 @@ class Conductor:
                 self._announced[post.name] = pid
                 self._telling.filled(post.name, pid)
 
-    def _replace(self, post: Post) -> None:
-        why = f"{post.name}: {post.holder.fault}"
-        if post.relieve():
-            self._telling.news(f"{why}; replaced")
-            self._waiting_since = self._waiting_since and time.monotonic()
-            return
-        post.vacant = why
+    def _do_without(self, post: Post) -> None:
         if post.name == "recorder":
-            self._telling.news(f"{why}; the run goes on unrecorded")
+            self._telling.news(f"{post.vacant}; the run goes on unrecorded")
         else:
-            self._telling.news(f"{why}; the crane is braked to rest")
-            self.plant.order(f"brake {why}")
+            self._telling.news(f"{post.vacant}; the crane is braked to rest")
+            self.plant.order(f"brake {post.vacant}")
 
     def _mind_silence(self) -> None:
         """Where the plant waits for a command: say so, and give up in the end."""

@@ -4,7 +4,7 @@ import json
 import selectors
 import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +13,7 @@ from typing import Self
 from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.processes import Nursery, Process, program
 
+_TURN = 0.1  # s between two looks at whether somebody waits for the end
 _PATIENCE = 5.0, 2.0  # s until SIGTERM, and from there until SIGKILL
 _HURRY = 0.3, 0.2  # the same where somebody waits for the end: what matters has been reported by then
 _LIMIT = 2.4  # s for all of an early end: whoever waits is promised 3 s, and the program itself has to end, too
@@ -26,11 +27,16 @@ class Crew:
         deadline: instant of the monotonic clock [s] by which all have ended; inf while nobody waits for that.
     """
 
-    def __init__(self, env: Mapping[str, str]) -> None:
-        """Start nobody yet; `env` is the environment of all."""
+    def __init__(self, env: Mapping[str, str], interrupts: Sequence[int] = ()) -> None:
+        """Start nobody yet.
+
+        Args:
+            env: environment of all.
+            interrupts: signals that have come, whenever one looks: who sends one waits for the end.
+        """
         self.children: list[Child] = []
         self.deadline = inf
-        self._env = env
+        self._env, self._interrupts = env, interrupts
         self._selector = selectors.DefaultSelector()
         self._nursery: Nursery | None = None
 
@@ -59,24 +65,33 @@ class Crew:
     @property
     def hurried(self) -> bool:
         """Whether somebody waits for the end."""
+        if self._interrupts:
+            self.hurry()
         return self.deadline < inf
 
     @property
     def left(self) -> float:
         """Seconds for what is to be done before the processes are let go; inf while nobody waits."""
-        return self.deadline - sum(_HURRY) - time.monotonic()
+        return self.deadline - sum(_HURRY) - time.monotonic() if self.hurried else inf
 
     def _see_them_end(self) -> None:
         """Wait, insist, and end who does not listen: all at once, whoever keeps us waiting."""
-        first, then = _HURRY if self.hurried else _PATIENCE
-        asked = min(time.monotonic() + first, self.deadline - then)
         living = self.children
-        for instant, number in ((asked, signal.SIGTERM), (asked + then, signal.SIGKILL)):
-            living = [child for child in living if not child.ended_by(instant)]
+        for stage, number in enumerate((signal.SIGTERM, signal.SIGKILL)):
+            since = time.monotonic()
+            while living and time.monotonic() < (limit := self._limit(since, stage)):
+                instant = min(time.monotonic() + _TURN, limit)
+                living = [child for child in living if not child.ended_by(instant)]
             for child in living:
                 child.send_signal(number)
         for child in self.children:
             child.close()
+
+    def _limit(self, since: float, stage: int) -> float:
+        """Return the instant at which a stage of the end that began at `since` [s] is over, as far as one knows now."""
+        hurried = self.hurried
+        patience = _HURRY if hurried else _PATIENCE
+        return min(since + patience[stage], self.deadline - sum(patience[stage + 1 :]))
 
     def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
         """Start the node of `module` in `namespace` with the given parameters."""

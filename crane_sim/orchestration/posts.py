@@ -3,14 +3,13 @@
 import json
 import time
 from collections.abc import Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.crew import Crew
-from crane_sim.recording.part_names import part_of, unfinished
 
 _RESERVES = 2  # who stand by: a second kill may come before the next one has started
+_IN_A_ROW = 3  # replacements while the plant takes no step; the next one would meet the same
 
 
 class Place(NamedTuple):
@@ -34,6 +33,7 @@ class Post:
     def __init__(self, crew: Crew, place: Place, replaced: bool = False) -> None:
         """Start the holder and, where it is to be `replaced` when it dies, one that stands by."""
         self.name, self.restarts, self.vacant = place.name, 0, ""
+        self._at, self._row = -1, 0  # the plant's step at the last replacement, and how many there were at that one
         self._crew, self._place, self._started = crew, place, 1
         self.holder = crew.start(place.name, place.module, place.namespace, place.settings)
         self._reserves: list[Child] = []
@@ -46,17 +46,20 @@ class Post:
         """Whether all who should stand by do."""
         return all(child.ready for child in self._reserves)
 
-    def relieve(self) -> bool:
-        """Let one that stands by follow a holder that has gone; False where that cannot be, or would not help."""
-        if not self._replaced or self.holder.gave_up:
+    def relieve(self, step: int) -> bool:
+        """Let one that stands by follow a holder that has gone, with the plant at `step`.
+
+        Returns False where that cannot be, or would not help: the place stays vacant.
+        """
+        self.vacant = self.vacant or self._hopeless(step)
+        if self.vacant:
             return False
         if not self._reserves:
             self._add_reserve()
         gone, self.holder = self.holder, max(self._reserves, key=lambda child: child.ready)  # the first ready one
         self._reserves.remove(self.holder)
         self.restarts += 1
-        self._hand_over(gone)
-        self.holder.order("go")
+        self.holder.order(f"go {self._handover(gone)}".strip())
         self._crew.dismiss(gone)
         return True
 
@@ -72,17 +75,26 @@ class Post:
             self._add_reserve()
         return ""
 
+    def _hopeless(self, step: int) -> str:
+        """Return why the place is to stay vacant, one line; empty where the next one may do better."""
+        why = f"{self.name}: {self.holder.fault}"
+        if not self._replaced or self.holder.gave_up:
+            return why
+        self._at, self._row = step, self._row + 1 if step == self._at else 1
+        given_up = f"{why}; {_IN_A_ROW} replacements in a row died with the plant at step {step}"
+        return given_up if self._row > _IN_A_ROW else ""
+
     def _add_reserve(self) -> None:
         self._started += 1
         place, alias = self._place, f"{self.name}_{self._started}"
-        settings = self._reserve_settings(self._started)
-        self._reserves.append(self._crew.fork(alias, place.module, place.namespace, settings))
+        self._reserves.append(self._crew.fork(alias, place.module, place.namespace, self._reserve_settings()))
 
-    def _reserve_settings(self, number: int) -> Mapping[str, object]:
+    def _reserve_settings(self) -> Mapping[str, object]:
         return {**self._place.settings, "autostart": False}
 
-    def _hand_over(self, gone: Child) -> None:
-        """Leave what the next holder needs to know."""
+    def _handover(self, gone: Child) -> str:
+        """Return what the next holder needs to know, one line."""
+        return ""
 
 
 class RecorderPost(Post):
@@ -94,20 +106,17 @@ class RecorderPost(Post):
         began: s of the system's clock: older files are not of this run.
     """
 
-    def __init__(self, crew: Crew, place: Place, folder: Path, replaced: bool = False) -> None:
-        """See `Post`; what is handed over goes through files in `folder`."""
-        self._folder, self._parts, self.began = folder, list[str](), time.time()
+    def __init__(self, crew: Crew, place: Place, replaced: bool = False) -> None:
+        """See `Post`."""
+        self.began = time.time()
         self.path, self.mcap = str(place.settings["path"]), str(place.settings["mcap"])
         super().__init__(crew, place, replaced)
 
-    def _reserve_settings(self, number: int) -> Mapping[str, object]:
-        return {**self._place.settings, "handover": str(self._folder / f"handover_{number}.json"), "live_port": 0}
+    def _reserve_settings(self) -> Mapping[str, object]:
+        return {**self._place.settings, "standby": True, "passes": self.holder.passes, "live_port": 0}
 
-    def _hand_over(self, gone: Child) -> None:
-        self.holder.step, self.holder.recorded, self.holder.bagged = gone.step, gone.recorded, gone.bagged
-        if self.path:
-            self._parts.append(str(unfinished(part_of(self.path, self.restarts))))
-        told = {"after": gone.step, "recorded": gone.recorded, "bagged": gone.bagged}
-        told |= {"parts": self._parts, "number": self.restarts + 1}
-        number = self.holder.name.removeprefix(f"{self.name}_")
-        (self._folder / f"handover_{number}.json").write_text(json.dumps(told))
+    def _handover(self, gone: Child) -> str:
+        heir = self.holder
+        heir.step, heir.recorded, heir.bagged, heir.passes = gone.step, gone.recorded, gone.bagged, gone.passes
+        told = {"after": gone.step, "recorded": gone.recorded, "bagged": gone.bagged, "passes": gone.passes}
+        return json.dumps(told | {"since": self.began, "number": self.restarts + 1})

@@ -79,7 +79,7 @@ def run(
         collected() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         reserved_domain(domain_id) as domain,
-        Crew(environment(domain, Path(folder))) as crew,
+        Crew(environment(domain, Path(folder)), interrupts) as crew,
     ):
         posts = _started(crew, scene, Path(folder), wishes)
         if not controller:
@@ -122,7 +122,7 @@ def _started(crew: Crew, scene: "Scene", folder: Path, wishes: _Wishes) -> list[
         posts.append(Post(crew, place("tracker", "crane_control", heard), wishes.replaced))
     if wishes.recorder:
         recorder = place("recorder", "crane_sim.ros", file | wishes.recorder)
-        posts.append(RecorderPost(crew, recorder, folder, wishes.replaced))
+        posts.append(RecorderPost(crew, recorder, wishes.replaced))
     return posts
 
 

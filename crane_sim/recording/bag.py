@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.recording.mcap_file import McapFile
+from crane_sim.recording.part_names import before_reset
 from crane_sim.recording.topic import Topic, stamp_of
 
 STATES, EFFORTS = "joint_states", "applied_effort"
@@ -32,9 +33,12 @@ class Bag:
     Attributes:
         broken: one line on why the file could not be written, empty while it can; messages are then ignored.
         last_step: the newest one of which all states and efforts are on the disk.
+        passes: resets of the plant.
     """
 
-    def __init__(self, path: Path, topics: Mapping[str, Topic], period_ns: int, after: int = 0) -> None:
+    def __init__(
+        self, path: Path, topics: Mapping[str, Topic], period_ns: int, after: int = 0, passes: int = 0
+    ) -> None:
         """Start the file.
 
         Args:
@@ -42,6 +46,7 @@ class Bag:
             topics: by the name that `takers` uses; `joint_states` and `applied_effort` are among them.
             period_ns: control period; state k carries k times this as its stamp.
             after: step behind which the messages begin.
+            passes: resets before that.
 
         Raises:
             OSError: the file cannot be written.
@@ -50,7 +55,7 @@ class Bag:
         self._tracks = {name: _Track(number, topic) for number, (name, topic) in enumerate(topics.items())}
         self._states, self._efforts = self._tracks[STATES], self._tracks[EFFORTS]
         self._file = self._new_file()
-        self._now, self._passes = period_ns, 0
+        self._now, self.passes = (after + 1) * period_ns, passes
         self._heard = self._saved = time.monotonic()
         self.broken, self.last_step, self._after = "", after, after
 
@@ -60,11 +65,16 @@ class Bag:
 
     def idle(self) -> None:
         """Hand over what waits, when its time has come; to be called now and then."""
-        if time.monotonic() - self._saved > SAVE_SECONDS and not self.broken:
+        if time.monotonic() - self._saved > SAVE_SECONDS:
+            self.save()
+
+    def save(self) -> None:
+        """Hand over all that waits."""
+        if not self.broken:
             self._guarded(self._file.save)
-            self._saved = time.monotonic()
-            if not self.broken:
-                self.last_step = max(min(self._states.stamp, self._efforts.stamp) // self._period_ns, self.last_step)
+        self._saved = time.monotonic()
+        if not self.broken:
+            self.last_step = max(min(self._states.stamp, self._efforts.stamp) // self._period_ns, self.last_step)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
@@ -80,10 +90,11 @@ class Bag:
         """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where some is missing."""
         if not self.broken:
             self._guarded(self._file.close)
+        steps = summary.get("steps", self.last_step) - self._after
         if self.broken:
-            return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}"}
+            counts = f"it has {self.last_step - self._after} of {steps} steps"
+            return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
         added = {"mcap": str(self._path)}
-        steps = summary.get("steps", self._after) - self._after
         found = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
         if found < steps:
             return added | {"error": f"recorder: {self._path} is incomplete, it has {max(found, 0)} of {steps} steps"}
@@ -109,8 +120,8 @@ class Bag:
 
     def _start_over(self) -> None:
         """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds."""
-        self._passes += 1
-        self._now = self._period_ns
+        self.passes += 1
+        self._now, self.last_step, self._after = self._period_ns, 0, 0
         self._guarded(self._set_aside)
         for track in self._tracks.values():
             track.count = track.stamp = 0
@@ -119,7 +130,7 @@ class Bag:
 
     def _set_aside(self) -> None:
         self._file.close()
-        self._path.replace(self._path.with_name(f"{self._path.stem}.before_reset_{self._passes}.mcap"))
+        self._path.replace(before_reset(self._path, self.passes))
         self._file = self._new_file()
 
     def _new_file(self) -> McapFile:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import BinaryIO, NamedTuple
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -65,14 +65,19 @@ def scanned(file: BinaryIO) -> tuple[int, list[Chunk]]:
     return end, chunks
 
 
-def ending(file: BinaryIO, end: int, chunks: list[Chunk]) -> bytes:
+def ending(file: BinaryIO, end: int, chunks: list[Chunk], left: Callable[[], float]) -> bytes:
     """Return what closes a file whose records end at `end`: index and footer, without checksums.
 
     The chunks are not compressed, and one of them has messages; of the file one is read at a time.
+
+    Raises:
+        TimeoutError: before all are read, `left` says that there are no seconds left.
     """
     definitions = {SCHEMA: dict[int, bytes](), CHANNEL: dict[int, bytes]()}
     counts = Counter[int]()
     for chunk in chunks:
+        if left() <= 0.0:
+            raise TimeoutError("no time is left to read all messages")
         for kind, body in _records(chunk.records(file)):
             (number,) = _NUMBER.unpack_from(body)
             if kind == MESSAGE:

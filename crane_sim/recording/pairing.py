@@ -46,8 +46,8 @@ class Pairing:
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
-        self._newest_state = self._newest_effort = self._newest_command = 0
         self._done = after * period_ns  # newest stamp handed out
+        self._newest_state = self._newest_effort = self._newest_command = self._done
         self.lost = 0
 
     def begins_anew(self, stamp: int) -> bool:

@@ -17,3 +17,21 @@ def joining(path: Path) -> Path:
 def unfinished(path: Path) -> Path:
     """Return the name under which a file, or the folder that becomes one, grows until it is complete."""
     return path.with_name(path.name + ".part")
+
+
+def found(path: str, count: int, since: float) -> list[Path]:
+    """Return what is there of the first `count` parts of a file, finished or not, in order.
+
+    Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: who was killed
+    while joining all parts has left the first one and the whole, which has its name.
+    """
+    wholes = [part_of(path, number) for number in range(1, count + 1)]
+    candidates = [file for whole in wholes for file in (unfinished(whole), whole)]
+    return [file for file in candidates if file.exists() and file.stat().st_mtime >= since]
+
+
+def before_reset(path: Path, number: int) -> Path:
+    """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free."""
+    while (kept := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists():
+        number += 1
+    return kept

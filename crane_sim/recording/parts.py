@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from crane_sim.recording.leftover import hold
 from crane_sim.recording.part_names import joining
-from crane_sim.recording.repair import optimized
+from crane_sim.recording.repair import countdown, optimized
 
 _MARGIN = 0.3  # s less than there are, so that the outcome can still be told
 
@@ -18,7 +18,8 @@ class Before(NamedTuple):
 
     after: int = 0  # the last step that is known to be on the disk
     recorded: int = 0  # steps that are
-    parts: tuple[Path, ...] = ()  # their unfinished files, in order
+    parts: tuple[Path, ...] = ()  # their files, in order, most of them unfinished
+    passes: int = 0  # resets of the plant that they have taken in
 
 
 class Parts:
@@ -30,6 +31,10 @@ class Parts:
         self._parts = [part for part in before.parts if part.exists()]
         self._locks = [hold(part) for part in self._parts]
 
+    def all(self, last: Path) -> list[Path]:
+        """Return the earlier files and the `last` one."""
+        return [*self._parts, last]
+
     def joined(self, last: Path, within: float) -> list[Path]:
         """Join the earlier files and the `last` one, which is complete; return the files that there are then.
 
@@ -37,12 +42,12 @@ class Parts:
         `within` seconds, every part of it.
         """
         if not self._parts:
-            return [last]
+            return self.all(last)
         fresh = joining(self._whole)
-        if not optimized([*self._parts, last], fresh, within - _MARGIN):
-            return [*self._parts, last]
+        if not optimized([*self._parts, last], fresh, countdown(within - _MARGIN)):
+            return self.all(last)
         fresh.replace(self._whole)
-        for part in (*self._parts, last):
+        for part in {*self._parts, last} - {self._whole}:
             part.unlink()
         for lock in self._locks:
             if lock is not None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.pairing import Pairing, Row
+from crane_sim.recording.part_names import before_reset
 from crane_sim.recording.parts import Before, Parts
 from crane_sim.recording.repair import LIMIT
 from crane_sim.recording.session import Session, block_of
@@ -28,6 +29,8 @@ class Recorder:
     Attributes:
         broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
         last_step: the newest one on the disk.
+        passes: resets of the plant.
+        on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
     """
 
     def __init__(
@@ -45,7 +48,7 @@ class Recorder:
             scene: what is recorded.
             path: the complete file, or the part of it that this recorder writes.
             live_port: serve the run to viewers on this port, too.
-            run_id: what the viewer knows the run by; empty: one of its own.
+            run_id: what the viewer knows the run by, numbered behind a reset; empty: one of its own for each file.
             whole: the complete file, where others wrote parts of it.
             before: what they left.
 
@@ -56,13 +59,15 @@ class Recorder:
         self._scene, self._path = scene, whole or path
         warm_up(scene)
         self._parts = Parts(self._path, before)
-        self._session = Session(scene, path, live_port, run_id, repairs=whole is None)
+        self._run_id, self.passes = run_id, before.passes
+        self._session = Session(scene, path, live_port, self._pass_id, repairs=whole is None)
         self._session.recorded = before.recorded
         self._pairing = Pairing(scene.period_ns, scene.reference, scene.sampled, before.after)
-        self._mode, self._passes = "", 0
+        self._mode = ""
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._heard = time.monotonic()
         self.broken = ""
+        self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Take the joint state (nq,) of a stamp [ns]."""
@@ -98,9 +103,18 @@ class Recorder:
         """Steps on the disk, those in earlier parts among them."""
         return self._session.recorded
 
+    @property
+    def _pass_id(self) -> str:
+        """What the viewer knows the present pass by: the same for whoever writes a part of it."""
+        return f"{self._run_id}-{self.passes}" if self._run_id and self.passes else self._run_id
+
     def idle(self) -> None:
         """Write what waits, when its time has come; to be called now and then."""
         self._tend()
+
+    def save(self) -> None:
+        """Write all that waits: nothing more is coming."""
+        self._write(final=True)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
@@ -115,14 +129,16 @@ class Recorder:
         could not be joined within so many seconds stay as they are, and are named as `parts`.
         """
         began = time.monotonic()
-        self._write(final=True)
+        self.save()
         steps = summary.get("steps", self.last_step)
         lost = max(self.last_step, steps) - self._session.recorded
         closed = None if self.broken else self._guarded(lambda: self._session.close({"steps": steps, **summary}, lost))
         if closed is None:
-            return self._session.broken(self.broken, lost)
-        files = self._parts.joined(Path(closed["recording"]), within - (time.monotonic() - began))
-        return closed | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
+            own, files = self._session.broken(self.broken, lost), self._parts.all(self._session.part)
+        else:
+            left = within - (time.monotonic() - began)
+            own, files = closed, self._parts.joined(Path(closed["recording"]), left)
+        return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _tend(self) -> None:
         waiting = self._pairing.waiting
@@ -150,13 +166,16 @@ class Recorder:
 
     def _start_over(self) -> None:
         """The plant was reset: keep the steps so far in a file of their own, and begin a new one."""
-        self._passes += 1
         done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
         self._pairing = Pairing(self._scene.period_ns, self._scene.reference, self._scene.sampled)
-        self.last_step, self._last_time = 0, 0.0
-        if not self.broken:
-            Path(done["recording"]).replace(self._path.with_name(f"{self._path.stem}.before_reset_{self._passes}.rrd"))
-            self._session = self._guarded(lambda: Session(self._scene, self._path)) or self._session
+        self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
+        if self.broken:
+            return
+        Path(done["recording"]).replace(before_reset(self._path, self.passes))
+        self._session.recorded = 0
+        self.on_reset()
+        fresh = self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        self._session = fresh or self._session
 
 
 def warm_up(scene: Scene) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import subprocess
+import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +16,10 @@ from crane_sim.recording.leftover import free_name, held
 from crane_sim.recording.part_names import joining
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 LIMIT = 60.0  # s for making one recording of what there is
+_LOOK = 0.05  # s between two looks at what time is left
 
 
 def repair_leftovers(folder: Path) -> list[Path]:
@@ -30,18 +33,18 @@ def repair_leftovers(folder: Path) -> list[Path]:
     return [path for path in found if path is not None]
 
 
-def repair(part: Path, within: float = LIMIT) -> Path | None:
+def repair(part: Path, left: Callable[[], float] | None = None) -> Path | None:
     """Turn one leftover into `<name>.recovered.rrd`, or the first such name that is free.
 
-    Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or it would
-    take longer than `within` seconds.
+    Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
+    are no seconds `left`; without that, `LIMIT`.
     """
     with held(part) as ours:
         if not ours:
             return None
         target = free_name(part)
         fresh = joining(target)
-        if not optimized([part], fresh, within):
+        if not optimized([part], fresh, left or countdown(LIMIT)):
             return None
         fresh.replace(target)
         part.unlink()
@@ -49,20 +52,29 @@ def repair(part: Path, within: float = LIMIT) -> Path | None:
     return target
 
 
-def optimized(parts: Sequence[Path], whole: Path, within: float) -> bool:
-    """Whether recordings, which may be unfinished, have become the `whole` within so many seconds; else there is none.
+def countdown(seconds: float) -> Callable[[], float]:
+    """Return what tells how many of so many seconds are left."""
+    until = time.monotonic() + seconds
+    return lambda: until - time.monotonic()
 
-    The program that does it ends with this process, however that ends.
+
+def optimized(parts: Sequence[Path], whole: Path, left: Callable[[], float]) -> bool:
+    """Whether recordings, which may be unfinished, have become the `whole`; else there is none.
+
+    That is given up as soon as there are no seconds `left`, which is asked again and again: they may become fewer. The
+    program that does it ends with this process, however that ends.
     """
-    if within <= 0.0:
+    if left() <= 0.0:
         return False
     command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(whole)]
-    try:
-        done = subprocess.run(command, capture_output=True, timeout=within, preexec_fn=tie(), check=False)
-        if not done.returncode and whole.is_file():
-            return True
-    except subprocess.TimeoutExpired:
-        pass
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=tie()) as program:
+        while program.poll() is None and left() > 0.0:
+            with suppress(subprocess.TimeoutExpired):
+                program.wait(_LOOK)
+        program.kill()  # if it still runs
+    if not program.returncode and whole.is_file():
+        return True
     whole.unlink(missing_ok=True)
     return False
 

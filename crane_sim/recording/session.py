@@ -53,6 +53,11 @@ class Session:
         name = f"{scene.name}-{run_id or uuid.uuid4().hex[:12]}"
         self._writer = RunWriter(path, of_scene(scene, name), live_port)
 
+    @property
+    def part(self) -> Path:
+        """The file while it grows."""
+        return self._writer.part
+
     def write(self, rows: Sequence[Row]) -> None:
         """Append rows.
 
@@ -87,8 +92,8 @@ class Session:
 
     def broken(self, why: str, lost: int) -> dict[str, Any]:
         """Return what the recorder adds to the summary when the file could not be finished."""
-        part = str(self._writer.part)
-        return {"recording": part, "recorded_steps": self.recorded, "lost_steps": lost, "error": f"recorder: {why}"}
+        error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps"
+        return {"recorded_steps": self.recorded, "lost_steps": lost, "error": error}
 
 
 def block_of(scene: Scene, rows: Sequence[Row]) -> Block:

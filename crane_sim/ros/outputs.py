@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rclpy.node import Node
 
-from crane_sim.recording.part_names import part_of
+from crane_sim.recording.part_names import found, part_of
 from crane_sim.ros.hearing import topics
 from crane_sim.ros.process import Fault
 from crane_sim.ros.transcript import Transcript
@@ -24,9 +24,15 @@ class Output(Protocol):
     """A file in the making."""
 
     broken: str
+    passes: int
 
     def idle(self) -> None:
         """Write what waits, when its time has come."""
+        ...
+
+    def save(self) -> None:
+        """Write all that waits."""
+        ...
 
     def has_all(self, steps: int | None) -> bool:
         """Whether everything of `steps` steps has come in, or nothing more is coming."""
@@ -39,7 +45,8 @@ class Handover(NamedTuple):
     after: int = 0  # the last step that the other one is known to have written
     recorded: int = 0  # steps that it, and those before it, have written
     bagged: int = 0  # the last step whose messages are known to be in their bags
-    parts: tuple[str, ...] = ()  # the recording's unfinished files
+    passes: int = 0  # resets of the plant that they have taken in
+    since: float = 0.0  # s of the system's clock: older files are another run's
     number: int = 1  # of the part that now begins
 
 
@@ -64,10 +71,21 @@ class Outputs:
         steps = [step for step, output in ((before.bagged, bag), (before.after, self.recorder)) if output]
         self.behind = [step * scene.period_ns for step in steps]
 
+    def report_resets(self, report: Callable[[], object]) -> None:
+        """Let each reset be reported at once: who goes on from there must not take the next pass for the last one."""
+        if self.recorder:
+            self.recorder.on_reset = report
+
     def progress(self) -> dict[str, int]:
-        """Return the last step on the disk, how many there are, and the last one whose messages are."""
+        """Return the last step on the disk, how many there are, the last one whose messages are, and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
-        return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0}
+        passes = max(output.passes for output in self.files)
+        return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "passes": passes}
+
+    def save(self) -> None:
+        """Write all that waits: nothing more is coming."""
+        for output in self.files:
+            output.save()
 
     def finish(self, summary: dict[str, Any], until: float) -> dict[str, Any]:
         """Complete the files one after the other, return what they add to the summary together.
@@ -75,15 +93,16 @@ class Outputs:
         What can be left undone is, where it would not be done by `until` [s], an instant of the monotonic clock.
         """
         added = self._bag.finish(summary) if self._bag else {}
-        if self.recorder:
-            added = self.recorder.finish(summary | added, until - time.monotonic()) | added  # the first error stands
-        return added
+        if not self.recorder:
+            return added
+        own = self.recorder.finish(summary | added, until - time.monotonic())
+        errors = [each["error"] for each in (added, own) if "error" in each]
+        return own | added | ({"error": "; ".join(errors)} if errors else {})
 
 
-def read_handover(path: str) -> Handover:
-    """Return what the orchestrator has left for a recorder that goes on for another one."""
-    told = json.loads(Path(path).read_text())
-    return Handover(**told | {"parts": tuple(told["parts"])})
+def read_handover(told: str) -> Handover:
+    """Return what the orchestrator tells a recorder that goes on for another one; nothing: there was none."""
+    return Handover(**json.loads(told)) if told else Handover()
 
 
 def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: Handover) -> "Bag | None":
@@ -92,7 +111,7 @@ def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: H
     from crane_sim.recording.bag import Bag  # needs rosbags, which not everyone has
 
     try:
-        return Bag(part_of(settings.mcap, before.number), topics(node), scene.period_ns, before.bagged)
+        return Bag(part_of(settings.mcap, before.number), topics(node), scene.period_ns, before.bagged, before.passes)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 
@@ -106,7 +125,8 @@ def _opened_recorder(
     from crane_sim.recording.recorder import Recorder  # needs Rerun
     from crane_sim.recording.writer import RecordingError
 
-    earlier = Before(before.after, before.recorded, tuple(map(Path, before.parts)))
+    parts = tuple(found(settings.path, before.number - 1, before.since))
+    earlier = Before(before.after, before.recorded, parts, before.passes)
     whole = Path(settings.path) if before.number > 1 else None
     port = settings.live_port or None
     try:

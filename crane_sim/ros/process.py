@@ -67,6 +67,7 @@ class Host:
 
     Attributes:
         started: the orchestrator said "go", or there is none.
+        told: what it said behind that.
         brake: why nobody will command any more and the plant is to brake to rest, empty while it is not.
         stopping: why the node is to end ("interrupted", "orphaned", "finish …", "shutdown"), empty while it is not.
     """
@@ -75,7 +76,7 @@ class Host:
         """Serve `node` with an `executor` as of the parameter; from here on SIGINT and SIGTERM ask it to end."""
         self.node, self.pipes = node, pipes
         self.started = not pipes.attached
-        self.brake = self.stopping = ""
+        self.told = self.brake = self.stopping = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
         self._next_poll = 0.0
@@ -104,7 +105,7 @@ class Host:
         for line in self.pipes.orders():
             word, _, rest = line.partition(" ")
             if word == "go":
-                self._go()
+                self._go(rest)
             elif word == "brake":
                 self.brake = self.brake or rest or "nobody commands"
             else:
@@ -128,8 +129,8 @@ class Host:
         self._executor.shutdown()
         self.node.destroy_node()
 
-    def _go(self) -> None:
-        self.started = True
+    def _go(self, told: str) -> None:
+        self.started, self.told = True, told
         if isinstance(self.node, Managed):
             self.node.activate()
 

@@ -28,7 +28,8 @@ PARAMETERS = {
     "mcap": Option("", "MCAP file of the messages as they came, with .part while it grows; empty: none"),
     "live_port": Option(0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535),
     "recording_id": Option("", "what the viewer knows the recording by; empty: one of its own"),
-    "handover": Option("", "stand by, and at the order go begin where this file says; empty: record from the start"),
+    "standby": Option(False, "stand by, and at the order go begin where it says that another recorder has ended"),
+    "passes": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
 }
 
 _ALONE = 60.0  # s for the end where nobody says how long it may take
@@ -45,10 +46,10 @@ def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     """
     check(settings)
     scene = load_scene(settings.scene)
-    if settings.handover:
+    if settings.standby:
         hearing, outputs = _stood_by(host, scene, settings, kept)
     else:
-        outputs = Outputs(host.node, scene, settings, kept, Handover())
+        outputs = _opened(host, scene, settings, kept, Handover())
         hearing = Hearing(host.node, outputs.takers)
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
@@ -76,7 +77,7 @@ def _stood_by(
     host: Host, scene: "Scene", settings: SimpleNamespace, kept: list[object]
 ) -> tuple[Hearing, Outputs | None]:
     """Listen until another recorder has died, and begin where it ended; None where the run ended before."""
-    tail = Tail(NAMES if settings.mcap else TOPICS)
+    tail = Tail(NAMES if settings.mcap else TOPICS, settings.passes)
     hearing = Hearing(host.node, [tail.takers()])
     if settings.path:
         from crane_sim.recording.recorder import warm_up  # imports Rerun now, not when every second counts
@@ -89,10 +90,16 @@ def _stood_by(
         hearing.pass_on()
     if not host.started:
         return hearing, None
-    before = read_handover(settings.handover)
-    outputs = Outputs(host.node, scene, settings, kept, before)
-    tail.pass_to(outputs.takers, outputs.behind)
+    before = read_handover(host.told)
+    outputs = _opened(host, scene, settings, kept, before)
+    tail.pass_to(outputs.takers, outputs.behind, before.passes)
     return hearing, outputs
+
+
+def _opened(host: Host, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: Handover) -> Outputs:
+    outputs = Outputs(host.node, scene, settings, kept, before)
+    outputs.report_resets(lambda: _report(host, outputs))
+    return outputs
 
 
 def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> None:
@@ -108,7 +115,7 @@ def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> N
 
 def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
     complaints: set[str] = set()
-    told = outputs.progress()
+    told = dict[str, int]()
     while not host.stopping and (host.pipes.attached or not hearing.over):
         host.spin(_PERIOD)
         hearing.pass_on()
@@ -119,7 +126,11 @@ def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
         if (now := outputs.progress()) != told:
             told = now
-            host.pipes.report("progress", **now)
+            _report(host, outputs)
+
+
+def _report(host: Host, outputs: Outputs) -> None:
+    host.pipes.report("progress", **outputs.progress())
 
 
 def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, Any], within: float) -> dict[str, Any]:
@@ -130,6 +141,8 @@ def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, A
         host.spin(_PERIOD)
         hearing.pass_on()
     hearing.pass_on()  # what the last call held back
+    outputs.save()
+    _report(host, outputs)  # who has to go on from here is to know that all is on the disk
     return outputs.finish(summary, began + within)
 
 
