@@ -191,9 +191,9 @@ def test_a_plant_that_waits_for_the_user_s_node_says_so() -> None:
 def test_overruns_are_counted_from_outside() -> None:
     """How late a step ends is seen in its last message, against the schedule that its most punctual state tells."""
     late = np.array([0, 400, 1100, 0, 2500, 900])  # ns, of periods of 1000 ns
-    first = Heard(-5000, 1, ())  # from before the schedule
-    states = [first, *(Heard(k * 1000 + by, k + 2, ()) for k, by in enumerate(late.tolist()))]
-    efforts = [Heard(state.sent + 30, state.stamp - 1, ()) for state in states[1:]]
+    first = Heard(-5000, 1000, ())  # from before the schedule
+    states = [first, *(Heard(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist()))]
+    efforts = [Heard(state.sent + 30, state.stamp - 1000, ()) for state in states[1:]]
     assert lateness(states, efforts, 1000).tolist() == (late + 30).tolist()
 
 

@@ -16,7 +16,7 @@ from crane_sim.orchestration import run
 from crane_sim.orchestration.children import reserved_domain
 from crane_sim.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.soak.remains import steps_in
-from crane_sim.soak.witness import Heard, witness
+from crane_sim.soak.witness import Heard, introduced, witness
 
 VICTIMS = ("controller", "recorder")
 HALF, ALL = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
@@ -51,6 +51,7 @@ class _Killer(threading.Thread):
 
     def filled(self, name: str, pid: int) -> None:
         """Take note of who fills a place from now on."""
+        introduced(name, pid)
         self._pids[name] = pid
         self._filled.append((name, time.time_ns()))
         if name == VICTIMS[-1]:

@@ -10,7 +10,7 @@ from crane_sim.bench.realtime import bare_apart
 from crane_sim.orchestration import run
 from crane_sim.orchestration.children import reserved_domain
 from crane_sim.soak.figures import Figure, at_most
-from crane_sim.soak.witness import Heard, witness
+from crane_sim.soak.witness import Heard, introduced, witness
 
 PERIOD = 0.001  # s
 ROUND = 10.0  # s of the bare loop, then as many of the plant
@@ -28,7 +28,7 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
     with reserved_domain() as domain, witness(scene, domain) as account:
         for _ in range(rounds):
             data["bare"].append(bare_apart(PERIOD, scene.steps))
-            summary = run(scene, mode="realtime", record=None, domain_id=domain)
+            summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=introduced)
             if "error" in summary:
                 raise RuntimeError(summary["error"])
             data["plant"].append(summary)
@@ -46,11 +46,10 @@ def lateness(states: list[Heard], efforts: list[Heard], period: int) -> np.ndarr
     """Return how long after its deadline each step sent the last of its messages, the applied effort (N,), ns.
 
     The schedule is not known: it is the latest one that no step is ahead of with its state, so a step is at least as
-    late as found here. The first state is that of no step.
+    late as found here. The first state, stamped with one period, is that of no step.
     """
-    schedule = period * np.arange(len(states) - 1)
-    begin = (np.array([state.sent for state in states[1:]]) - schedule).min()
-    return np.array([effort.sent for effort in efforts]) - schedule - begin
+    begin = min(state.sent - state.stamp for state in states if state.stamp > period)
+    return np.array([effort.sent - (effort.stamp + period) - begin for effort in efforts])
 
 
 def _figures(

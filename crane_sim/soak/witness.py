@@ -1,6 +1,7 @@
 """What an independent subscriber hears of the runs in its ROS domain."""
 
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,13 @@ from crane_sim.orchestration.crew import Crew
 from crane_sim.scene import Scene
 
 _LIMIT = 60.0  # s for it to start
+_MEETING = 1.0  # s, several times what nodes on one machine take to find each other
+
+
+def introduced(place: str, _pid: int) -> None:
+    """Give a witness time to find the plant before it takes its first step: for `on_filled` of a run."""
+    if place == "plant":
+        time.sleep(_MEETING)
 
 
 class Heard(NamedTuple):
