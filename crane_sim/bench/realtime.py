@@ -12,6 +12,7 @@ from typing import Any
 
 from crane_sim import load_scene
 from crane_sim.bench.measured import machine, ratio, spread
+from crane_sim.interruption import tie
 from crane_sim.orchestration import run
 from crane_sim.ros.punctuality import Punctuality
 
@@ -36,7 +37,7 @@ def bare(period: float, steps: int) -> dict[str, Any]:
 def bare_apart(period: float, steps: int) -> dict[str, Any]:
     """Return what `bare` does in a process of its own."""
     command = [sys.executable, "-c", _BARE.format(period=period, steps=steps)]
-    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=tie()).stdout)
 
 
 def measure(

@@ -6,12 +6,14 @@ import signal
 import tempfile
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.bench.memory import resident
+from crane_sim.bench.realtime import bare_apart
 from crane_sim.orchestration import run
 from crane_sim.orchestration.children import reserved_domain
 from crane_sim.soak.figures import Figure, at_most, equal, quantiles
@@ -24,6 +26,8 @@ _GAP = (0.5, 2.5)  # s between two kills, uniform
 _LOOK = 0.01  # s between two looks for somebody to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
 _GROWTH = 5.0  # MB that the plant may grow
+_CALL = 20.0  # ms that a call may take
+_BARE = 1e-3  # s, period of a loop beside the run that tells what the machine grants
 _STALL = 100.0  # ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
 _SECOND = 1e9  # ns
 
@@ -89,15 +93,19 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         reserved_domain() as domain,
         witness(loaded, domain) as account,
+        ThreadPoolExecutor(1) as beside,
     ):
+        bare = beside.submit(bare_apart, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
         summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.filled, **options)
         time.sleep(0.1)  # what the witness writes ten times as often
         heard, recorded = account.read(), steps_in(Path(summary["recording"]))
+        machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
     kills = killer.kills()
     back = [back_after(kill, heard) for kill in kills if kill.victim == "controller"]
     figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, heard, recorded), *_control(back)]
+    figures += _publishing(summary, machine)
     stall = _stall(loaded.period_ns, heard["s"])
     figures += [at_most("longest gap between two states above the period", stall, _STALL, "ms")]
     figures += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
@@ -130,10 +138,17 @@ def _survival(steps: int, summary: dict[str, Any], heard: dict[str, list[Heard]]
         equal("steps in the recording, read back", len(set(recorded) & set(planned)), steps),
         Figure("late steps", summary.get("deadline_misses")),
         Figure("replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())),
-        *(
-            Figure(f"publish call, {name}", value / 1e3, "ms", "at most 20 ms" if name == "max" else "", value <= 20e3)
-            for name, value in summary.get("publish_us", {}).items()
-        ),
+    ]
+
+
+def _publishing(summary: dict[str, Any], stall: float) -> list[Figure]:
+    """Return how long publish calls took; no promise is beyond the machine: `stall` [ms] of a bare loop."""
+    *usual, (name, longest) = ((name, value / 1e3) for name, value in summary["publish_us"].items())
+    promise = f"at most {_CALL:g} ms, or that stall"
+    return [
+        *(Figure(f"publish call, {name}", value, "ms") for name, value in usual),
+        Figure("longest stall of a loop that only sleeps, beside it", stall, "ms"),
+        Figure(f"publish call, {name}", longest, "ms", promise, longest <= max(_CALL, stall)),
     ]
 
 

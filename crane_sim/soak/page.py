@@ -35,7 +35,9 @@ PARTS = {
         "to two and a half seconds apart, drawn at random. Control is back when the plant applies a command that the "
         "*next* controller has sent: the witness tells it by the efforts, bit for bit, so that a command of the dead "
         "one that is still held does not count. Steps are counted three times, by the plant, by the witness and in "
-        "the recording that is left at the end, which is read back.",
+        "the recording that is left at the end, which is read back. A loop beside the "
+        "run that only sleeps, a millisecond at a time, tells how long the machine itself stands still: no call can "
+        "be promised to be shorter.",
         ("back_s",),
         plots.draw_kill,
     ),
