@@ -105,9 +105,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
     kills = killer.kills()
     back = [back_after(kill, heard) for kill in kills if kill.victim == "controller"]
     figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, heard, recorded), *_control(back)]
-    figures += _publishing(summary, machine)
-    stall = _stall(loaded.period_ns, heard["s"])
-    figures += [at_most("longest gap between two states above the period", stall, _STALL, "ms")]
+    figures += [*_publishing(summary, machine), _gap(loaded.period_ns, heard["s"])]
     figures += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
     figures += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _GROWTH, "MB")]
     return figures, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
@@ -156,6 +154,7 @@ def _growth(memory: list[float]) -> float:
     return memory[-1] - memory[0] if memory else float("nan")
 
 
-def _stall(period: int, states: list[Heard]) -> float:
-    """Return the longest time between two states, less the period, ms."""
-    return max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0) / 1e6
+def _gap(period: int, states: list[Heard]) -> Figure:
+    """Return the longest time between two states, less the period [ns]."""
+    gap = max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0)
+    return at_most("longest gap between two states above the period", gap / 1e6, _STALL, "ms")
