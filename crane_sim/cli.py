@@ -18,10 +18,10 @@ def main() -> int:
         return app(standalone_mode=False) or 0
     except SceneError as error:
         return _fail(str(error), 2)
-    except click.exceptions.NoArgsIsHelpError as error:
-        print(error.format_message(), file=sys.stderr)
-        return 2
     except click.ClickException as error:
+        if type(error).__name__ == "NoArgsIsHelpError":  # older versions of click print the usage themselves
+            print(error.format_message(), file=sys.stderr)
+            return 2
         return _fail(error.format_message(), 2)
     except click.Abort:  # a RuntimeError as well
         return _fail("interrupted", 1)

@@ -65,7 +65,8 @@ def environment(domain: int, log_folder: Path) -> dict[str, str]:
     profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
     if not os.path.isfile(profile):  # Fast DDS would silently speak on every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
-    newer = profile.replace("fastdds_", "fastdds3_")  # Fast DDS 3 drops a file of 2 as a whole, for one element's name
+    folder, name = os.path.split(profile)  # Fast DDS 3 drops a file of 2 as a whole, for one element's name
+    newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
     path = os.environ.get("PYTHONPATH")
     ours = {
         "ROS_DOMAIN_ID": str(domain),

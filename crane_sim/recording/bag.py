@@ -74,7 +74,8 @@ class Bag:
             self._guarded(self._file.save)
         self._saved = time.monotonic()
         if not self.broken:
-            self.last_step = max(min(self._states.stamp, self._efforts.stamp) // self._period_ns, self.last_step)
+            whole = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort belongs to no step
+            self.last_step = max(whole // self._period_ns, self.last_step)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""

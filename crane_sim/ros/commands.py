@@ -141,8 +141,12 @@ class Commands:
     def _know(self, publishers: list[bytes]) -> None:
         """Take note of who is alone: he commands as soon as he has sent a good command, however idle he is then."""
         alone = publishers[0] if len(publishers) == 1 else b""
+        if self._alone in publishers:
+            alone = self._alone  # the graph knows who comes before he is matched
         if alone != self._alone:
-            self._alone, self._at_work = alone, bool(alone) and alone == self._helm.commander
+            # Who was not known before may have sent the first good command already.
+            proven = alone == self._helm.commander or (not self._alone and self._at_work)
+            self._alone, self._at_work = alone, bool(alone) and proven
         self._helm.commander = alone if self._at_work else b""
 
     def _on_message(self, take: Taker, data: bytes) -> None:

@@ -84,7 +84,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         planned = plan(count, seed, time.monotonic() - began)
         ends = [interrupted(each, domain, account) for each in planned]
         left = set(os.listdir("/dev/shm")) - shared
-    took = quantiles([end.took for end in ends if end.took])
+    took = quantiles([end.took for end in ends if end.took] or [0.0])
     told = zip(planned, ends, strict=True)
     complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in told for why in end.complaints]
     figures = [
