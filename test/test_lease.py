@@ -248,9 +248,11 @@ def test_who_has_left_and_come_back_has_to_begin_anew(scenery: Scenery, clock: l
 
 def test_a_publisher_that_is_not_heard_takes_no_crane_away(scenery: Scenery, clock: list[float]) -> None:
     """Who is in the graph without being matched, by another type or not yet, leaves the commander what he has."""
-    scenery.publishers, scenery.known = 1, [publisher(A)]
+    scenery.publishers, scenery.known = 1, []
+    clock[0] += LEASE
+    scenery.commands.look()
     scenery.queue.append((b"first", None))
-    assert scenery.commands.fetch()  # before the first look: whose it was is known afterwards
+    assert scenery.commands.fetch()  # whose it was, the graph tells afterwards
     for known in ([publisher(A)], [publisher(b"s" * 16), publisher(A)]):
         scenery.known = known
         clock[0] += LEASE
