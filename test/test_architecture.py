@@ -1,4 +1,4 @@
-"""The structure: layers point one way, files and functions stay small, the code is typed and clean."""
+"""The structure: layers point one way, functions stay small, the code is typed and clean."""
 
 import ast
 import subprocess
@@ -97,10 +97,8 @@ def test_integrators_know_no_crane() -> None:
 
 @pytest.mark.parametrize("file", SOURCES, ids=name_of)
 def test_sizes(file: Path) -> None:
-    """A file has at most 200 lines, a function 25 and a compiled or registered one 40, docstring not counted."""
-    text = file.read_text()
-    assert len(text.splitlines()) <= 200
-    for node in ast.walk(ast.parse(text)):
+    """A function has at most 25 lines and a compiled or registered one 40, docstring not counted."""
+    for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.FunctionDef):
             documented = ast.get_docstring(node) is not None
             first = node.body[1].lineno if documented and len(node.body) > 1 else node.body[0].lineno
