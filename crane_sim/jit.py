@@ -12,13 +12,19 @@ was imported, so stale machine code cannot be met.
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numba
 import numpy as np
+from llvmlite.binding import Linkage
+from numba._dynfunc import make_function
 from numba.core import config as numba_config
 from numba.core import types
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.typed_passes import AnnotateTypes, NativeLowering
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
@@ -27,11 +33,67 @@ from crane_sim.compiled import AT_IMPORT, cache_folder, covers, digest
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
 """Marks a function that returns (signature, generator of LLVM instructions)."""
+
+
+class _LinkedLibrary(JITCodeLibrary):
+    """Optimised code that callers link in: it is never called by itself, so no machine code is made of it."""
+
+    _final_module: Any
+    _shared_module: Any
+
+    def _get_module_for_linking(self) -> Any:
+        self._ensure_finalized()
+        if self._shared_module is None:
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == Linkage.external:
+                    function.linkage = "linkonce_odr"  # several callers link it in
+            self._shared_module = self._final_module
+        return self._shared_module
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LinkedLowering(NativeLowering):
+    """Numba's lowering into a `_LinkedLibrary`."""
+
+    _name = "linked_lowering"
+
+    def run_pass(self, state: Any) -> Literal[True]:
+        """Lower the function, and register it under a key that stands for its address."""
+        name = state.func_id.func_qualname
+        state.library = _LinkedLibrary(state.targetctx.codegen(), name)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        lowered = state.cr
+        key = make_function(lowered.fndesc.lookup_module(), name, name, 0, lowered.env, (state.library,))
+        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])
+        state.reload_init.extend(state.library._reload_init)
+        state.cr = lowered._replace(cfunc=key)
+        return True
+
+
+class _LinkedCompiler(CompilerBase):
+    """Numba's compiler for functions that only compiled code calls: a third of the time of its own."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes with the lowering replaced."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        needed = [(step, why) for step, why in passes.passes if step is not AnnotateTypes]  # it keeps the source's tree
+        passes.passes[:] = [(_LinkedLowering if step is NativeLowering else step, why) for step, why in needed]
+        passes.finalize()
+        return [passes]
+
+
 OPTIONS: Any = {
     "error_model": "numpy",
     "forceinline": True,
     "no_cfunc_wrapper": True,
     "no_cpython_wrapper": True,
+    "pipeline_class": _LinkedCompiler,
     "_nrt": True,  # said, since pieces would inherit it from the one that first calls them
 }
 """Compile options of every kernel: IEEE division, no reassociation; small pieces melt into the loop that calls them."""
