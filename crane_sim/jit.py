@@ -36,10 +36,13 @@ intrinsic: Any = _intrinsic
 
 
 class _LinkedLibrary(JITCodeLibrary):
-    """Optimised code that callers link in: it is never called by itself, so no machine code is made of it."""
+    """Code that callers link in: it is never called by itself, so no machine code is made of it."""
 
     _final_module: Any
     _shared_module: Any
+
+    def _optimize_final_module(self) -> None:
+        """Leave it to the entry: what is optimised here would be optimised again in every caller."""
 
     def _get_module_for_linking(self) -> Any:
         self._ensure_finalized()
@@ -77,7 +80,7 @@ class _LinkedLowering(NativeLowering):
 
 
 class _LinkedCompiler(CompilerBase):
-    """Numba's compiler for functions that only compiled code calls: a third of the time of its own."""
+    """Numba's compiler for functions that only compiled code calls."""
 
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes with the lowering replaced."""
