@@ -1,7 +1,6 @@
 """A scene about a point where it can be held: the point, the linear equations of deviations, the best linear law.
 
-All of it is about the mean of what disturbs the crane, as `crane_sim.averaging` says: at no instant of a sea is it
-what it is at t = 0 for long.
+All of it is about the mean of what disturbs the crane (`crane_sim.averaging`), not about one instant of a wave or gust.
 """
 
 from dataclasses import replace
