@@ -57,9 +57,9 @@ class EnergyLaw(NamedTuple):
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
         return demanded(self.action, q, v)
 
-    def lyapunov(self, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
-        """Return (V [J], dV/dt [W]) at joint positions q (nq,) and velocities v (nq,), if the law is continuous."""
-        return shaped(self, q, v)
+    def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
+        """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, with what base and forces supply."""
+        return shaped(self, float(t), q, v)
 
 
 @generic
@@ -124,10 +124,10 @@ def demanded(action, q, v):
 
 
 @entry
-def shaped(law, q, v):
-    """Return (V, dV/dt) of the shaped energy."""
+def shaped(law, t, q, v):
+    """Return (V, dV/dt) of the shaped energy at time t [s]."""
     p, action = law.nominal, law.action
-    x = system.state(p, 0.0, q, v)
+    x = system.state(p, t, q, v)
     pose = posture(p.support, x[0])
     line = span(pose, x[1])
     value, rate = winch_share(action.winch, q, v)
@@ -138,7 +138,7 @@ def shaped(law, q, v):
         value = value + 0.5 * action.kp[i] * (action.target[i] - q[i]) ** 2
     for i in range(3):
         rate = rate - action.kd[i] * v[i] * v[i]
-    return value, rate + system.power(p, 0.0, x, (0.0, 0.0, 0.0, 0.0))
+    return value, rate + system.power(p, t, x, (0.0, 0.0, 0.0, 0.0))
 
 
 class Adaptation(NamedTuple):

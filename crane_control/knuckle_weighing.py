@@ -71,7 +71,7 @@ class WeighingEnergyLaw(NamedTuple):
         believed, winch = self.nominal, self.action.winch
         boom, jib = believed.support.boom, believed.support.jib
         assert winch is not None  # or there would be nothing to weigh with
-        value, _ = shaped(EnergyLaw(self.action, believed._replace(load=believed.load._replace(mass=mass))), q, v)
+        value, _ = shaped(EnergyLaw(self.action, believed._replace(load=believed.load._replace(mass=mass))), t, q, v)
         damped = boom.length**2 / self.action.kd[1] + jib.length**2 / self.action.kd[2] + 1.0 / winch.kd
         unbalanced = (believed.load.mass - mass) * believed.gravity * exp(-self.rate * t)
         return value + 0.5 * damped / self.rate * unbalanced**2

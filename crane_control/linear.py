@@ -1,4 +1,7 @@
-"""A scene about a point where it can be held: the point, the linear equations of deviations, the best linear law."""
+"""A scene about a point where it can be held: the point, the linear equations of deviations, the best linear law.
+
+All of it is about the mean of what disturbs the crane (`crane_sim.averaging`), not about one instant of a wave or gust.
+"""
 
 from dataclasses import replace
 from typing import Any
@@ -7,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import LinAlgError, expm, solve_continuous_are, solve_discrete_are
 
+from crane_sim.averaging import averaged
 from crane_sim.explain import SceneError
 from crane_sim.functions import acceleration
 from crane_sim.scene import Scene, load_scene
@@ -36,7 +40,8 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     """
     if scene.reference is None or not scene.actuated:
         raise SceneError(f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}")
-    q, u = _hanging(scene, scene.reference), np.zeros(len(scene.actuated))
+    scene, target = averaged(scene), scene.reference
+    q, u = _hanging(scene, target), np.zeros(len(scene.actuated))
     n, free = len(q), [i for i, name in enumerate(scene.joint_names) if name not in scene.actuated]
     for _ in range(20):
         moved = acceleration(scene, q, np.zeros(n), u)
@@ -49,7 +54,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         step = np.linalg.lstsq(np.hstack([a[n:, free], b[n:]]), -moved)[0]
         q[free] += step[: len(free)]
         u += step[len(free) :]
-    raise SceneError(f"reference.q = {list(scene.reference)}: no efforts hold the crane at rest there")
+    raise SceneError(f"reference.q = {list(target)}: no efforts hold the crane at rest there")
 
 
 def _hanging(scene: Scene, reference: tuple[float, ...]) -> Array:
@@ -63,7 +68,7 @@ def _hanging(scene: Scene, reference: tuple[float, ...]) -> Array:
 
 def linearised(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
     """Return A (2 nq, 2 nq) and B (2 nq, nu) of the deviations from rest at q (nq,) under efforts u (nu,)."""
-    n = len(q)
+    scene, n = averaged(scene), len(q)
     a, b = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, len(u)))
     a[:n, n:] = np.eye(n)
     at = np.concatenate([q, np.zeros(n), u])

@@ -6,6 +6,9 @@ of the motion between two commands, with the same weights; a continuous one the 
 The weights are those of Bryson's rule where the scene gives none: a deviation of 0.2 m or 0.05 rad, a velocity of
 0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1 rad/s² weigh the same.
 
+The equations are those at the mean of what disturbs the crane: its base at the mean of its motion, constant forces,
+no wave and no gust. What the law is to believe instead, a list or a steady wind, `control.nominal` says.
+
 Where the scene has a path of the joints, these follow it: z* is then the target with the path's positions and
 velocities of the actuated joints in place of its own.
 """

@@ -13,6 +13,8 @@ and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)
 2. So (energy of payload and drum + ½ μ x'²)' = f x' + F_hoist l'.
 3. The springs of V take away f's and F_hoist's positional parts, and m g l balances the payload's weight on the hoist:
    V' = -kd x'² - kd_h l'².
+   Friction R on the rail, on which the law does not act, takes R x' (μ/M + (1 - μ/M) k): the rope's tension is then not
+   the computed one. k = sin²α / (sin²α + M/m + M/J), J the drum's inertia; without a hoist M/J is 0.
 V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
 
 Default gains: linearised, trolley and swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of ω = √(g/l), with
@@ -32,7 +34,7 @@ from crane_sim import system
 from crane_sim.explain import SceneError
 from crane_sim.jit import entry, generic, kernel
 from crane_sim.laws import read_settings
-from crane_sim.overhead.axes import ForceAxis
+from crane_sim.overhead.axes import ForceAxis, Friction, lost
 from crane_sim.overhead.hoists import ForceHoist
 from crane_sim.overhead.rod import RodCrane
 from crane_sim.quantities import NonNegative, Positive
@@ -68,13 +70,14 @@ class OverheadEnergyLaw(NamedTuple):
     payload_mass: float  # kg
     gravity: float  # m/s²
     rope: Rope | Hoist
+    friction: Friction | None = None  # of the trolley, which the law does not act on
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
         return demanded(self, np.array(q), np.array(v))
 
-    def lyapunov(self, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
-        """Return (V [J], dV/dt [W]) at joint positions q (nq,) and velocities v (nq,), if the law is continuous."""
+    def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
+        """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, the same at all times."""
         return shaped(self, np.array(q), np.array(v))
 
 
@@ -134,18 +137,26 @@ def demanded(law, q, v):
     return act(law, q, v)
 
 
+@kernel
+def rubbed(law, s, give, v):
+    """Return the power [W] by which friction on the rail lowers V, at sine s, a hoist's compliance and velocity v."""
+    share, square = law.apparent_mass / law.trolley_mass, s * s
+    k = square / (square + law.trolley_mass / law.payload_mass + law.trolley_mass * give)
+    return (share + (1.0 - share) * k) * lost(law.friction, v) * v
+
+
 @entry
 def shaped(law, q, v):
     """Compiled `lyapunov`."""
     length, paid, n = hung(law.rope, q, v)
     swing, rate = seen(q, n - 1, n), seen(v, n - 1, n)
-    _, _, _, (value, falls) = lift(law.rope, q, v, 0.0)
+    _, give, _, (value, falls) = lift(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
     across, up = v[0] + paid * s + length * c * rate, -paid * c + length * s * rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
     value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.reach) ** 2))
-    return value, falls - law.kd * v[0] * v[0]
+    return value, falls - law.kd * v[0] * v[0] - rubbed(law, s, give, v[0])
 
 
 class Settings(NamedTuple):
@@ -173,7 +184,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     kd = _gains("kd", given.kd, (m * omega, 2.0 * moved * omega), len(target))
     rope = Hoist(kp[1], kd[1], length, model.hoist.inertia) if rising else Rope(length)
     masses = given.apparent_mass or 0.25 * m, model.trolley.mass, m
-    return OverheadEnergyLaw(kp[0], kd[0], target[0], given.reach, *masses, model.gravity, rope)
+    action = kp[0], kd[0], target[0], given.reach
+    return OverheadEnergyLaw(*action, *masses, model.gravity, rope, model.trolley.friction)
 
 
 def _checked(nominal: Scene) -> tuple[float, ...]:

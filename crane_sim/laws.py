@@ -45,6 +45,18 @@ class Law(Protocol):
         ...
 
 
+class EnergyShaping(Protocol):
+    """A law that shapes an energy, which its recordings and `Rollout.lyapunov` show."""
+
+    def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
+        """Return (V [J], dV/dt [W]) at time t [s], joint positions q (nq,) and velocities v (nq,).
+
+        dV/dt is that of the crane that the law believes in, under efforts that are demanded continuously: motions,
+        forces and limits that `control.nominal` keeps from the law are not in it.
+        """
+        ...
+
+
 def law_names() -> list[str]:
     """Return the names of all laws that are installed."""
     return sorted({entry.name for entry in entry_points(group=GROUP)})

@@ -57,7 +57,9 @@ class Rollout:
         return self.derived.energy
 
     def lyapunov(self) -> Array:
-        """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2).
+        """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
+
+        dV/dt is what the law believes; what V does in the run is `np.gradient(V, run.t)`.
 
         Raises:
             TypeError: the law has none.
@@ -65,7 +67,7 @@ class Rollout:
         shaped = getattr(self.scene.law, "lyapunov", None)
         if shaped is None:
             raise TypeError(f"law {self.scene.law_name!r} shapes no energy")
-        return np.array([shaped(tuple(q), tuple(v)) for q, v in zip(self.q, self.v, strict=True)])
+        return np.array([shaped(t, tuple(q), tuple(v)) for t, q, v in zip(self.t, self.q, self.v, strict=True)])
 
 
 def simulate(

@@ -14,13 +14,24 @@ from crane_sim.base_motions import places
 from crane_sim.description import urdf
 from crane_sim.recording.aboard import aboard, ashore, turns
 from crane_sim.recording.pairing import Row
+from crane_sim.recording.reading import read_curves
 from crane_sim.recording.session import Session
 
 
 @pytest.fixture(scope="module")
 def run() -> crane_sim.Rollout:
     """Return a run on a ship."""
-    return crane_sim.simulate(crane_sim.load_scene(CRANE, {"duration": 0.5}))
+    target = {"reference": {"q": [0.3, 0.8, -0.2, 1.8]}, "control": {"law": "energy"}}
+    return crane_sim.simulate(crane_sim.load_scene(CRANE | target, {"duration": 0.5}))
+
+
+def recorded(run: Any, path: Path) -> Path:
+    """Record the run but for its last instant, and return the path."""
+    session = Session(run.scene, path)
+    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(len(run.t) - 1)]
+    session.write(rows)
+    session.close({}, 0)
+    return path
 
 
 def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
@@ -37,11 +48,8 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
 
 def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
     """The recording holds the base's place and turn in every picture, as the base's definition gives them."""
-    session = Session(run.scene, tmp_path / "ship.rrd")
-    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(len(run.t) - 1)]
-    session.write(rows)
-    session.close({}, 0)
-    chunks = [c for c in RrdReader(tmp_path / "ship.rrd").stream() if c.entity_path == "/tf/base_link"]
+    path = recorded(run, tmp_path / "ship.rrd")
+    chunks = [c for c in RrdReader(path).stream() if c.entity_path == "/tf/base_link"]
     (batch,) = [chunk.to_record_batch() for chunk in chunks]
     at = batch["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)
     turn = batch["Transform3D:quaternion"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 4)
@@ -49,3 +57,14 @@ def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
     assert len(at) > 10
     assert at == pytest.approx(base[:, :3], abs=1e-6)  # the recording keeps single precision
     assert turn == pytest.approx(turns(base).as_quat(), abs=1e-6)  # likewise
+
+
+def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path) -> None:
+    """What the base supplies to V is taken at the time of each step, in the recording as in the run."""
+    rate = read_curves(recorded(run, tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
+    law = run.scene.law
+    found = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
+    assert np.array_equal(rate[:, 0], found[:-1])
+    assert np.array_equal(run.lyapunov()[:, 1], found)
+    at_first = law.lyapunov(0.0, tuple(run.q[-1]), tuple(run.v[-1]))[1]
+    assert abs(found[-1] - at_first) > 1.0  # W: the instant matters

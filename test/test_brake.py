@@ -72,6 +72,58 @@ def test_a_brake_slips_at_its_capacity() -> None:
     assert plant.q[0] == pytest.approx(0.5 * 10.0 / 5.0, abs=3e-5)
 
 
+def across(mass: float, amplitude: float) -> float:
+    """Return the largest horizontal pull [N] on the top of its rope of a payload [kg] that swings up to this angle.
+
+    With l a'² = 2 g (cos a - cos A) the rope's tension is m g (3 cos a - 2 cos A), of which sin a is horizontal. Its
+    maximum is at the end of the swing up to 30 degrees, then where 6 cos² a - 2 cos A cos a = 3.
+    """
+    end = np.cos(amplitude)
+    c = end if amplitude <= np.pi / 6.0 else (end + np.sqrt(end * end + 18.0)) / 6.0
+    return mass * 9.81 * np.sqrt(1.0 - c * c) * (3.0 * c - 2.0 * end)
+
+
+def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
+    """Return whether the brake of a trolley [kg] slips below 5 kg that swing twice up to this angle from hanging."""
+    rate = np.sqrt(2.0 * 9.81 / 2.0 * (1.0 - np.cos(amplitude)))
+    scene = {
+        "trolley": {"mass": trolley},
+        "initial": {"angles": 0.0, "rates": float(rate)},
+        "brake": {},
+        "duration": 6.0,
+    }
+    if capacity is not None:
+        scene["brake"] = {"capacity": [capacity]}
+    plant = Plant(load_scene(ROD | scene | {"integrator": {"method": "rk4", "step": 0.002}}))
+    brake(plant, 1)
+    rig: Any = plant._rig
+    began = rig.memory.drives[REFERENCE, 0]
+    brake(plant, 599)
+    return rig.memory.drives[REFERENCE, 0] != began
+
+
+@pytest.mark.parametrize("degrees", [20.0, 45.0, 80.0])
+@pytest.mark.parametrize("trolley", [1.0, 20.0])
+def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> None:
+    """A brake holds a trolley, light or heavy, with the payload's largest pull across, and slips with 3 % less."""
+    angle = np.radians(degrees)
+    pull = across(5.0, float(angle))
+    a = np.linspace(0.0, angle, 100001)
+    brute = 5.0 * 9.81 * np.max(np.sin(a) * (3.0 * np.cos(a) - 2.0 * np.cos(angle)))
+    assert pull == pytest.approx(brute, rel=1e-9)  # of the grid: (0.8 rad / 1e5)²
+    assert not slips(float(angle), trolley, 1.03 * pull)  # the trolley's own spring and damper add some percent
+    assert slips(float(angle), trolley, 0.97 * pull)
+
+
+def test_what_default_brakes_hold() -> None:
+    """2 m/s² for trolley and payload hold 12 degrees whatever the trolley, and 45 under one of twice the payload."""
+    assert across(1.0, np.radians(45.0)) == pytest.approx(0.6 * 9.81, rel=1e-3)
+    assert 2.0 * 1.0 > across(1.0, np.radians(12.0)) > 2.0 * 0.99
+    assert 2.0 * 3.0 > across(1.0, np.radians(45.0)) > 2.0 * 2.9
+    assert not slips(float(np.radians(11.5)), 0.5, None) and slips(float(np.radians(20.0)), 0.5, None)
+    assert not slips(float(np.radians(45.0)), 10.0, None) and slips(float(np.radians(45.0)), 8.0, None)
+
+
 @pytest.mark.parametrize("capacity", [3.0, 20.0, 1e9], ids=["slips", "slips and sticks", "sticks"])
 def test_a_brake_gives_no_energy(capacity: float) -> None:
     """In every period the crane's energy rises by at most what the brake's spring loses."""

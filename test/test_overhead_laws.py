@@ -63,6 +63,23 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
 
 
 @pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
+def test_friction_lowers_v(groups: dict[str, Any]) -> None:
+    """On rails that rub V changes at the rate that the law gives, say differences along the crane's accelerations."""
+    rails = {"friction": {"trolley": {"coulomb": 4.0, "static": 5.0, "viscous": 3.0}}}
+    scene, rng, h = scene_of(**rails, **groups), np.random.default_rng(5), 1e-5
+    law: Any = scene.law
+    for _ in range(5):
+        q, v = np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]), rng.normal(0, 1, 3)
+        v = v[: len(q)]
+        a = crane_sim.acceleration(scene, q, v, law(0.0, tuple(q), tuple(v)))
+        ahead, behind = (law.lyapunov(0.0, tuple(q + s * v), tuple(v + s * a))[0] for s in (h, -h))
+        _, rate = law.lyapunov(0.0, tuple(q), tuple(v))
+        # V of some 100 J: rounding 1e-14 / h, and h² of its third derivative
+        assert (ahead - behind) / (2.0 * h) == pytest.approx(rate, rel=1e-7, abs=1e-7)
+        assert rate < -law.kd * v[0] ** 2
+
+
+@pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
 def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any]) -> None:
     """Under the law the crane accelerates as one with the light trolley does under springs and dampers alone."""
     scene, light = scene_of(**groups), scene_of(mass=2.5, **groups)
@@ -77,7 +94,7 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
         assert np.allclose(found, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
         springs = [0.5 * law.kp * (3.0 - q[0]) ** 2]
         springs += [0.5 * law.rope.kp * (1.5 - q[1]) ** 2 + 10.0 * G * q[1] if groups else 10.0 * G * 2.0]
-        assert law.lyapunov(tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
+        assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
 
 
 def test_the_default_gains_put_all_poles_on_one_spot() -> None:

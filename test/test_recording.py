@@ -76,7 +76,7 @@ def test_what_follows_from_the_state_is_there(run: Run) -> None:
     """The derived quantities are the metrics' own, and those of the law are the law's, at every step."""
     known = derived(SCENE, run.t, run.q, run.v, run.u)
     law: Any = SCENE.law
-    lyapunov = np.array([law.lyapunov(tuple(q), tuple(v)) for q, v in zip(run.q, run.v, strict=True)])
+    lyapunov = np.array([law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)])
     expected = {
         "plots/energy": known.energy[:, None],
         "plots/tension": known.tension[:, None],

@@ -1,10 +1,14 @@
-"""The brakes of a scene in numbers: its own, and what it leaves open computed from the crane at its initial posture."""
+"""The brakes of a scene in numbers: its own, and what it leaves open computed from the crane at its initial posture.
+
+The static load is that at the mean of what disturbs the crane (`crane_sim.averaging`), whatever a sea does at t = 0.
+"""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.averaging import averaged
 from crane_sim.functions import energy, joint_acceleration
 from crane_sim.hardware.brakes import CAPACITY, DAMPING, FOLLOWS, STIFFNESS
 from crane_sim.hardware.equipment import BrakeSettings
@@ -50,9 +54,10 @@ def mechanics(scene: Scene) -> Mechanics:
     places = [scene.joint_names.index(name) for name in scene.actuated]
     q, v = np.array(scene.initial_q), np.zeros(len(scene.joint_names))
     v[places] = _SLIPPING
+    model = averaged(scene).model
 
     def answer(u: Any) -> Array:
-        return np.array(joint_acceleration(scene.model, 0.0, q, v, tuple(map(float, u))))[places]
+        return np.array(joint_acceleration(model, 0.0, q, v, tuple(map(float, u))))[places]
 
     at_rest = answer(np.zeros(nu))
     mobility: Array = np.column_stack([answer(unit) - at_rest for unit in np.eye(nu)])

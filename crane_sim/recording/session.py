@@ -118,7 +118,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
         energy=known.energy,
         tension=known.tension,
         swing=known.swing,
-        lyapunov=_lyapunov(scene, rows),
+        lyapunov=_lyapunov(scene, t, rows),
     )
 
 
@@ -155,6 +155,8 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     return derived(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
 
 
-def _lyapunov(scene: Scene, rows: Sequence[Row]) -> Numbers | None:
+def _lyapunov(scene: Scene, t: Numbers, rows: Sequence[Row]) -> Numbers | None:
     function = getattr(scene.law, "lyapunov", None)  # not every law has one
-    return None if function is None else _array(function(tuple(row.q), tuple(row.v)) for row in rows)
+    if function is None:
+        return None
+    return _array(function(at, tuple(row.q), tuple(row.v)) for at, row in zip(t.tolist(), rows, strict=True))
