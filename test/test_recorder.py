@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_helpers import completed
+from recorder_helpers import PERIOD, SCENE, feed, full
 
-from crane_sim import load_scene, orchestration
+from crane_sim import orchestration
 from crane_sim.plant import Plant
 from crane_sim.recording.pairing import PATIENCE, Pairing
 from crane_sim.recording.part_names import found
@@ -19,11 +20,8 @@ from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.recording.recorder import Recorder
 from crane_sim.recording.repair import repair
 from crane_sim.recording.session import Session
-from crane_sim.recording.writer import RecordingError
 
-PERIOD = 10_000_000  # ns
 TARGET = (0.0, 0.0, 0.0, 2.0)
-SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
 
 
 def number(k: int, size: int) -> tuple[float, ...]:
@@ -97,21 +95,6 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
         pairing.add_effort(k * PERIOD, number(k, 4))
     pairing.add_reference(3 * PERIOD, later)
     assert [row.reference for row in pairing.take(final=True)] == [TARGET, TARGET, later, later]
-
-
-def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
-    """Let the plant make steps and tell the recorder of those behind step `after`."""
-    plant = Plant(SCENE)
-    for k in range(1, steps + 1):
-        q, v = plant.q, plant.v
-        assert SCENE.law is not None
-        demanded = SCENE.law(plant.t, q, v)
-        plant.advance(demanded)
-        if k <= after:
-            continue
-        recorder.state(k * PERIOD, q, v)
-        recorder.command(k * PERIOD, demanded)
-        recorder.effort(k * PERIOD, plant.applied)
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
@@ -188,11 +171,6 @@ def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: 
     files = [str(part), str(tmp_path / "run.part2.rrd.part")]
     assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"
     assert (added["recording"], added["parts"], added["lost_steps"]) == (files[1], files, 12)
-
-
-def full(session: Session, rows: object) -> None:
-    """Write to a disk that is full."""
-    raise RecordingError("the disk is full")
 
 
 def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
