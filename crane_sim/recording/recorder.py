@@ -89,6 +89,10 @@ class Recorder:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
         self._pairing.add_command(stamp, effort)
 
+    def accepted(self, stamp: int, effort: Sequence[float]) -> None:
+        """Take the effort (nu,) that the plant says it has accepted in answer to the state of a stamp."""
+        self._pairing.add_accepted(stamp, effort)
+
     def reference(self, stamp: int, target: Sequence[float]) -> None:
         """Take the target (nu,) that holds from a stamp on."""
         self._pairing.add_reference(stamp, target)
