@@ -62,23 +62,23 @@ class NodeProcess:
 
     def await_event(self, name: str) -> dict[str, Any]:
         """Return the first event of this name, once it is there; fails where the process ends without it."""
-        found: list[dict[str, Any]] = []
+        events: list[dict[str, Any]] = []
 
         def there() -> bool:
             over = not self._reader.is_alive()
-            found.extend(event for event in list(self.events) if event["event"] == name)
-            assert found or not over, f"{self.process.args} ended without {name}; it reported {self.events}"
-            return bool(found)
+            events.extend(event for event in list(self.events) if event["event"] == name)
+            assert events or not over, f"{self.process.args} ended without {name}; it reported {self.events}"
+            return bool(events)
 
         wait_until(there, f"{name} of {self.process.args}")
-        return found[0]
+        return events[0]
 
     def __enter__(self) -> Self:
         """Enter the block."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process: it ends by itself when nobody gives orders any more, or is killed."""
+        """End the process: it ends by itself when its pipe of orders is closed, or is killed."""
         os.close(self._control)
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(5.0)
@@ -168,7 +168,7 @@ class Remote:
     def request(self, kind: Any, name: str, request: Any) -> Any:
         """Call a service and return its answer."""
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(LIMIT), f"nobody serves {name}"
+        assert client.wait_for_service(LIMIT), f"{name}: there is no such service"
         future = client.call_async(request)
         wait_until(future.done, f"the answer of {name}")
         return future.result()

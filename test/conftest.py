@@ -118,7 +118,7 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
 @pytest.hookimpl(optionalhook=True)
 def pytest_handlecrashitem(crashitem: str, sched: Any) -> None:
     """Go on behind a test that has taken its worker with it: the next worker would try it again, and so on."""
-    for unit in sched.workqueue.values():
+    for unit in getattr(sched, "workqueue", {}).values():  # of the schedulers that keep files together
         if crashitem in unit:
             unit[crashitem] = True  # done
 

@@ -19,7 +19,7 @@ PATIENCE = 30.0  # s for an example to end in order, only so that a failure ends
 
 @contextmanager
 def example(name: str, domain: int, python: str = sys.executable) -> Iterator[None]:
-    """Run an example in a ROS domain while the block lasts, in the environment that users are told to give it.
+    """Run an example in a ROS domain while the block lasts, in the environment that the README names.
 
     It is ended as users end it, with SIGTERM.
     """
@@ -52,7 +52,7 @@ def check_lockstep(summary: dict) -> None:
 
 
 def in_process() -> str:
-    """Return the hash of the states that the examples' law leads through, found without any middleware."""
+    """Return the hash of the states that the examples' law leads through, computed without any middleware."""
     scene = load_scene("knuckle_setpoint", {"duration": DURATION}).commanded()
     law = runpy.run_path(str(EXAMPLES / "my_law.py"))["effort"]
     plant = Plant(scene)

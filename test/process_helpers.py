@@ -112,7 +112,7 @@ def wait_until(done: Callable[[], bool], what: str = "what the test waits for", 
 
 
 def gone(pid: int) -> bool:
-    """Whether a process has ended: it is no more, or a zombie that nobody has reaped yet."""
+    """Whether a process has ended: it is no more, or a zombie that has yet to be reaped."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
     except OSError:
@@ -120,15 +120,15 @@ def gone(pid: int) -> bool:
 
 
 def ends_soon(pid: int) -> None:
-    """Check that a process ends; the kernel, or who looks at a pipe 20 times a second, does it at once."""
+    """Check that a process ends, as it does at once by the kernel, or within 50 ms by a look at its pipe."""
     wait_until(lambda: gone(pid), f"the end of process {pid}", 30.0)
 
 
 def children(pid: int) -> dict[str, int]:
     """Return the process ids of the nodes that a process has started, by node name."""
-    found = {}
+    nodes = {}
     for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
         command = Path(f"/proc/{child}/cmdline").read_bytes().decode()
         name = next((name for name in ("plant", "controller", "tracker", "recorder") if f"{name}_node" in command), "")
-        found |= {name: int(child)} if name else {}
-    return found
+        nodes |= {name: int(child)} if name else {}
+    return nodes

@@ -24,16 +24,16 @@ def tie_to_parent() -> None:
 
 def marked(mark: str) -> dict[int, str]:
     """Return the command line of every living process with this mark, by process id."""
-    found = {}
+    living = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             environment = (folder / "environ").read_bytes().split(b"\0")  # of a zombie it is empty
             values = [entry for entry in environment if entry.startswith(VARIABLE.encode() + b"=")]
             if values and mark.encode() in values[0]:
-                found[int(folder.name)] = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
+                living[int(folder.name)] = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
         except OSError:
             continue
-    return {pid: command for pid, command in found.items() if pid != os.getpid()}
+    return {pid: command for pid, command in living.items() if pid != os.getpid()}
 
 
 def end_all(mark: str) -> None:

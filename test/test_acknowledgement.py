@@ -1,4 +1,4 @@
-"""Whose missing acknowledgement costs a silent commander the crane: his own, not a third subscriber's."""
+"""A silent commander loses the crane by its own missing acknowledgement, not by a third subscriber's."""
 
 import time
 from types import SimpleNamespace
@@ -24,7 +24,7 @@ def test_a_third_subscriber_s_silence_is_not_the_commander_s(
     topics: QuietTopics,  # noqa: F811
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Who has answered while somebody else did not acknowledge is excused; else an unacknowledged state is his own."""
+    """A commander that answered while acknowledgements were missing is excused; else the missing one is its own."""
     now = [1000.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     pace: Any = lockstep(QuietHost(), stepper)
@@ -43,9 +43,9 @@ def test_a_third_subscriber_s_silence_is_not_the_commander_s(
 
 def test_what_was_not_looked_at_says_nothing() -> None:
     """After a time without a second publisher, in which nothing is noted, a missing acknowledgement begins anew."""
-    found = Acknowledgement(LEASE)
-    found.note(True, 0.0)
-    found.note(False, 100.0)
-    assert not found.excuses(100.0) and not found.excuses(100.0 + LEASE)
-    found.note(True, 100.1)
-    assert found.excuses(100.1)
+    acknowledgement = Acknowledgement(LEASE)
+    acknowledgement.note(True, 0.0)
+    acknowledgement.note(False, 100.0)
+    assert not acknowledgement.excuses(100.0) and not acknowledgement.excuses(100.0 + LEASE)
+    acknowledgement.note(True, 100.1)
+    assert acknowledgement.excuses(100.1)

@@ -45,7 +45,7 @@ def test_where_the_plant_tells_what_it_accepted_nothing_else_is_a_demand() -> No
 
 
 def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every command that counts is told with the stamp that it answers, and none that is late, double or no number."""
+    """Every command that counts is published with the stamp that it answers, and none that is late or no number."""
     bench, realtime = begun(monkeypatch, 20, 0.002)
     wire = JointWire(JOINTS, effort=True)
 
@@ -55,10 +55,11 @@ def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.Monke
 
     bench.plan = [(0.105, intrude)]
     realtime.run()
-    told = [wire.decode(data) for data in bench.accepted]
-    stamps = [frame.stamp for frame in told]
+    published = [wire.decode(data) for data in bench.accepted]
+    stamps = [frame.stamp for frame in published]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * STEP, STEP)) and len(stamps) >= 19
-    assert [frame.effort for frame in told] == [bench.answer(k) for k in range(len(told))]
+    efforts = [frame.effort for frame in published]
+    assert efforts == [bench.answer(k) for k in range(len(efforts))]
     assert bench.gate.summary()["late"] == bench.gate.summary()["rejected"] == 1
 
 

@@ -10,7 +10,7 @@ import pytest
 from process_helpers import completed, ends_soon, gone, next_line, started_program, wait_until
 
 HERE = Path(__file__).parent
-DEAF = """
+STUBBORN = """
 import os, signal, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
 os.fork()
@@ -22,8 +22,8 @@ import os, subprocess, sys, time
 
 def test_that_is_killed():
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], start_new_session=True)
-    with open("told", "w") as told:
-        told.write(f"{os.getpid()} {child.pid}\\n")
+    with open("said", "w") as said:
+        said.write(f"{os.getpid()} {child.pid}\\n")
     time.sleep(600)
 """
 HANGING = """
@@ -41,7 +41,7 @@ def test_a_program_ends_with_its_block() -> None:
     """One that ignores SIGTERM, and the child it has started, are gone behind the block, whatever is raised there."""
     with (
         pytest.raises(ZeroDivisionError),
-        started_program([sys.executable, "-c", DEAF], patience=0.2, stdout=subprocess.PIPE) as process,
+        started_program([sys.executable, "-c", STUBBORN], patience=0.2, stdout=subprocess.PIPE) as process,
     ):
         both = {int(next_line(process)), int(next_line(process))}
         raise ZeroDivisionError
@@ -51,7 +51,7 @@ def test_a_program_ends_with_its_block() -> None:
 
 
 def test_a_wait_for_a_program_that_hangs_ends() -> None:
-    """At its limit a program is killed: who reads from it goes on, and the error says which program it was."""
+    """At its limit a program is killed: a read from it comes back, and the error says which program it was."""
     with (
         pytest.raises(AssertionError, match="sleep 600: still ran after 0.5 s, and was killed"),
         started_program(["sleep", "600"], limit=0.5, stdout=subprocess.PIPE) as process,
@@ -78,10 +78,10 @@ def environment() -> dict[str, str]:
 @pytest.mark.parametrize("workers", ["0", "1"])
 def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path) -> None:
     """When pytest is killed in a test, its workers end, and so does what they started, even in a session of its own."""
-    told = tmp_path / "told"
+    said = tmp_path / "said"
     with started_program(nested(tmp_path, ESCAPED, "-n", workers), env=environment(), cwd=tmp_path) as session:
-        wait_until(lambda: gone(session.pid) or (told.exists() and told.read_text().endswith("\n")), "the nested test")
-        tester, escaped = map(int, told.read_text().split())
+        wait_until(lambda: gone(session.pid) or (said.exists() and said.read_text().endswith("\n")), "the nested test")
+        tester, escaped = map(int, said.read_text().split())
         assert not gone(tester) and not gone(escaped) and (tester == session.pid) == (workers == "0")
         session.kill()
         ends_soon(tester)
@@ -89,7 +89,7 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("hang", "told"),
+    ("hang", "said"),
     [
         ("time.sleep(600)", "test_nested.py::test_that_hangs: still ran after 1 s"),
         (
@@ -99,9 +99,9 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
     ],
     ids=["in Python", "in compiled code"],
 )
-def test_a_test_that_hangs_fails_alone(hang: str, told: str, tmp_path: Path) -> None:
+def test_a_test_that_hangs_fails_alone(hang: str, said: str, tmp_path: Path) -> None:
     """It fails at its limit, or takes its worker with it where nothing comes back; the tests behind it are run."""
     limits = ["-n", "1", "-o", "test_limit=1", "-o", "faulthandler_timeout=4"]
     done = completed(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
-    assert told in done.stdout and "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
+    assert said in done.stdout and "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
     assert done.returncode == 1

@@ -22,7 +22,7 @@ from crane_sim.recording.session import Session
 def test_a_disk_that_was_full_before_a_reset_is_counted_by_passes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file has none of the steps behind the reset: they are all lost, and those before it are told apart."""
+    """The file has none of the steps behind the reset: they are all lost, and those before it are counted apart."""
     monkeypatch.setattr("crane_sim.recording.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
@@ -53,11 +53,11 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
     monkeypatch.setattr(McapFile, method, fail)
     feed_bag(bag, 40, after=30)
     feed_bag(bag, 20)
-    told = bag.finish({"steps": 20})
-    assert told["error"].endswith(
+    summary = bag.finish({"steps": 20})
+    assert summary["error"].endswith(
         "No space left on device; it has 0 of 20 steps since the last reset, and 30 from before it"
     )
-    assert told["mcap"] == str(tmp_path / "run.mcap.part") and bag.passes == 1
+    assert summary["mcap"] == str(tmp_path / "run.mcap.part") and bag.passes == 1
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

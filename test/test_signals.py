@@ -71,9 +71,9 @@ def test_a_subscriber_that_stands_still_delays_no_end(heard: tuple[int, Account]
     """Somebody who is stopped while messages are on their way to him changes nothing of all that."""
     frozen = [sys.executable, str(Path(__file__).with_name("frozen_subscriber.py"))]
     domain, _ = heard
-    with tempfile.TemporaryDirectory() as folder, started_program(frozen, env=environment(domain, Path(folder))) as he:
+    with tempfile.TemporaryDirectory() as folder, started_program(frozen, env=environment(domain, Path(folder))) as one:
         end = ended(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), heard)
-        assert Path(f"/proc/{he.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
+        assert Path(f"/proc/{one.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     assert end.complaints == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1

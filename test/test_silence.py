@@ -37,8 +37,8 @@ class Bench(NotingStepper):
         self._takers: dict[str, Any] = {}
         self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
         self.accepted: list[bytes] = []
-        told = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
-        self.node.create_publisher = lambda *_: told
+        publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
+        self.node.create_publisher = lambda *_: publisher
         self._send()
 
     @property

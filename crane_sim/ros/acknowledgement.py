@@ -1,4 +1,4 @@
-"""Whether a commander who is silent in lockstep may be alive, by what the subscribers acknowledge; no rclpy here."""
+"""Whether a commander that is silent in lockstep may be alive, by what the subscribers acknowledge; no rclpy here."""
 
 from math import inf
 
@@ -6,13 +6,13 @@ from math import inf
 class Acknowledgement:
     """Tells a commander's missing acknowledgement from another subscriber's.
 
-    The middleware says only whether all subscribers have the newest state. Who answers states has them: where one was
-    unacknowledged for longer than the lease while answers came, it is somebody else who does not acknowledge. Then the
-    commander's own state is unknown, and he is taken for alive as long as he is in the graph.
+    The middleware says only whether all subscribers have the newest state. A commander that answers states has them:
+    where acknowledgements were missing for longer than the lease while answers came, another subscriber's were. Then
+    the commander's own are unknown, and it counts as alive as long as it is in the graph.
     """
 
     def __init__(self, lease: float) -> None:
-        """Know of nobody; `lease` [s] as of the commands."""
+        """Begin without a note; `lease` [s] as of the commands."""
         self._lease = lease
         self._acknowledged = False
         self._complete = self._noted = -inf  # s, when all had the newest state, and when that was last looked at

@@ -158,7 +158,7 @@ class Lockstep:
         self._sent = time.monotonic()
 
     def _excused(self) -> bool:
-        """Return whether the commander has nothing to answer, or may be alive and take his time."""
+        """Return whether the commander has nothing to answer, or may be alive and at work on its answer."""
         self._note_acknowledgement()
         nothing = self._stepper.paused or self._answer is not None
         return nothing or self._acknowledgement.excuses(self._since)

@@ -117,7 +117,7 @@ def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=tie(), **pipes) as process:
             took = _signalled(process, how, account, heard)
-            _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and so has whoever has its pipes
+            _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
         time.sleep(0.1)  # what the witness writes ten times as often
         _hear(account, heard)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
