@@ -48,7 +48,9 @@ def started_program(
     try:
         yield process
     except Exception as error:
-        raise (AssertionError(late[0]) if late else error) from (error if late else error.__cause__)
+        if late:
+            raise AssertionError(late[0]) from error
+        raise
     finally:
         timer.cancel()
         end(process, patience)
