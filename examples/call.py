@@ -6,6 +6,7 @@ ROS 2 from apt, `ros2 service call` and `ros2 param set` do the same.
 """
 
 import json
+import signal
 import sys
 from typing import Any
 
@@ -13,16 +14,20 @@ import rclpy
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 
 def answer(node: Node, kind: type, name: str, request: object) -> Any:
-    """Return what a service answers."""
+    """Return what a service answers; that may take long, many steps for example, but no longer than its node lives."""
     client = node.create_client(kind, name)
     if not client.wait_for_service(10.0):
         sys.exit(f"nobody serves {name}")
     future = client.call_async(request)
-    rclpy.spin_until_future_complete(node, future)
+    while not future.done():
+        rclpy.spin_until_future_complete(node, future, timeout_sec=1.0)
+        if not (future.done() or client.service_is_ready()):
+            sys.exit(f"{name}: its node has left without an answer")
     return future.result()
 
 
@@ -33,8 +38,9 @@ def parameter(name: str, text: str) -> Any:
 
 
 def main() -> None:
-    """Set the parameters, then call."""
-    rclpy.init()
+    """Set the parameters, then call; SIGINT and SIGTERM end it at once, whenever they come."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node, (service, *words) = rclpy.create_node("call"), sys.argv[1:]
     pairs = [word.split("=", 1) for word in words if "=" in word]
     if pairs:

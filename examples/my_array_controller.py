@@ -3,12 +3,11 @@
 For `./crane run --mode realtime --no-controller --domain-id 7`. No stamp, no names: the newest array holds.
 """
 
-import rclpy
 from my_law import effort
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
+from until_stopped import spin_until_stopped
 
 
 class MyArrayController(Node):
@@ -31,8 +30,4 @@ class MyArrayController(Node):
 
 
 if __name__ == "__main__":
-    rclpy.init()
-    try:
-        rclpy.spin(MyArrayController())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # Ctrl-C ends it
+    spin_until_stopped(MyArrayController)  # Ctrl-C ends it

@@ -4,11 +4,10 @@ In lockstep the plant waits for the command that carries its state's stamp: answ
 In real time the same node works; there the newest command holds until the next one comes.
 """
 
-import rclpy
 from my_law import TARGET, effort
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from until_stopped import spin_until_stopped
 
 
 class MyController(Node):
@@ -26,8 +25,4 @@ class MyController(Node):
 
 
 if __name__ == "__main__":
-    rclpy.init()
-    try:
-        rclpy.spin(MyController())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # Ctrl-C ends it
+    spin_until_stopped(MyController)  # Ctrl-C ends it

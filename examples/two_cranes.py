@@ -14,6 +14,7 @@ import time
 from contextlib import ExitStack
 from typing import IO
 
+PATIENCE = 10.0  # s for a node to end in order, before it is killed
 CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # namespace: scene, with a law and a period
 
 
@@ -32,9 +33,24 @@ def summary(log: IO[str]) -> dict:
     return json.loads(told[0]) if told else {"error": lines[-1] if lines else "it said nothing"}
 
 
+def end(*nodes: subprocess.Popen[str]) -> None:
+    """End the nodes: asked first, and where that is not enough killed."""
+    for process in nodes:
+        process.terminate()
+    deadline = time.monotonic() + PATIENCE
+    for process in nodes:
+        try:
+            process.wait(max(deadline - time.monotonic(), 0.0))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
 def main() -> int:
     """Run both to their ends; return the exit code."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as Ctrl-C does: the nodes end, too
+    stopped: list[int] = []  # SIGINT and SIGTERM, looked for in between: every node that was started is ended, too
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda came, _: stopped.append(came))
     with ExitStack() as stack:
         logs = {crane: stack.enter_context(tempfile.TemporaryFile("w+")) for crane in CRANES}
         plants, controllers = [], []
@@ -43,13 +59,11 @@ def main() -> int:
             plants.append(node("crane_sim.ros.plant_node", crane, log, beside=others, clock=number == 0))
             controllers.append(node("crane_control.controller_node", crane))
         try:
-            while any(plant.poll() is None for plant in plants) and not failed(*plants, *controllers):
+            while any(plant.poll() is None for plant in plants) and not (stopped or failed(*plants, *controllers)):
                 time.sleep(0.05)
-            code = int(failed(*plants, *controllers))
+            code = int(bool(stopped) or failed(*plants, *controllers))
         finally:
-            for process in (*plants, *controllers):
-                process.terminate()
-                process.wait()
+            end(*plants, *controllers)
         print(json.dumps({crane: summary(log) for crane, log in logs.items()}))
     return code
 

@@ -6,8 +6,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,6 +15,7 @@ import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
+from process_helpers import LIMIT, end, wait_until
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.context import Context
@@ -24,9 +25,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 from std_srvs.srv import SetBool, Trigger
 
+from crane_sim.interruption import tie
 from crane_sim.orchestration.children import environment, reserved_domain
 
-PATIENCE = 120.0  # s, only so that a failure ends; the first plant compiles
+_END = 10.0  # s for a thread of a test to end
 JOINTS = ["slew", "boom", "jib", "rope"]
 PERIOD = 10_000_000  # ns, of the default scene
 
@@ -45,11 +47,13 @@ class NodeProcess:
         given = [f"control_fd:={control}", f"report_fd:={report}", *arguments]
         command = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
         command += [part for argument in given for part in ("-p", argument)]
-        self.process = subprocess.Popen(command, env=domain_env, pass_fds=(control, report))
+        self.process = subprocess.Popen(
+            command, env=domain_env, pass_fds=(control, report), process_group=0, preexec_fn=tie()
+        )
         os.close(control)
         os.close(report)
         self.events: list[dict[str, Any]] = []
-        self._reader = threading.Thread(target=self._read, args=(reports,))
+        self._reader = threading.Thread(target=self._read, args=(reports,), daemon=True)
         self._reader.start()
 
     def order(self, line: str) -> None:
@@ -57,23 +61,29 @@ class NodeProcess:
         os.write(self._control, line.encode() + b"\n")
 
     def await_event(self, name: str) -> dict[str, Any]:
-        """Return the first event of this name, once it is there."""
-        wait_until(lambda: any(event["event"] == name for event in self.events))
-        return next(event for event in self.events if event["event"] == name)
+        """Return the first event of this name, once it is there; fails where the process ends without it."""
+        events: list[dict[str, Any]] = []
+
+        def there() -> bool:
+            over = not self._reader.is_alive()
+            events.extend(event for event in list(self.events) if event["event"] == name)
+            assert events or not over, f"{self.process.args} ended without {name}; it reported {self.events}"
+            return bool(events)
+
+        wait_until(there, f"{name} of {self.process.args}")
+        return events[0]
 
     def __enter__(self) -> Self:
         """Enter the block."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process."""
+        """End the process: it ends by itself when its pipe of orders is closed, or is killed."""
         os.close(self._control)
-        try:
+        with suppress(subprocess.TimeoutExpired):
             self.process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-        self.process.wait()
-        self._reader.join()
+        end(self.process)
+        self._reader.join(_END)
 
     def _read(self, reports: int) -> None:
         with os.fdopen(reports) as lines:
@@ -115,13 +125,14 @@ class Remote:
         self._closing = False
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin)
+        self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """Leave the graph."""
         self._closing = True
-        self._thread.join()
+        self._thread.join(_END)
+        assert not self._thread.is_alive(), f"{self.node.get_name()} did not stop spinning within {_END:g} s"
         self.node.destroy_node()
         self.context.shutdown()
 
@@ -157,9 +168,9 @@ class Remote:
     def request(self, kind: Any, name: str, request: Any) -> Any:
         """Call a service and return its answer."""
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(PATIENCE)
+        assert client.wait_for_service(LIMIT), f"{name}: there is no such service"
         future = client.call_async(request)
-        wait_until(future.done)
+        wait_until(future.done, f"the answer of {name}")
         return future.result()
 
     def _on_state(self, message: JointState) -> None:
@@ -196,14 +207,6 @@ def remote(domain: int, name: str = "remote", **options: Any) -> Iterator[Remote
         yield found
     finally:
         found.close()
-
-
-def wait_until(done: Callable[[], bool], patience: float = PATIENCE) -> None:
-    """Return as soon as it is done; fails after `patience` seconds."""
-    deadline = time.monotonic() + patience
-    while not done():
-        assert time.monotonic() < deadline, f"nothing within {patience:g} s"
-        time.sleep(0.002)
 
 
 def _value(value: int | list[float]) -> ParameterValue:

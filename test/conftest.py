@@ -1,17 +1,23 @@
-"""What all tests share: a ROS domain of their own, and a check that a test session leaves nothing behind."""
+"""What all tests share: a ROS domain of their own, a time limit, and an end that leaves nothing behind."""
 
 import faulthandler
 import os
+import signal
+import subprocess
+import sys
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
+import session_guard
 
 from crane_sim.orchestration.children import environment, reserved_domain
 
-_MARK = "CRANE_SIM_TEST_SESSION"
+_AGAIN = 60.0  # s from a test's limit until what it does in the end is interrupted, too
 
 
 @pytest.fixture
@@ -29,25 +35,92 @@ def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
 
 @pytest.fixture(scope="session", autouse=True)
 def no_process_left() -> Iterator[None]:
-    """Fail the session when a process that a test started outlives it."""
-    os.environ[_MARK] = str(uuid.uuid4())  # every process of this session inherits it
-    yield
-    deadline = time.monotonic() + 10.0
-    while (left := marked_processes()) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert not left, f"processes outlive the tests: {left}"
+    """Fail the session when a process that a test started outlives it; end it, also when this process is killed."""
+    mark = str(uuid.uuid4())  # of a session within a test of another one: both
+    os.environ[session_guard.VARIABLE] = f"{os.environ.get(session_guard.VARIABLE, '')} {mark}".strip()
+    with _guard(mark):
+        yield
+        deadline = time.monotonic() + 10.0
+        while (left := _left(mark)) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        for pid in left:
+            os.kill(pid, signal.SIGKILL)
+        assert not left, f"processes outlived the tests, and were killed: {list(left.values())}"
 
 
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Let slow tests take as long as they do: the limit of pyproject.toml is for tests that hang."""
+@contextmanager
+def _guard(mark: str) -> Iterator[None]:
+    """Let a process, which no signal to this one's group reaches, wait for the end of this one."""
+    command = [sys.executable, "-I", "-S", session_guard.__file__, str(os.getpid()), mark]
+    env = {name: value for name, value in os.environ.items() if name != session_guard.VARIABLE}
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, start_new_session=True) as guard:
+        try:
+            assert guard.stdout is not None and guard.stdout.readline() == b"ready\n"
+            yield
+        finally:
+            guard.kill()
+
+
+def _left(mark: str) -> dict[int, str]:
+    """Return the processes of this session but for this one."""
+    return {pid: command for pid, command in session_guard.marked(mark).items() if pid != os.getpid()}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the time limit of `pyproject.toml`."""
+    parser.addini("test_limit", "s for each phase of a test, which fails then; 0: none", type="string", default="0")
+
+
+@contextmanager
+def _limited(item: pytest.Item) -> Iterator[None]:
+    """Let the block fail where it takes too long; what does not come back to Python is left to `faulthandler_timeout`.
+
+    Slow tests take as long as they do.
+    """
+    limit = 0.0 if item.get_closest_marker("slow") else float(item.config.getini("test_limit"))
+
+    def expire(*_: object) -> None:
+        faulthandler.dump_traceback(file=sys.__stderr__)
+        pytest.fail(f"{item.nodeid}: still ran after {limit:g} s")
+
+    before = signal.signal(signal.SIGALRM, expire)
+    signal.setitimer(signal.ITIMER_REAL, limit, _AGAIN if limit else 0.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None, Any, Any]:
+    """Limit the time of a test's fixtures, and let slow tests take theirs."""
     if item.get_closest_marker("slow"):
         faulthandler.cancel_dump_traceback_later()
+    with _limited(item):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
+    """Limit the time of a test."""
+    with _limited(item):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
+    """Limit the time of the end of a test's fixtures."""
+    with _limited(item):
+        return (yield)
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_handlecrashitem(crashitem: str) -> None:
-    """End the session where a test has taken its worker with it: the next worker would try it again, and so on."""
-    pytest.exit(f"{crashitem} has ended its worker: it crashed, or hung, then its stacks are above", returncode=1)
+def pytest_handlecrashitem(crashitem: str, sched: Any) -> None:
+    """Go on behind a test that has taken its worker with it: the next worker would try it again, and so on."""
+    for unit in getattr(sched, "workqueue", {}).values():  # of the schedulers that keep files together
+        if crashitem in unit:
+            unit[crashitem] = True  # done
 
 
 _FILES = pytest.StashKey[set[str]]()
@@ -59,7 +132,9 @@ def shared_files() -> set[str]:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Note what is in shared memory before the first test."""
+    """Note what is in shared memory before the first test; a worker ends with its leader, however that ends."""
+    if hasattr(session.config, "workerinput"):
+        session_guard.tie_to_parent()
     session.config.stash[_FILES] = shared_files()
 
 
@@ -69,17 +144,3 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     if left and not hasattr(session.config, "workerinput"):
         print(f"\nfiles left in /dev/shm: {sorted(left)}")
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
-
-
-def marked_processes() -> list[str]:
-    """Return the command lines of the processes that this test session started and that still live."""
-    mark = os.environ[_MARK].encode()
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            ours = folder.name != str(os.getpid()) and mark in (folder / "environ").read_bytes()
-            if ours:  # a zombie has no environment and is skipped: whoever adopted it has yet to reap it
-                found.append((folder / "cmdline").read_bytes().replace(b"\0", b" ").decode())
-        except OSError:
-            continue
-    return found

@@ -1,12 +1,12 @@
 """The structure: layers point one way, functions stay small, the code is typed and clean."""
 
 import ast
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from process_helpers import completed
 
 from crane_sim import compiled
 
@@ -115,5 +115,5 @@ def test_sizes(file: Path) -> None:
 def test_the_code_is_clean(command: list[str]) -> None:
     """The linter, the formatter and the type checker have nothing to say."""
     program = Path(sys.executable).with_name(command[0])
-    done = subprocess.run([str(program), *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = completed([str(program), *command[1:]], cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from process_helpers import completed
 
 from crane_sim.catalogue import scene_files
 from crane_sim.rollout import simulate
@@ -15,7 +16,7 @@ CRANE = Path(sys.executable).with_name("crane")
 
 def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Return what the command did."""
-    return subprocess.run([str(CRANE), *arguments], capture_output=True, text=True, cwd=cwd, check=False)
+    return completed([str(CRANE), *arguments], cwd=cwd)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +62,7 @@ def test_a_full_disk_behind_stdout_is_one_line() -> None:
     """Where not even the error can be printed as JSON, stderr still has it in one line, and no traceback."""
     with Path("/dev/full").open("w") as full:
         command = [str(CRANE), "simulate", "nowhere", "--json"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = completed(command, stdout=full)
     assert done.returncode == 2
     assert len(done.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in done.stderr
 

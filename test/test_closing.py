@@ -7,32 +7,23 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from test_run import gone
+from crew_helpers import LIMIT, STUBBORN, crew_of, listen_until
+from process_helpers import ends_soon, gone, next_line, started_program, wait_until
 
 from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.closing import recorded, told
 from crane_sim.orchestration.conductor import Conductor
-from crane_sim.orchestration.crew import Crew
 from crane_sim.orchestration.leavings import bags
 from crane_sim.orchestration.processes import Forked
 from crane_sim.recording import repair
 from crane_sim.recording.part_names import part_of, unfinished
 from crane_sim.recording.parts import Before, Parts
 
-LIMIT = 3.0  # s from an interruption to the end, as promised
-STUBBORN = """
-import os, signal, sys, time
-signal.signal(signal.SIGTERM, signal.SIG_IGN)
-fd = next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith("report_fd"))
-os.write(fd, b'{"event": "ready"}\\n')
-time.sleep(600)
-"""
 FAILING = """
 import sys
 from crane_sim.ros import process
@@ -44,12 +35,6 @@ sys.exit(process.main("odd", {}, body))
 """
 
 
-def crew_of(folder: Path, program: str, env: dict[str, str], interrupts: Sequence[int] = ()) -> Crew:
-    """Return a crew whose nodes can be of a module `node` that is this program."""
-    (folder / "node.py").write_text(program)
-    return Crew(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"}, interrupts)
-
-
 def test_all_limits_of_an_early_end_are_one(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     """A plant, a law and a recorder that neither report nor end, and four more nodes, are gone within 3 s."""
     interrupts: list[int] = [signal.SIGINT]
@@ -57,8 +42,7 @@ def test_all_limits_of_an_early_end_are_one(tmp_path: Path, ros_environment: dic
         names = ("plant", "controller", "recorder", *("reserve",) * 4)
         posts: list[Any] = [SimpleNamespace(name=name, holder=crew.start(name, "node", "a", {})) for name in names]
         vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, vacant="")
-        while not all(child.ready for child in crew.children):
-            crew.listen(1.0)
+        listen_until(crew, lambda: all(child.ready for child in crew.children))
         nobody: Any = SimpleNamespace()
         conductor, began = Conductor(crew, posts, interrupts, nobody, 0.0), time.monotonic()
         conductor.wind_up()
@@ -73,8 +57,7 @@ def test_an_unforeseen_error_is_named(tmp_path: Path, ros_environment: dict[str,
     """What a node did not foresee is told in the last line of its exception; another node may yet replace it."""
     with crew_of(tmp_path, FAILING, ros_environment) as crew:
         child = crew.start("odd", "node", "a", {})
-        while not child.gone:
-            crew.listen(1.0)
+        listen_until(crew, lambda: child.gone)
     assert child.fault == "it ended with exit code 1: OSError: [Errno 5] the bus is"
     assert not child.gave_up
 
@@ -111,7 +94,7 @@ for free in (False, True):
         bind()
         if free:
             untie()
-        print("free" if free else "tied", os.getpid(), flush=True)
+        os.write(1, f"{'free' if free else 'tied'} {os.getpid()}\\n".encode())  # one write: never mixed with another
         time.sleep(60)
         os._exit(0)
 time.sleep(60)
@@ -120,16 +103,15 @@ time.sleep(60)
 
 def test_a_tied_process_ends_with_its_parent() -> None:
     """When a process is killed, the kernel ends the child that is tied to it, and not the one that was untied."""
-    with subprocess.Popen([sys.executable, "-c", TIED], stdout=subprocess.PIPE, text=True) as parent:
-        assert parent.stdout is not None
-        told = dict(parent.stdout.readline().split() for _ in range(2))
+    with started_program([sys.executable, "-c", TIED], stdout=subprocess.PIPE) as parent:
+        told = dict(next_line(parent).split() for _ in range(2))
         tied, free = int(told["tied"]), int(told["free"])
         parent.kill()
-    try:
-        ends_soon(tied)
-        assert not gone(free)
-    finally:
-        os.kill(free, signal.SIGKILL)
+        try:
+            ends_soon(tied)
+            assert not gone(free)
+        finally:
+            os.kill(free, signal.SIGKILL)
 
 
 JOINING = """
@@ -155,20 +137,10 @@ def test_joining_takes_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest
     assert joint.joined(parts[1], within=1.0) == parts and all(part.exists() for part in parts)
     ends_soon(int(pid.read_text()))
     pid.unlink()
-    with subprocess.Popen([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:
-        while not (pid.exists() and pid.read_text().strip()):
-            assert recorder.poll() is None
-            time.sleep(0.02)
+    with started_program([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:
+        wait_until(lambda: pid.exists() and bool(pid.read_text().strip()), "the helper that joins")
         recorder.kill()
-    ends_soon(int(pid.read_text()))
-
-
-def ends_soon(pid: int) -> None:
-    """Check that a process ends."""
-    deadline = time.monotonic() + 10.0  # only so that a failure ends; the kernel does it at once
-    while not gone(pid) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert gone(pid)
+        ends_soon(int(pid.read_text()))
 
 
 def test_only_bags_of_this_run_are_named(tmp_path: Path) -> None:

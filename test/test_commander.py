@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from bench_graph import PERIOD, NodeProcess, Remote, graph, remote, wait_until
+from process_helpers import started_program
 
 from crane_sim import load_scene
 from crane_sim.ros.helm import Helm
@@ -46,11 +47,8 @@ def test_whoever_was_there_alone_is_the_commander() -> None:
 @contextmanager
 def commander(env: dict[str, str], name: str, effort: float) -> Iterator[subprocess.Popen[bytes]]:
     """Yield a process that answers every state with one effort."""
-    with subprocess.Popen([sys.executable, FOREIGN, name, str(effort)], env=env) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
+    with started_program([sys.executable, FOREIGN, name, str(effort)], env=env) as process:
+        yield process
 
 
 @pytest.fixture(params=["lockstep", "realtime"])

@@ -5,11 +5,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from process_helpers import completed, gone, started_program, wait_until
+from run_helpers import check_answers
 
 from crane_sim import load_scene, simulate
 
@@ -21,12 +22,9 @@ def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
     """Two cranes step together, never more than a period apart, /clock is one, and each moves as it does alone."""
     watcher = [sys.executable, HERE / "clock_watcher.py", *CRANES]
     example = [sys.executable, HERE.parent / "examples" / "two_cranes.py"]
-    with subprocess.Popen(watcher, env=ros_environment, stdout=subprocess.PIPE, text=True) as watch:
-        try:
-            run = subprocess.run(example, env=ros_environment, capture_output=True, text=True, timeout=120.0)
-            seen = json.loads(watch.communicate(timeout=30.0)[0])
-        finally:
-            watch.kill()
+    with started_program(watcher, env=ros_environment, stdout=subprocess.PIPE) as watch:
+        run = completed(example, env=ros_environment)
+        seen = json.loads(watch.communicate(timeout=60.0)[0])
     summaries = json.loads(run.stdout)
     for crane, scene in CRANES.items():
         assert summaries[crane]["state_sha256"] == simulate(scene).summary["state_sha256"]
@@ -39,15 +37,11 @@ def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
 def test_two_cranes_end_together(ros_environment: dict[str, str]) -> None:
     """When one plant of the example is killed, it ends all nodes, says whose it was, and returns 1."""
     example = [sys.executable, HERE.parent / "examples" / "two_cranes.py"]
-    with subprocess.Popen(example, env=ros_environment, stdout=subprocess.PIPE, text=True) as run:
+    with started_program(example, env=ros_environment, stdout=subprocess.PIPE) as run:
         children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
-        try:
-            while len(nodes := children.read_text().split()) < 2 * len(CRANES) and run.poll() is None:
-                time.sleep(0.05)
-            os.kill(int(nodes[0]), signal.SIGKILL)
-            told = json.loads(run.communicate(timeout=60.0)[0])
-        finally:
-            run.kill()
+        wait_until(lambda: gone(run.pid) or len(children.read_text().split()) == 2 * len(CRANES), "all nodes")
+        os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
+        told = json.loads(run.communicate(timeout=120.0)[0])
     assert run.returncode == 1
     assert set(told) == set(CRANES) and told["harbour"]["error"]
 
@@ -59,7 +53,7 @@ def together(*runs: dict) -> list[dict]:
     def run(options: dict) -> dict:
         command = [sys.executable, "-c", script, "run", options["scene"], "--no-record", "--json"]
         command += ["--duration", str(options["duration"])]
-        return json.loads(subprocess.run(command, capture_output=True, text=True, timeout=120.0).stdout)
+        return json.loads(completed(command).stdout)
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(run, runs))
@@ -71,7 +65,7 @@ def test_two_runs_side_by_side_never_hear_each_other() -> None:
     for options, summary in zip(wanted, together(*wanted), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
         assert "error" not in summary
-        assert summary["commands"] == {"received": scene.steps, "rejected": 0, "late": 0, "duplicate": 0}
+        check_answers(summary, scene.steps)
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
@@ -81,15 +75,13 @@ def test_six_runs_side_by_side() -> None:
     wanted = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
     for options, summary in zip(wanted, together(*wanted), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
-        assert summary["commands"]["received"] == scene.steps
+        check_answers(summary, scene.steps)
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
 def test_only_lockstep_can_wait_for_another_crane(ros_environment: dict[str, str]) -> None:
     """A plant that cannot wait says so in one line."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", "beside:=other"]
-    run = subprocess.run(
-        [*command, "-p", "mode:=realtime"], env=ros_environment, capture_output=True, text=True, timeout=60.0
-    )
+    run = completed([*command, "-p", "mode:=realtime"], env=ros_environment)
     assert run.returncode == 2
     assert "parameter beside is 'other'; only a crane in lockstep can have it" in run.stderr

@@ -3,6 +3,8 @@
 from types import SimpleNamespace
 
 import pytest
+from test_silence import JOINTS, begun
+from test_silence import PERIOD as SECONDS
 
 from crane_sim import load_scene
 from crane_sim.recording.pairing import Pairing
@@ -10,6 +12,7 @@ from crane_sim.ros.transcript import Transcript
 from crane_sim.ros.wire import JointWire
 
 PERIOD = 10_000_000  # ns
+STEP = round(SECONDS * 1e9)  # ns, of the bench in real time
 A, B, C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, 0.0, 0.0, 0.0)
 
 
@@ -27,11 +30,46 @@ def test_the_demand_is_what_the_plant_took(commands: list, applied: tuple, deman
     assert [row.demanded for row in pairing.take(final=True)] == [demanded]
 
 
-def test_what_the_gate_refuses_is_no_demand() -> None:
+def test_where_the_plant_tells_what_it_accepted_nothing_else_is_a_demand() -> None:
+    """A lone command that was refused, as late or another one's, is no demand; of bare arrays the last one is."""
+    pairing = Pairing(PERIOD, None)
+    for k in range(1, 5):
+        pairing.add_state(k * PERIOD, A, A)
+        pairing.add_effort(k * PERIOD, C)
+    pairing.add_command(PERIOD, B)  # refused
+    pairing.add_accepted(2 * PERIOD, A)
+    pairing.add_command(3 * PERIOD, B)  # refused, too
+    pairing.add_accepted(4 * PERIOD, A)
+    pairing.add_accepted(4 * PERIOD, B)
+    assert [row.demanded for row in pairing.take(final=True)] == [None, A, None, B]
+
+
+def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every command that counts is published with the stamp that it answers, and none that is late or no number."""
+    bench, realtime = begun(monkeypatch, 20, 0.002)
+    wire = JointWire(JOINTS, effort=True)
+
+    def intrude() -> None:
+        for stamp, effort in ((bench.stamp - 5 * STEP, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
+            bench._takers["joint_commands"](wire.encode(stamp, effort))
+
+    bench.plan = [(0.105, intrude)]
+    realtime.run()
+    published = [wire.decode(data) for data in bench.accepted]
+    stamps = [frame.stamp for frame in published]
+    assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * STEP, STEP)) and len(stamps) >= 19
+    efforts = [frame.effort for frame in published]
+    assert efforts == [bench.answer(k) for k in range(len(efforts))]
+    assert bench.gate.summary()["late"] == bench.gate.summary()["rejected"] == 1
+
+
+@pytest.mark.parametrize("topic", ["joint_commands", "accepted_command"])
+def test_what_the_gate_refuses_is_no_demand(topic: str) -> None:
     """Commands with numbers or names that no plant takes never come to the recorder."""
     scene, heard = load_scene("knuckle_setpoint"), []
     recorder = SimpleNamespace(command=lambda stamp, effort: heard.append((stamp, effort)))
-    take = Transcript(scene, recorder).takers()["joint_commands"]  # type: ignore[arg-type]
+    recorder.accepted = recorder.command
+    take = Transcript(scene, recorder).takers()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *A[1:]), (float("inf"), *A[1:]), (1e9, *A[1:])):
         take(JointWire(names, effort=True).encode(PERIOD, bad))

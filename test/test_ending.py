@@ -9,7 +9,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from test_closing import LIMIT, STUBBORN, crew_of, ends_soon
+from crew_helpers import LIMIT, STUBBORN, crew_of, listen_until
+from process_helpers import ends_soon
 
 from crane_sim.orchestration import closing
 from crane_sim.orchestration.children import Child
@@ -55,8 +56,7 @@ def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_env
     news: list[str] = []
     with Unforked(ros_environment | {"PYTHONPATH": str(tmp_path)}) as crew:
         post = RecorderPost(crew, Place("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True)
-        while not (post.holder.ready and post.reserves_ready):
-            crew.listen(1.0)
+        listen_until(crew, lambda: post.holder.ready and post.reserves_ready)
         plant: Any = SimpleNamespace(name="plant", holder=SimpleNamespace(step=64, pid=1))
         telling = Telling(lambda step: None, news.append, lambda name, pid: None)
         summary = recorded(Conductor(crew, [plant, post], [], telling, 0.0), post, {"steps": 70})
@@ -95,8 +95,7 @@ def test_a_signal_hurries_processes_that_do_not_end(tmp_path: Path, ros_environm
     interrupts: list[int] = []
     with crew_of(tmp_path, STUBBORN, ros_environment, interrupts) as crew:
         child = crew.start("stubborn", "node", "a", {})
-        while not child.ready:
-            crew.listen(1.0)
+        listen_until(crew, lambda: child.ready)
         threading.Timer(0.3, interrupts.append, [signal.SIGTERM]).start()
         began = time.monotonic()
     assert time.monotonic() - began < 0.3 + LIMIT

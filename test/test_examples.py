@@ -1,67 +1,44 @@
 """The examples, each as a process of its own against a real plant, as their users run them."""
 
-import runpy
+import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from example_helpers import EXAMPLES, check_arrival, check_lockstep, example, run
+from process_helpers import completed, gone, next_line, started_program, wait_until
 
-from crane_sim import load_scene, orchestration
 from crane_sim.orchestration.children import environment
-from crane_sim.plant import Plant
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
-DURATION = 6.0  # s of simulated time
+STRUCK = """
+import os, runpy, signal, sys
+import rclpy, rclpy.executors, rclpy.node
 
-
-@contextmanager
-def example(name: str, domain: int, python: str = sys.executable) -> Iterator[None]:
-    """Run an example in a ROS domain while the block lasts, in the environment that users are told to give it."""
-    command = [EXAMPLES / "in_domain", str(domain), python, EXAMPLES / name, str(domain)]
-    with subprocess.Popen(command) as process:
-        try:
-            yield
-        finally:
-            process.terminate()
+owner, name, script = sys.argv[1:]
+owner = eval(owner)
+real = getattr(owner, name)
 
 
-def run(domain: int, **options) -> dict:
-    """Run the default scene without its controller; return the summary."""
-    scene = load_scene("knuckle_setpoint", {"duration": DURATION})
-    return orchestration.run(scene, record=None, controller=False, domain_id=domain, **options)
+def struck(*arguments, **options):
+    found = real(*arguments, **options)
+    print("struck", flush=True)
+    os.kill(os.getpid(), signal.SIGTERM)
+    return found
 
 
-def check_arrival(summary: dict) -> None:
-    """Check that the controller did what it is for."""
-    assert "error" not in summary
-    assert summary["steps"] == 600
-    # Of 0.8 rad, 0.2 rad and 0.5 m hundredths are left after 6 s in lockstep, where the rope gives way to the payload
-    # as it swings; in real time every hesitation of this machine comes on top.
-    left = 0.02 if summary["mode"] == "lockstep" else 0.2
-    assert all(abs(summary["final_error"][joint]) < left for joint in ("boom", "jib", "rope"))
-
-
-def in_process() -> str:
-    """Return the hash of the states that the examples' law leads through, found without any middleware."""
-    scene = load_scene("knuckle_setpoint", {"duration": DURATION}).commanded()
-    law = runpy.run_path(str(EXAMPLES / "my_law.py"))["effort"]
-    plant = Plant(scene)
-    for _ in range(scene.steps):
-        plant.advance(law(scene.joint_names, plant.q, plant.v))
-    return plant.summary()["state_sha256"]
+setattr(owner, name, struck)
+sys.path.insert(0, os.path.dirname(script))
+runpy.run_path(script, run_name="__main__")
+"""
 
 
 def test_a_controller_of_plain_rclpy(domain_id: int) -> None:
     """A node that knows nothing of the simulator drives the crane in lockstep, and no bit is lost on the way."""
     with example("my_controller.py", domain_id):
         summary = run(domain_id)
-    check_arrival(summary)
+    check_lockstep(summary)
     assert summary["min_rope_tension"] > 0.0  # in real time the first command comes after a moment of none
-    assert summary["commands"] == {"received": 600, "rejected": 0, "late": 0, "duplicate": 0}
-    assert summary["state_sha256"] == in_process()
 
 
 @pytest.mark.slow
@@ -79,9 +56,38 @@ def test_a_controller_of_bare_arrays(domain_id: int) -> None:
     assert summary["commands"]["rejected"] == summary["commands"]["late"] == 0
 
 
+@pytest.mark.parametrize("name", ["my_controller.py", "my_array_controller.py"])
+@pytest.mark.parametrize(
+    "instant",
+    ["rclpy init", "rclpy.node.Node __init__", "rclpy.executors.SingleThreadedExecutor __init__"],
+    ids=["rclpy starts", "the node is made", "the executor is made"],
+)
+def test_an_example_ends_whenever_it_is_told_to(name: str, instant: str, ros_environment: dict[str, str]) -> None:
+    """A SIGTERM that comes while rclpy starts is not lost: the example ends in order, without a traceback."""
+    command = [sys.executable, "-c", STRUCK, *instant.split(), str(EXAMPLES / name)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with started_program(command, limit=60.0, env=ros_environment, **pipes) as process:
+        assert next_line(process) == "struck\n"
+        _, errors = process.communicate()
+    assert (process.returncode, errors) == (0, "")
+
+
+def test_two_cranes_end_when_they_are_told_to(ros_environment: dict[str, str]) -> None:
+    """A SIGTERM that comes while the example of two cranes starts its nodes ends it, and all of these, with code 1."""
+    with started_program(
+        [sys.executable, EXAMPLES / "two_cranes.py"], env=ros_environment, stdout=subprocess.PIPE
+    ) as it:
+        children = Path(f"/proc/{it.pid}/task/{it.pid}/children")
+        wait_until(lambda: len(children.read_text().split()) > 1, "the first nodes")
+        nodes = list(map(int, children.read_text().split()))
+        it.send_signal(signal.SIGTERM)
+        it.communicate()
+        assert it.returncode == 1 and all(map(gone, nodes))
+
+
 def test_the_environment_of_an_example_is_that_of_the_nodes(tmp_path: Path) -> None:
     """What examples/in_domain tells a process is what the simulator tells its own nodes."""
-    shown = subprocess.run([EXAMPLES / "in_domain", "7", "env"], capture_output=True, text=True, check=True).stdout
+    shown = completed([EXAMPLES / "in_domain", "7", "env"], check=True).stdout
     ours = dict(line.split("=", 1) for line in shown.splitlines() if "=" in line)
     wanted = environment(7, tmp_path)
     for name in wanted:

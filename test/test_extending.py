@@ -1,12 +1,12 @@
 """The recipes of ARCHITECTURE.md, followed: a law from somebody else's package, an effect, a scene of one's own."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import yaml
+from process_helpers import completed
 
 import crane_sim
 from crane_sim.catalogue import scene_files
@@ -45,9 +45,7 @@ def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
         "crane_sim.load_scene('mine.yaml', {'control.stifness': 1.0})"
     )
     environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    done = completed([sys.executable, "-c", code], env=environment, cwd=tmp_path)
     assert yaml.safe_load(done.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], done.stderr
     assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in done.stderr
 

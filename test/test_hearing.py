@@ -12,6 +12,7 @@ import pytest
 import rclpy
 from bench_graph import graph
 from burst import COUNT, TOPICS
+from process_helpers import started_program
 from rclpy.context import Context
 from rclpy.node import Node
 
@@ -48,10 +49,9 @@ def test_what_waits_is_heard_whole_and_in_order(tmp_path: Path, monkeypatch: pyt
     said = [(name, k) for k in range(1, COUNT + 1) for name in TOPICS]
     with graph(tmp_path, monkeypatch) as (domain, env), listener(domain) as node:
         hearing = Hearing(node, [{name: partial(note, name) for name in TOPICS}])
-        with subprocess.Popen([sys.executable, BURST], env=env, stdin=subprocess.PIPE) as burst:
+        with started_program([sys.executable, BURST], env=env, stdin=subprocess.PIPE):
             deadline = time.monotonic() + PATIENCE
             while len(heard) < len(said) and time.monotonic() < deadline:
                 time.sleep(0.15)  # hundreds of steps: some end in the midst of one
                 hearing.pass_on()
-            burst.communicate()
     assert heard == said

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from bench_graph import NodeProcess
 from hostility import JOINTS, Hostility, message
+from process_helpers import started_program
 
 from crane_sim import load_scene, orchestration, simulate
 from crane_sim.plant import Plant
@@ -21,6 +22,7 @@ from crane_sim.ros.wire import JointWire
 from crane_sim.scene import Scene
 
 HERE = Path(__file__).parent
+LONGEST = 1800.0  # s for the slow test's 320 000 commands, only so that a failure ends
 
 
 def besieged(scene: Scene, number: int) -> tuple[Plant, CommandGate, Counter[str]]:
@@ -76,13 +78,10 @@ def controlled(
         the run's summary, and how many commands are to be refused for which reason.
     """
     command = [sys.executable, HERE / "hostile_controller.py", str(each), str(scene.steps)]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            files = {"record": folder / "run.rrd", "mcap": folder / "run.mcap"}
-            summary = orchestration.run(scene, **files, controller=False, domain_id=domain)
-            return summary, Counter(json.loads(process.communicate(timeout=30.0)[0]))
-        finally:
-            process.kill()
+    with started_program(command, limit=LONGEST, env=environment, stdout=subprocess.PIPE) as process:
+        files = {"record": folder / "run.rrd", "mcap": folder / "run.mcap"}
+        summary = orchestration.run(scene, **files, controller=False, domain_id=domain)
+        return summary, Counter(json.loads(process.communicate(timeout=60.0)[0]))
 
 
 def check_controlled(duration: float, each: int, domain: int, environment: dict[str, str], folder: Path) -> None:
@@ -125,16 +124,13 @@ def flooded(scene: Scene, mode: str, env: dict[str, str], file: Path) -> tuple[d
     with (
         NodeProcess("crane_sim.ros.plant_node", env, *common, *patient) as plant,
         NodeProcess("crane_control.controller_node", env, *common) as controller,
-        subprocess.Popen(flood, env=env, stdout=subprocess.PIPE, text=True) as process,
+        started_program(flood, env=env, stdout=subprocess.PIPE) as process,
     ):
-        try:
-            plant.await_event("ready")
-            controller.await_event("ready")
-            plant.order("go")
-            summary = plant.await_event("done")["summary"]
-            return summary, json.loads(process.communicate(timeout=30.0)[0])
-        finally:
-            process.kill()
+        plant.await_event("ready")
+        controller.await_event("ready")
+        plant.order("go")
+        summary = plant.await_event("done")["summary"]
+        return summary, json.loads(process.communicate(timeout=60.0)[0])
 
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])

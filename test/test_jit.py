@@ -2,12 +2,12 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from process_helpers import completed
 
 import crane_sim
 from crane_sim import jit
@@ -23,9 +23,7 @@ def probe(tree: Path, cache: Path, code: str = PROBE) -> str:
     """Return what `code` prints with the package of `tree` and the given cache folder."""
     inherited = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
     environment = inherited | {"PYTHONPATH": str(tree), "CRANE_SIM_CACHE": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=tree, capture_output=True, text=True, check=True
-    )
+    done = completed([sys.executable, "-c", code], env=environment, cwd=tree, check=True)
     return done.stdout.strip()
 
 
@@ -83,7 +81,7 @@ def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
         "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
     )
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    plain = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    plain = completed([sys.executable, "-c", code], env=environment, check=True)
     run = simulate("knuckle_losses", duration=0.05)
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
 

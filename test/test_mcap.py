@@ -3,7 +3,6 @@
 import json
 import os
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from process_helpers import completed
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
@@ -64,7 +64,7 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
     """`crane run --mcap FILE` leaves one file, with every message at its stamp and with the numbers of `simulate`."""
     path = tmp_path / "run.mcap"
     options = ["--no-record", "--mcap", path, "--duration", str(SCENE.duration), "--domain-id", str(domain_id)]
-    done = subprocess.run([CRANE, "run", *options, "--json"], capture_output=True, text=True, check=False)
+    done = completed([CRANE, "run", *options, "--json"])
     assert done.returncode == 0, done.stderr
     summary, found, expected = json.loads(done.stdout), read(path), simulate(SCENE)
     assert list(tmp_path.iterdir()) == [path]
@@ -93,12 +93,12 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
 def small_disk(folder: Path) -> Iterator[Path]:
     """Yield an empty disk of 100 kB."""
     folder.mkdir()
-    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
+    if os.geteuid() != 0 or completed(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
         pytest.skip("no right to mount here")
     try:
         yield folder
     finally:
-        subprocess.run(["umount", folder], check=True)
+        completed(["umount", folder], check=True)
 
 
 def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) -> None:

@@ -8,11 +8,13 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
+from process_helpers import completed, started_program, wait_until
+from run_helpers import check_answers
 
 from crane_sim import load_scene
 from crane_sim.catalogue import config_folder
@@ -31,7 +33,7 @@ DURATION = 3.0  # s of simulated time
 def isolated() -> bool:
     """Return whether this user may make network namespaces."""
     tools = all(shutil.which(tool) for tool in ("unshare", "nsenter", "ip"))
-    return tools and subprocess.run(["unshare", "-Urn", "true"], capture_output=True).returncode == 0
+    return tools and completed(["unshare", "-Urn", "true"]).returncode == 0
 
 
 def sockets(pid: int) -> list[tuple[str, str]]:
@@ -51,15 +53,10 @@ def sockets(pid: int) -> list[tuple[str, str]]:
 def node(module: str, env: dict[str, str], python: str = sys.executable) -> Iterator[int]:
     """Run a node of the default scene until it has opened its sockets; yield its process id."""
     command = [python, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
-    with subprocess.Popen(command, env=env, stderr=subprocess.DEVNULL) as process:
-        try:
-            deadline = time.monotonic() + 60.0
-            while len(sockets(process.pid)) < 2 and time.monotonic() < deadline:
-                time.sleep(0.1)
-            time.sleep(0.5)  # for more of them
-            yield process.pid
-        finally:
-            process.kill()
+    with started_program(command, env=env, stderr=subprocess.DEVNULL) as process:
+        wait_until(lambda: len(sockets(process.pid)) >= 2, "the sockets of a node")
+        time.sleep(0.5)  # for more of them
+        yield process.pid
 
 
 @pytest.mark.parametrize("module", ["crane_sim.ros.plant_node", "crane_control.controller_node"])
@@ -147,17 +144,12 @@ def test_the_policy_allows_what_the_nodes_do(tmp_path: Path, ros_environment: di
     modules = ["crane_sim.ros.plant_node", "crane_control.controller_node", "crane_sim.ros.recorder_node"]
     own = {modules[0]: ["-p", "expected_controllers:=2"], modules[2]: ["-p", f"path:={tmp_path / 'run.rrd'}"]}
     command = ["-m", "MODULE", "--ros-args", "-r", "__ns:=/knuckle"]
-    nodes = [
-        subprocess.Popen([sys.executable, command[0], module, *command[2:], *own.get(module, [])], env=ros_environment)
-        for module in modules
-    ]
-    try:
+    with ExitStack() as nodes:
+        for module in modules:
+            words = [sys.executable, command[0], module, *command[2:], *own.get(module, [])]
+            nodes.enter_context(started_program(words, env=ros_environment))
         lister = [sys.executable, HERE / "graph_lister.py", "/knuckle", "plant", "controller", "recorder"]
-        shown = subprocess.run(lister, env=ros_environment, capture_output=True, text=True, timeout=60.0, check=True)
-    finally:
-        for node in nodes:
-            node.kill()
-            node.wait()
+        shown = completed(lister, env=ros_environment, check=True)
     for node, does in json.loads(shown.stdout).items():
         for what, names in does.items():
             beyond = [name for name in names if not any(fnmatch(name, rule) for rule in allowed(node).get(what, []))]
@@ -172,7 +164,7 @@ def test_without_security_nothing_runs_that_wants_it(tmp_path: Path, ros_environ
         (folder / name).write_text("no key\n")
     secure = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce", "ROS_SECURITY_KEYSTORE": str(tmp_path)}
     command = [sys.executable, "-m", "crane_sim.ros.plant_node"]
-    run = subprocess.run(command, env=ros_environment | secure, capture_output=True, text=True, timeout=60.0)
+    run = completed(command, env=ros_environment | secure)
     assert run.returncode == 2
     assert "Traceback" not in run.stderr
 
@@ -182,9 +174,9 @@ def test_a_controller_on_another_machine() -> None:
     """With the network profile, a controller at the other end of a cable drives the crane, bit for bit as at home."""
     env = os.environ | {"CRANE_SIM_DDS": str(config_folder() / "fastdds_network.xml")}
     command = ["unshare", "-Urn", "sh", HERE / "two_machines.sh", sys.executable, EXAMPLES, str(DURATION)]
-    run = subprocess.run(command, env=env, capture_output=True, text=True, timeout=90.0)
+    run = completed(command, env=env)
     summary = json.loads(run.stdout.splitlines()[-1])
     assert "error" not in summary
     scene = load_scene("knuckle_setpoint", {"duration": DURATION})
-    assert summary["commands"]["received"] == scene.steps
+    check_answers(summary, scene.steps)
     assert summary["state_sha256"] == driven_by_the_example(scene)

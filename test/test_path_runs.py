@@ -1,12 +1,12 @@
 """Runs along a path: their figures, and laws that are given a new path while at work."""
 
-import subprocess
 import sys
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from process_helpers import started_program
 from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -186,9 +186,6 @@ def test_a_run_follows_what_the_topic_says(domain_id: int, ros_environment: dict
     It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's path is 1 m and more.
     """
     scene = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
-    with subprocess.Popen([sys.executable, "-c", SENDER], env=ros_environment) as sender:
-        try:
-            summary = orchestration.run(scene, record=None, domain_id=domain_id)
-        finally:
-            sender.kill()
+    with started_program([sys.executable, "-c", SENDER], env=ros_environment):
+        summary = orchestration.run(scene, record=None, domain_id=domain_id)
     assert summary["tracking_peak"] > 0.98  # within the law's own error; 0.006 without the message

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from test_examples import EXAMPLES, check_arrival, example, in_process, run
+from example_helpers import EXAMPLES, check_arrival, check_lockstep, example, run
 
 PYTHON = os.environ.get("CRANE_SIM_CYCLONE_PYTHON", sys.executable if find_spec("cyclonedds") else "")
 needs_python = pytest.mark.skipif(
@@ -48,9 +48,7 @@ def test_plain_dds_drives_the_crane(domain_id: int) -> None:
     """A participant of Cyclone DDS without any ROS reads states, answers them, and no bit is lost on the way."""
     with example("plain_dds.py", domain_id, PYTHON):
         summary = run(domain_id)
-    check_arrival(summary)
-    assert summary["commands"] == {"received": 600, "rejected": 0, "late": 0, "duplicate": 0}
-    assert summary["state_sha256"] == in_process()
+    check_lockstep(summary)
 
 
 @needs_python

@@ -3,14 +3,15 @@
 import json
 import os
 import random
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from process_helpers import completed
+from recorder_helpers import PERIOD, SCENE, feed, full
 
-from crane_sim import load_scene, orchestration
+from crane_sim import orchestration
 from crane_sim.plant import Plant
 from crane_sim.recording.pairing import PATIENCE, Pairing
 from crane_sim.recording.part_names import found
@@ -19,11 +20,8 @@ from crane_sim.recording.reading import read_curves, read_summary
 from crane_sim.recording.recorder import Recorder
 from crane_sim.recording.repair import repair
 from crane_sim.recording.session import Session
-from crane_sim.recording.writer import RecordingError
 
-PERIOD = 10_000_000  # ns
 TARGET = (0.0, 0.0, 0.0, 2.0)
-SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
 
 
 def number(k: int, size: int) -> tuple[float, ...]:
@@ -97,21 +95,6 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
         pairing.add_effort(k * PERIOD, number(k, 4))
     pairing.add_reference(3 * PERIOD, later)
     assert [row.reference for row in pairing.take(final=True)] == [TARGET, TARGET, later, later]
-
-
-def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
-    """Let the plant make steps and tell the recorder of those behind step `after`."""
-    plant = Plant(SCENE)
-    for k in range(1, steps + 1):
-        q, v = plant.q, plant.v
-        assert SCENE.law is not None
-        demanded = SCENE.law(plant.t, q, v)
-        plant.advance(demanded)
-        if k <= after:
-            continue
-        recorder.state(k * PERIOD, q, v)
-        recorder.command(k * PERIOD, demanded)
-        recorder.effort(k * PERIOD, plant.applied)
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
@@ -190,11 +173,6 @@ def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: 
     assert (added["recording"], added["parts"], added["lost_steps"]) == (files[1], files, 12)
 
 
-def full(session: Session, rows: object) -> None:
-    """Write to a disk that is full."""
-    raise RecordingError("the disk is full")
-
-
 def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who goes on behind another recorder's last known step leaves one file in the end, with every step once."""
     monkeypatch.setattr("crane_sim.recording.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
@@ -253,7 +231,7 @@ def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
     script = 'mount -t tmpfs -o size=1m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'
     command = ["unshare", "-Urm", "sh", "-c", script, "sh", str(disk), sys.executable, RUN, str(copy)]
     env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
-    done = subprocess.run(command, capture_output=True, text=True, env=env, check=False)
+    done = completed(command, env=env)
     if not done.stdout and ("unshare" in done.stderr or "mount" in done.stderr):
         pytest.skip("no mount namespace of one's own here")
     summary = json.loads(done.stdout.splitlines()[-1])

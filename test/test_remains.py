@@ -1,11 +1,13 @@
 """What the soak of interruptions complains about, and what it lets pass."""
 
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from process_helpers import started_program
 
 from crane_sim import load_scene
 from crane_sim.recording.pairing import Row
@@ -78,7 +80,8 @@ def test_the_zero_effort_belongs_to_no_step() -> None:
 
 def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:
     """It is known by a variable of its environment, whoever has become its parent."""
-    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env={MARK: "mine"}) as process:
+    env = os.environ | {MARK: "mine"}
+    with started_program([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env=env) as process:
         assert orphans("another's") == []
         (line,) = orphans("mine")
-        assert line.startswith("outlives the run: ") and process.wait() == -signal.SIGKILL
+        assert line.startswith("outlives the run: ") and process.wait(60.0) == -signal.SIGKILL

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from process_helpers import completed
 from test_mcap import TOPICS, feed, read
 from test_recording import SCENE, STEPS
 
@@ -42,7 +43,7 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
     here = Path(__file__).parent
     env = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
     command = [sys.executable, "-c", program, str(path), end]
-    return subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    return completed(command, env=env)
 
 
 def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:

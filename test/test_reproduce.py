@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from process_helpers import completed
 
 from crane_sim.reproduce import reproduced
 from crane_sim.reproduce.hardcases import Case
@@ -19,7 +20,7 @@ FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
 
 def crane(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Return what the command did."""
-    return subprocess.run([str(CRANE), "reproduce", *arguments], capture_output=True, text=True, check=False)
+    return completed([str(CRANE), "reproduce", *arguments], limit=600.0)
 
 
 def test_every_claim_holds_or_is_an_erratum() -> None:

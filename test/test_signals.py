@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from process_helpers import children, completed, gone, next_line, started_program, wait_until
 from test_mcap import read
-from test_run import children
 
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration.children import environment, reserved_domain
@@ -71,12 +71,9 @@ def test_a_subscriber_that_stands_still_delays_no_end(heard: tuple[int, Account]
     """Somebody who is stopped while messages are on their way to him changes nothing of all that."""
     frozen = [sys.executable, str(Path(__file__).with_name("frozen_subscriber.py"))]
     domain, _ = heard
-    with tempfile.TemporaryDirectory() as folder, subprocess.Popen(frozen, env=environment(domain, Path(folder))) as he:
-        try:
-            end = ended(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), heard)
-            assert Path(f"/proc/{he.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
-        finally:
-            he.kill()
+    with tempfile.TemporaryDirectory() as folder, started_program(frozen, env=environment(domain, Path(folder))) as one:
+        end = ended(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), heard)
+        assert Path(f"/proc/{one.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     assert end.complaints == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1
@@ -85,10 +82,9 @@ def test_a_subscriber_that_stands_still_delays_no_end(heard: tuple[int, Account]
 def test_the_command_tells_that_its_plant_was_killed(tmp_path: Path) -> None:
     """`crane run` ends within 3 s of that with exit code 1, and one line says what happened."""
     command = [Path(sys.executable).with_name("crane"), "run", "--duration", "1e5", "--record", "run.rrd", "--json"]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with started_program(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         part = tmp_path / "run.rrd.part"
-        while process.poll() is None and not (part.exists() and part.stat().st_size > STEPS_ON_DISK):
-            time.sleep(0.05)
+        wait_until(lambda: gone(process.pid) or (part.exists() and part.stat().st_size > STEPS_ON_DISK), "a recording")
         os.kill(children(process.pid)["plant"], signal.SIGKILL)
         began = time.monotonic()
         out, errors = process.communicate()
@@ -127,8 +123,8 @@ hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # like a compiler: for minut
 
 def test_a_signal_is_heard_while_nothing_comes_back() -> None:
     """A thread ends the process at once, whatever call the main thread is in."""
-    with subprocess.Popen([sys.executable, "-c", COMPILED], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+    with started_program([sys.executable, "-c", COMPILED], stdout=subprocess.PIPE) as process:
+        assert next_line(process) == "ready\n"
         process.send_signal(signal.SIGINT)
         began = time.monotonic()
         assert process.communicate(timeout=20.0)[0] == "ended\n"
@@ -149,7 +145,7 @@ while True:
 def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
     """What was held back while Python started counts as soon as somebody listens."""
     command = ["env", "--block-signal=INT,TERM", sys.executable, "-c", HELD_BACK]
-    assert subprocess.run(command, timeout=20.0, check=False).returncode == 7
+    assert completed(command, limit=60.0).returncode == 7
 
 
 def test_the_plan_covers_start_run_and_end() -> None:

@@ -25,9 +25,14 @@ def test_a_slow_law_keeps_the_crane(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             wait_until(lambda: bool(slow.states))
             for step in range(STEPS):
                 stamp = slow.states[-1]
-                while len(slow.efforts) <= step:  # the plant's ears for several publishers may still be unknown
+
+                def heard(stamp: int = stamp, step: int = step) -> bool:
+                    """Answer until that is heard: the plant's ears for several publishers may still be unknown."""
                     slow.send(stamp, FIRST)
                     time.sleep(0.05)
+                    return len(slow.efforts) > step
+
+                wait_until(heard)
                 quick.answers = SECOND
                 time.sleep(TIME)
             assert [effort[0] for effort in slow.efforts] == FIRST[:1] * STEPS

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from process_helpers import children, next_line, started_program
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_control.tracker_node import halved_law
@@ -97,13 +98,10 @@ print(json.dumps(told))
 def test_a_killed_tracker_ends_the_run(tmp_path: Path) -> None:
     """The servo holds the last demand until the run is ended, which names the tracker and says how far it came."""
     env = os.environ | {"TMPDIR": str(tmp_path)}
-    with subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True, env=env) as process:
-        assert process.stdout is not None
-        while int(process.stdout.readline().split()[0]) < 10:
+    with started_program([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, env=env) as process:
+        while int(next_line(process).split()[0]) < 10:
             pass
-        for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
-            if b"tracker_node" in Path(f"/proc/{child}/cmdline").read_bytes():
-                os.kill(int(child), signal.SIGKILL)
+        os.kill(children(process.pid)["tracker"], signal.SIGKILL)
         summary = json.loads(process.communicate()[0].splitlines()[-1])
     assert summary["error"] == "tracker: it was killed by SIGKILL"
     assert summary["steps"] > 0 and summary["demands"]["received"] > 0

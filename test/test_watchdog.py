@@ -1,11 +1,11 @@
 """What the plant does in real time when nobody commands, and at the end of a run that nobody can command."""
 
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
 from bench_graph import JOINTS, NodeProcess, graph, remote, wait_until
+from process_helpers import started_program
 
 from crane_sim import load_scene
 from crane_sim.plant import SLOW
@@ -23,13 +23,11 @@ def scene_file(folder: Path) -> str:
 
 def fifo_permitted() -> bool:
     """Return whether this user may have processes under SCHED_FIFO."""
-    with subprocess.Popen(["sleep", "10"]) as other:
+    with started_program(["sleep", "10"]) as other:
         try:
             os.sched_setscheduler(other.pid, os.SCHED_FIFO, os.sched_param(5))
         except OSError:
             return False
-        finally:
-            other.kill()
     return True
 
 

@@ -3,11 +3,14 @@
 # first, the example's controller on the second. two_machines.sh PYTHON EXAMPLES SCENE_DURATION; prints the summary.
 set -eu
 python=$1 examples=$2 duration=$3
-unshare -n sleep 120 &
+unshare -n sleep 300 &
 second=$!
 trap 'kill $second $controller 2>/dev/null || true' EXIT
 controller=
-until [ "$(readlink /proc/$second/ns/net)" != "$(readlink /proc/self/ns/net)" ]; do sleep 0.05; done
+until [ "$(readlink /proc/$second/ns/net)" != "$(readlink /proc/self/ns/net)" ]; do
+    kill -0 $second || exit 1
+    sleep 0.05
+done
 ip link add plant type veth peer name bench netns $second
 ip link set lo up
 ip addr add 192.0.2.1/24 dev plant

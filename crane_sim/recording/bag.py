@@ -58,6 +58,7 @@ class Bag:
         self._now, self.passes = (after + 1) * period_ns, passes
         self._heard = self._saved = time.monotonic()
         self.broken, self.last_step, self._after = "", after, after
+        self._older = 0  # steps in a file that could not be written further, from before a reset
 
     def takers(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
@@ -93,7 +94,8 @@ class Bag:
             self._guarded(self._file.close)
         steps = summary.get("steps", self.last_step) - self._after
         if self.broken:
-            counts = f"it has {self.last_step - self._after} of {steps} steps"
+            before = f" since the last reset, and {self._older} from before it" if self._older else ""
+            counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
             return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
         added = {"mcap": str(self._path)}
         found = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
@@ -106,24 +108,32 @@ class Bag:
         self._file.abandon()
 
     def _take(self, track: _Track, data: bytes) -> None:
-        if self.broken:
-            return
         self._heard = time.monotonic()
         stamp = stamp_of(data) if track.topic.stamped else 0
         if track is self._states:
             if stamp < self._now:
                 self._start_over()
             self._now = stamp
+        if self.broken:
+            return
         if track.topic.latched:
             track.newest = data
         track.count, track.stamp = track.count + 1, stamp
         self._guarded(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
 
     def _start_over(self) -> None:
-        """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds."""
+        """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds.
+
+        A file that could not be written stays as it is, and has no step behind the reset.
+        """
+        done = self.last_step - self._after
         self.passes += 1
         self._now, self.last_step, self._after = self._period_ns, 0, 0
-        self._guarded(self._set_aside)
+        if not self.broken:
+            self._guarded(self._set_aside)
+        if self.broken:
+            self._older += done
+            return
         for track in self._tracks.values():
             track.count = track.stamp = 0
             if track.newest:

@@ -21,7 +21,7 @@ class Row(NamedTuple):
     q: Vector
     v: Vector
     effort: Vector
-    demanded: Vector | None  # None where no command of this stamp was heard, or nobody knows which one counted
+    demanded: Vector | None  # None where no command of this stamp was heard, or it is not known which one counted
     reference: Vector | None
 
 
@@ -45,6 +45,7 @@ class Pairing:
         self._states: dict[int, tuple[Vector, Vector]] = {}
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
+        self._told = False  # the plant says which commands count, as it does in real time
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp handed out
         self._newest_state = self._newest_effort = self._newest_command = self._done
@@ -68,12 +69,25 @@ class Pairing:
 
     def add_command(self, stamp: int, effort: Vector) -> None:
         """Take a command that answers the state of this stamp; where several do, the plant has refused all but one."""
-        furthest = max(self._done, self._newest_state) + PATIENCE * self._period_ns  # beyond, it answers nothing
-        if self._done < stamp <= furthest:
-            heard = self._commands.setdefault(stamp, [])
-            if len(heard) < _SEVERAL and effort not in heard:
-                heard.append(effort)
+        if self._told or not self._expects(stamp):
+            return
+        heard = self._commands.setdefault(stamp, [])
+        if len(heard) < _SEVERAL and effort not in heard:
+            heard.append(effort)
+        self._newest_command = max(self._newest_command, stamp)
+
+    def add_accepted(self, stamp: int, effort: Vector) -> None:
+        """Take a command of which the plant says that it counts; from the first one on no other counts."""
+        if not self._told:
+            self._told = True
+            self._commands.clear()
+        if self._expects(stamp):
+            self._commands[stamp] = [effort]
             self._newest_command = max(self._newest_command, stamp)
+
+    def _expects(self, stamp: int) -> bool:
+        """Whether a command of this stamp may answer a state whose row is still to come."""
+        return self._done < stamp <= max(self._done, self._newest_state) + PATIENCE * self._period_ns
 
     def add_reference(self, stamp: int, reference: Vector) -> None:
         """Take the reference that holds from `stamp` on."""

@@ -1,5 +1,6 @@
 """What the files of a run are called while they grow, and when more than one recorder writes them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 
@@ -31,7 +32,16 @@ def found(path: str, count: int, since: float) -> list[Path]:
 
 
 def before_reset(path: Path, number: int) -> Path:
-    """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free."""
-    while (kept := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists():
+    """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free, of an unfinished file, too."""
+    while (kept := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists() or unfinished(
+        kept
+    ).exists():
         number += 1
     return kept
+
+
+def set_aside(parts: Sequence[Path], whole: Path) -> None:
+    """Rename the parts of a file, in order: the only one to the `whole`, several to the names that its parts have."""
+    for number, part in enumerate(parts, start=1):
+        kept = part_of(str(whole), number)
+        part.replace(unfinished(kept) if part.name.endswith(".part") else kept)

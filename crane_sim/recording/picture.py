@@ -13,20 +13,26 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rerun.experimental import ViewerClient
 
+from crane_sim.interruption import tie
 from crane_sim.recording.repair import viewer_program
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from rerun.experimental import ViewerState
 
-LOAD_SECONDS = 30.0
+LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
+END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
 NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
+_LOOK = 0.1  # s between two questions
 DRAW_SECONDS = 1.0  # the viewer does not say when it has drawn a new time
+
+
+Answer = TypeVar("Answer")
 
 
 class PictureError(RuntimeError):
@@ -50,54 +56,73 @@ def picture(recording: Path, output: Path, at: float | None = None) -> list[str]
     if not recording.is_file():
         raise PictureError(f"{recording}: no such file")
     with _viewer() as viewer:
-        viewer.open(str(recording.resolve()))
+        viewer.ask(lambda client: client.open(str(recording.resolve())))
         end = _end_of_run(_loaded(viewer, recording), recording)
-        viewer.set_time("sim_time", duration=end if at is None else at, play_state="paused")
+        shown = end if at is None else at
+        viewer.ask(lambda client: client.set_time("sim_time", duration=shown, play_state="paused"))
         time.sleep(DRAW_SECONDS)
-        viewer.save_screenshot(str(output.resolve()))
-        return [f"{view.name}: {report.summary}" for view in viewer.get_state().views for report in view.reports]
+        viewer.ask(lambda client: client.save_screenshot(str(output.resolve())))
+        state = viewer.ask(lambda client: client.get_state())
+        return [f"{view.name}: {report.summary}" for view in state.views for report in view.reports]
+
+
+class _Viewer:
+    """A viewer that runs without a window."""
+
+    def __init__(self, process: subprocess.Popen[bytes], port: int) -> None:
+        """Expect it at a port of the loopback interface."""
+        self._process, self._url = process, f"rerun+http://127.0.0.1:{port}/proxy"
+        self._client: ViewerClient | None = None
+
+    def ask(self, question: Callable[[ViewerClient], Answer]) -> Answer:
+        """Return the answer to a question that may be asked twice.
+
+        On a busy machine a viewer needs a while to start, and loses a connection now and then: it is asked again.
+
+        Raises:
+            PictureError: it has ended, or does not answer within `LOAD_SECONDS`.
+        """
+        deadline = time.monotonic() + LOAD_SECONDS
+        while True:
+            try:
+                self._client = self._client or ViewerClient.connect(self._url)
+                return question(self._client)
+            except (RuntimeError, OSError) as error:
+                self._client = None
+                if self._process.poll() is not None:
+                    raise PictureError(NO_DRAWING) from error
+                if time.monotonic() >= deadline:
+                    raise PictureError(f"the viewer failed: {error}") from error
+            time.sleep(_LOOK)
 
 
 @contextlib.contextmanager
-def _viewer() -> Iterator[ViewerClient]:
-    """Run a viewer without a window for the length of the block."""
+def _viewer() -> Iterator[_Viewer]:
+    """Run a viewer for the length of the block; it ends with this process, however that ends."""
     port = _free_port()
     command = [viewer_program(), "--headless", "--hide-welcome-screen", "--bind", "127.0.0.1", "--port", str(port)]
-    quiet = os.environ | {"RERUN_APP_ONLY": "true"}  # no questions about analytics
+    env, quiet = os.environ | {"RERUN_APP_ONLY": "true"}, subprocess.DEVNULL  # no questions about analytics
     try:
-        process = subprocess.Popen(command, env=quiet, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen(command, env=env, stdout=quiet, stderr=quiet, preexec_fn=tie())
     except OSError as error:
         raise PictureError(f"no viewer: {error}") from error
     try:
-        yield _connected(process, port)
-    except PictureError:
-        raise
-    except (RuntimeError, ConnectionError) as error:
-        raise PictureError(NO_DRAWING if process.poll() is not None else f"the viewer failed: {error}") from error
+        yield _Viewer(process, port)
     finally:
         process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(END_SECONDS)
+        process.kill()
         process.wait()
 
 
-def _connected(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
-    deadline = time.monotonic() + LOAD_SECONDS
-    while time.monotonic() < deadline and process.poll() is None:
-        try:
-            viewer = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-            viewer.get_state()
-            return viewer
-        except (RuntimeError, ConnectionError):
-            time.sleep(0.1)
-    raise PictureError(NO_DRAWING)
-
-
-def _loaded(viewer: ViewerClient, recording: Path) -> ViewerState:
+def _loaded(viewer: _Viewer, recording: Path) -> ViewerState:
     deadline = time.monotonic() + LOAD_SECONDS
     while time.monotonic() < deadline:
-        state = viewer.get_state()
+        state = viewer.ask(lambda client: client.get_state())
         if state.active_recording and not state.loading:
             return state
-        time.sleep(0.1)
+        time.sleep(_LOOK)
     raise PictureError(f"{recording}: the viewer did not load it within {LOAD_SECONDS:g} s")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.pairing import Pairing, Row
-from crane_sim.recording.part_names import before_reset
+from crane_sim.recording.part_names import before_reset, set_aside
 from crane_sim.recording.parts import Before, Parts
 from crane_sim.recording.repair import LIMIT
 from crane_sim.recording.session import Session, block_of
@@ -67,6 +67,7 @@ class Recorder:
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._heard = time.monotonic()
         self.broken = ""
+        self._older = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
@@ -87,6 +88,10 @@ class Recorder:
     def command(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
         self._pairing.add_command(stamp, effort)
+
+    def accepted(self, stamp: int, effort: Sequence[float]) -> None:
+        """Take the effort (nu,) that the plant says it has accepted in answer to the state of a stamp."""
+        self._pairing.add_accepted(stamp, effort)
 
     def reference(self, stamp: int, target: Sequence[float]) -> None:
         """Take the target (nu,) that holds from a stamp on."""
@@ -134,7 +139,7 @@ class Recorder:
         lost = max(self.last_step, steps) - self._session.recorded
         closed = None if self.broken else self._guarded(lambda: self._session.close({"steps": steps, **summary}, lost))
         if closed is None:
-            own, files = self._session.broken(self.broken, lost), self._parts.all(self._session.part)
+            own, files = self._session.broken(self.broken, lost, self._older), self._parts.all(self._session.part)
         else:
             left = within - (time.monotonic() - began)
             own, files = closed, self._parts.joined(Path(closed["recording"]), left)
@@ -165,14 +170,21 @@ class Recorder:
             return None
 
     def _start_over(self) -> None:
-        """The plant was reset: keep the steps so far in a file of their own, and begin a new one."""
+        """The plant was reset: keep the steps so far in a file of their own, and begin a new one.
+
+        A file that could not be written stays as it is, and has no step behind the reset.
+        """
         done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
         self._pairing = Pairing(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
+        recorded, self._session.recorded = self._session.recorded, 0
         if self.broken:
+            self._older += recorded
             return
-        Path(done["recording"]).replace(before_reset(self._path, self.passes))
-        self._session.recorded = 0
+        set_aside(
+            [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)
+        )
+        self._parts = Parts(self._path, Before())
         self.on_reset()
         fresh = self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id))
         self._session = fresh or self._session

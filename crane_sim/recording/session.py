@@ -90,9 +90,10 @@ class Session:
         self._writer.close({**summary, **own})
         return own
 
-    def broken(self, why: str, lost: int) -> dict[str, Any]:
-        """Return what the recorder adds to the summary when the file could not be finished."""
-        error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps"
+    def broken(self, why: str, lost: int, older: int = 0) -> dict[str, Any]:
+        """Return what the recorder adds to the summary of a file that failed; `older` steps are of before a reset."""
+        before = f" since the last reset, and {older} from before it" if older else ""
+        error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps{before}"
         return {"recorded_steps": self.recorded, "lost_steps": lost, "error": error}
 
 

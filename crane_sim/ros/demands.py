@@ -77,9 +77,10 @@ class Demands:
         stamp = messages.nanoseconds(message.header.stamp)
         if self._newest and (stamp, demand) != self._newest and stamp <= self._newest[0]:
             self._anew = True  # the slow half saw it first
-        self._newest = stamp, demand
-        self._received += 1
-        self._late += stamp < self._now
+        if (stamp, demand) != self._newest:  # else it answers a state that lockstep sent again
+            self._newest = stamp, demand
+            self._received += 1
+            self._late += stamp < self._now
         if self._waiting is not None:
             self._answer(self._waiting)
 

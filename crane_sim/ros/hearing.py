@@ -38,6 +38,7 @@ _SOURCES = {
     "joint_states": _Source(JointState, _STREAM),
     "applied_effort": _Source(JointState, _STREAM),
     "joint_commands": _Source(JointState, _STREAM),
+    "accepted_command": _Source(JointState, _STREAM),
     "joint_trajectory": _Source(JointTrajectory, _STREAM),
     "tip_demand": _Source(JointTrajectory, _STREAM),
     "payload_pose": _Source(PoseStamped, _SENSOR),

@@ -8,6 +8,7 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
+from crane_sim.ros.acknowledgement import Acknowledgement
 from crane_sim.ros.commands import Commands
 from crane_sim.ros.companions import Companions
 from crane_sim.ros.pacing import called_away
@@ -34,6 +35,7 @@ class Lockstep:
         self._since = self._sent = 0.0  # when the present state left for the first time, and the last
         takers = {"joint_commands": (JointState, self._on_command)}
         self._commands = Commands(host, stepper, takers, settings.command_lease, self._excused)
+        self._acknowledgement = Acknowledgement(settings.command_lease)
 
     def missing(self) -> str:
         """See `Pace`."""
@@ -127,6 +129,8 @@ class Lockstep:
         return f"{behind}, on the same clock, is behind" if behind else ""
 
     def _step(self) -> None:
+        if self._commands.several:
+            self._note_acknowledgement()
         effort, self._answer = self._answer, None
         self._stepper.step(effort)
         self._stepper.let_catch_up(_BLOCK, self._called_away)
@@ -154,5 +158,10 @@ class Lockstep:
         self._sent = time.monotonic()
 
     def _excused(self) -> bool:
-        """Return whether the commander has nothing to answer, or lives and takes his time."""
-        return self._stepper.paused or self._answer is not None or self._stepper.acknowledged
+        """Return whether the commander has nothing to answer, or may be alive and at work on its answer."""
+        self._note_acknowledgement()
+        nothing = self._stepper.paused or self._answer is not None
+        return nothing or self._acknowledgement.excuses(self._since)
+
+    def _note_acknowledgement(self) -> None:
+        self._acknowledgement.note(self._stepper.acknowledged, time.monotonic())

@@ -17,6 +17,7 @@ from crane_sim.ros.watchdog import Watchdog
 from crane_sim.ros.wire import JointWire, decode_array
 from crane_sim.silence import WAYS
 
+ACCEPTED = "accepted_command"  # each command that was not refused, with the stamp of the state that it answers
 _ARRAYS = "effort_controller/commands"
 _SERVED = 0.05  # s between two looks at who commands
 _TURN = 0.001  # s between two looks into the inboxes, where there are some
@@ -42,6 +43,7 @@ class Realtime:
         sampled = stepper.scene.sampled
         lease = settings.command_lease
         self._commands = Commands(host, stepper, takers, lease, lambda: stepper.paused) if sampled else None
+        self._accepted = host.node.create_publisher(JointState, ACCEPTED, messages.STREAM) if sampled else None
 
     def missing(self) -> str:
         """See `Pace`."""
@@ -159,16 +161,19 @@ class Realtime:
         timeout = round(self._watchdog.timeout * self._settings.rate * messages.SECOND)  # in simulated time
         oldest = stepper.stamp - timeout if timeout else 0
         effort = stepper.gate.screen(command.stamp, command.names, command.effort, now=stepper.stamp, oldest=oldest)
-        return self._hold(effort)
+        return self._hold(command.stamp, effort)
 
     def _on_array(self, data: bytes) -> bool:
         stepper = self._stepper
         efforts = stepper.gate.opened(decode_array, data) if stepper.stamp and stepper.running else None
-        return efforts is not None and self._hold(stepper.gate.screen_array(efforts))
+        return efforts is not None and self._hold(stepper.stamp, stepper.gate.screen_array(efforts))
 
-    def _hold(self, effort: tuple[float, ...] | None) -> bool:
+    def _hold(self, stamp: int, effort: tuple[float, ...] | None) -> bool:
+        """Hold what the gate has accepted in answer to the state of a stamp [ns], and tell a recorder of it."""
         if effort is None:
             return False
+        if self._accepted and self._accepted.get_subscription_count():
+            self._accepted.publish(self._wire.encode(stamp, effort))
         self._held, self._answered = effort, True
         self._watchdog.heard()
         self._note_silence(False)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from crane_sim.recording.topic import stamp_of
 
 SECONDS = 10.0  # more than a recorder, on a busy machine, has in its hands and not yet on the disk
-_STAMPED = ("joint_states", "applied_effort", "joint_commands")
+_STAMPED = ("joint_states", "applied_effort", "joint_commands", "accepted_command")
 _LATCHED = ("robot_description", "simulation_state")  # hold until the next one comes
 _LASTING = ("joint_trajectory", *_LATCHED)  # the same, the first one until the plant is reset
 

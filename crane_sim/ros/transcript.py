@@ -15,7 +15,14 @@ if TYPE_CHECKING:
     from crane_sim.recording.recorder import Recorder
     from crane_sim.scene import Scene
 
-TOPICS = ("joint_states", "applied_effort", "joint_commands", "joint_trajectory", "simulation_state")
+TOPICS = (
+    "joint_states",
+    "applied_effort",
+    "joint_commands",
+    "accepted_command",
+    "joint_trajectory",
+    "simulation_state",
+)
 MODES = ("stopped", "playing", "paused", "quitting")
 
 
@@ -35,6 +42,7 @@ class Transcript:
             "joint_states": self._on_state,
             "applied_effort": self._on_effort,
             "joint_commands": self._on_command,
+            "accepted_command": self._on_accepted,
             "joint_trajectory": self._on_reference,
             "simulation_state": self._on_mode,
         }
@@ -56,6 +64,12 @@ class Transcript:
         effort = self._gate.sized(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
             self._recorder.command(command.stamp, effort)
+
+    def _on_accepted(self, data: bytes) -> None:
+        command = _decoded(self._effort_wire, data)
+        effort = self._gate.sized(command.names, command.effort) if command is not None else None
+        if command is not None and effort is not None:
+            self._recorder.accepted(command.stamp, effort)
 
     def _on_reference(self, data: bytes) -> None:
         try:

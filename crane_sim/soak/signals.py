@@ -24,6 +24,7 @@ LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
 _LOOK = 0.02  # s between two looks at what is heard
 _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
+_BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
 
 
 class Way(NamedTuple):
@@ -116,7 +117,7 @@ def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=tie(), **pipes) as process:
             took = _signalled(process, how, account, heard)
-            _, errors = process.communicate()
+            _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
         time.sleep(0.1)  # what the witness writes ten times as often
         _hear(account, heard)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
@@ -157,7 +158,8 @@ def _signalled(
     """Send the signals and wait for the end; return how long it took."""
     if how is None:
         return 0.0
-    while how.begun and process.poll() is None and not heard["s"]:
+    limit = time.monotonic() + _BEGUN
+    while how.begun and process.poll() is None and not heard["s"] and time.monotonic() < limit:
         time.sleep(_LOOK)
         _hear(account, heard)
     try:
