@@ -3,6 +3,8 @@
 import json
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -13,11 +15,13 @@ from rich.console import Console
 from crane_sim import interruption, report
 from crane_sim.catalogue import config_folder, scene_files
 from crane_sim.explain import SceneError
+from crane_sim.help_lines import HELP, Group
 from crane_sim.run_options import RunOptions, check_folder, run_options
 from crane_sim.scene_options import as_json_option, loaded_scene, scene_options
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Group, context_settings=HELP)
+@click.version_option(None, "-V", "--version", package_name="crane_sim", message="crane_sim %(version)s")
 def app() -> None:
     """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
 
@@ -40,7 +44,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
         summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
-    interruption.leave(_told(summary, as_json))
+    interruption.leave(_told(dict(loaded.notes) | summary, loaded, as_json))
 
 
 @app.command()
@@ -60,7 +64,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
         if error.run is None:
             raise
         result, ended = error.run, {"error": str(error)}
-    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, as_json))
+    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, loaded, as_json))
 
 
 @app.command()
@@ -138,10 +142,18 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-def _compiling(quiet: bool) -> Any:
-    """Return a context that tells a person why the first run of a kind of scene takes its time."""
+@contextmanager
+def _compiling(quiet: bool) -> Iterator[None]:
+    """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
+    from crane_sim.jit import watched
+
     console = Console(stderr=True, quiet=quiet)
-    return console.status("compiling the equations of this kind of scene (the first time only, up to a minute)")
+    status = console.status("compiling this kind of scene (the first time only, up to a minute)")
+    try:
+        with watched(status.start):
+            yield
+    finally:
+        status.stop()
 
 
 def _warm_plant(scene: Any) -> None:
@@ -154,12 +166,12 @@ def _warm_plant(scene: Any) -> None:
     plant.summary()
 
 
-def _told(summary: dict[str, Any], as_json: bool) -> int:
+def _told(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
     """Print the summary and return the exit code it asks for."""
     if as_json:
         print(json.dumps(report.plain(summary)))
     elif summary.get("steps"):
-        report.print_summary(summary)
+        report.print_summary(summary, scene)
     if "error" in summary:
         print(f"crane: {summary['error']}", file=sys.stderr)
     return int("error" in summary)

@@ -10,14 +10,15 @@ was imported, so stale machine code cannot be met.
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
 import numba
 import numpy as np
 from numba.core import config as numba_config
-from numba.core import types
+from numba.core import event, types
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
@@ -98,6 +99,26 @@ def entry(f: Function) -> Function:
         dispatcher._cache = _CheckedCache(f)
         settings.CACHE_DIR = previous
     return dispatcher
+
+
+class _Begun(event.Listener):
+    """Calls a function whenever something begins."""
+
+    def __init__(self, begin: Callable[[], object]) -> None:
+        self._begin = begin
+
+    def on_start(self, event: Any) -> None:
+        self._begin()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def watched(begin: Callable[[], object]) -> Iterator[None]:
+    """Call `begin` whenever a kernel is compiled while the block runs; one that is read from disk is not."""
+    with event.install_listener("numba:compile", _Begun(begin)):
+        yield
 
 
 class Generic(Protocol):

@@ -1,4 +1,4 @@
-"""Arithmetic on states that are arrays, as plain Python: with NUMBA_DISABLE_JIT=1 intrinsics of the compiler cannot run.
+"""Arithmetic on states that are arrays, as plain Python: intrinsics cannot run with NUMBA_DISABLE_JIT=1.
 
 It serves tests of what goes on around the equations: sums are not rounded as the compiled ones are.
 """
