@@ -3,14 +3,11 @@
 import json
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 import click
 import yaml
-from rich.console import Console
 
 from crane_sim import interruption, report
 from crane_sim.catalogue import config_folder, scene_files
@@ -40,7 +37,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
     options.check()
     loaded = loaded_scene(scene, **given)
     arguments = options.arguments(loaded.name)
-    with _compiling(quiet=as_json):
+    with report.compiling(hidden=as_json):
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
         summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
@@ -55,7 +52,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     from crane_sim.rollout import simulate as roll_out
 
     loaded = loaded_scene(scene, **changes)
-    with _compiling(quiet=as_json):
+    with report.compiling(hidden=as_json):
         roll_out(replace(loaded, duration=loaded.period))
     ended = {}
     try:
@@ -140,20 +137,6 @@ def test(arguments: tuple[str, ...]) -> None:
         raise SceneError(f"{tree}: has no tests; run this in the source tree")
     os.chdir(tree)
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
-
-
-@contextmanager
-def _compiling(quiet: bool) -> Iterator[None]:
-    """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
-    from crane_sim.jit import watched
-
-    console = Console(stderr=True, quiet=quiet)
-    status = console.status("compiling this kind of scene (the first time only, up to a minute)")
-    try:
-        with watched(status.start):
-            yield
-    finally:
-        status.stop()
 
 
 def _warm_plant(scene: Any) -> None:

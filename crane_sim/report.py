@@ -103,6 +103,20 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
         yield Teller(move, say)
 
 
+@contextmanager
+def compiling(hidden: bool) -> Iterator[None]:
+    """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
+    from crane_sim.jit import watched
+
+    console = Console(stderr=True, quiet=hidden)
+    status = console.status("compiling this kind of scene (the first time only, up to a minute)")
+    try:
+        with watched(status.start):
+            yield
+    finally:
+        status.stop()
+
+
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     """Print the figures of a scene's run as tables of what a person asks first."""
     console = Console()
