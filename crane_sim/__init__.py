@@ -4,6 +4,11 @@
     run = crane_sim.simulate(scene)
     run.t, run.q, run.v, run.u, run.payload, run.summary
 
+load_scene: a scene from a name of the catalogue, a file or a dict, checked.
+simulate: one run of a scene; simulate_batch: many, that differ in parameters.
+acceleration, energy: the equations of a scene.
+SceneError: a scene that is not possible; SimulationError: a run that could not go on.
+
 Names are imported when they are first used, so that a node pays only for what it needs.
 """
 
@@ -42,6 +47,10 @@ __all__ = [
     "simulate",
     "simulate_batch",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *(name for name in globals() if name.startswith("__"))])
 
 
 def __getattr__(name: str) -> Any:

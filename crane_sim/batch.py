@@ -37,7 +37,7 @@ Array = npt.NDArray[np.float64]
 Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last` (not included)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Batch:
     """What became of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
 
@@ -60,6 +60,11 @@ class Batch:
     lanes: int  # cranes that moved in step
     setup_time: float  # s, to check the scenes and to compile what moves them
     wall_time: float  # s, to move them
+
+    def __repr__(self) -> str:
+        """Return how many cranes there are, and how many failed, in one line."""
+        failed = sum(error is not None for error in self.errors)
+        return f"<Batch of {len(self.t)} cranes: {len(self.joint_names)} joints, {failed} failed>"
 
 
 def simulate_batch(

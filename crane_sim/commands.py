@@ -8,16 +8,17 @@ from typing import Any
 
 import click
 import yaml
-from rich.console import Console
 
 from crane_sim import interruption, report
 from crane_sim.catalogue import config_folder, scene_files
 from crane_sim.explain import SceneError
+from crane_sim.help_lines import HELP, Group
 from crane_sim.run_options import RunOptions, check_folder, run_options
 from crane_sim.scene_options import as_json_option, loaded_scene, scene_options
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Group, context_settings=HELP)
+@click.version_option(None, "-V", "--version", package_name="crane_sim", message="crane_sim %(version)s")
 def app() -> None:
     """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
 
@@ -36,11 +37,11 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
     options.check()
     loaded = loaded_scene(scene, **given)
     arguments = options.arguments(loaded.name)
-    with _compiling(quiet=as_json):
+    with report.compiling(hidden=as_json):
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
         summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
-    interruption.leave(_told(summary, as_json))
+    interruption.leave(_told(dict(loaded.notes) | summary, loaded, as_json))
 
 
 @app.command()
@@ -51,7 +52,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     from crane_sim.rollout import simulate as roll_out
 
     loaded = loaded_scene(scene, **changes)
-    with _compiling(quiet=as_json):
+    with report.compiling(hidden=as_json):
         roll_out(replace(loaded, duration=loaded.period))
     ended = {}
     try:
@@ -60,7 +61,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
         if error.run is None:
             raise
         result, ended = error.run, {"error": str(error)}
-    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, as_json))
+    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, loaded, as_json))
 
 
 @app.command()
@@ -138,12 +139,6 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-def _compiling(quiet: bool) -> Any:
-    """Return a context that tells a person why the first run of a kind of scene takes its time."""
-    console = Console(stderr=True, quiet=quiet)
-    return console.status("compiling the equations of this kind of scene (the first time only, up to a minute)")
-
-
 def _warm_plant(scene: Any) -> None:
     """Compile what the nodes need once, before they would all compile it side by side."""
     from crane_sim.plant import Plant
@@ -154,12 +149,12 @@ def _warm_plant(scene: Any) -> None:
     plant.summary()
 
 
-def _told(summary: dict[str, Any], as_json: bool) -> int:
+def _told(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
     """Print the summary and return the exit code it asks for."""
     if as_json:
         print(json.dumps(report.plain(summary)))
     elif summary.get("steps"):
-        report.print_summary(summary)
+        report.print_summary(summary, scene)
     if "error" in summary:
         print(f"crane: {summary['error']}", file=sys.stderr)
     return int("error" in summary)

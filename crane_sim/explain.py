@@ -2,7 +2,7 @@
 
 import difflib
 import types
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -26,6 +26,9 @@ _FOREIGN = ("extra_forbidden", "unexpected_keyword_argument")
 _NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_type", "dataclass_type", "mapping_type")
 
 
+_NEAR = 0.6  # of difflib: the least likeness of a word to what was perhaps meant
+
+
 class SceneError(ValueError):
     """A scene that cannot be used; the message is one line for the person who wrote it."""
 
@@ -33,9 +36,29 @@ class SceneError(ValueError):
 def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "") -> str:
     """Return a line on an unknown key (or whatever it is) `of` something, with the nearest known one."""
     names = list(known)
-    near = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
     line = f"unknown {what} {key!r}{' ' * bool(of)}{of}"
-    return f"{line}{f', did you mean {near[0]!r}?' if near else ''} (known: {', '.join(names)})"
+    return f"{line}{meant(key, names)} (known: {', '.join(names)})"
+
+
+def nearest(word: str, words: Iterable[Any]) -> str | None:
+    """Return the one of the words that is most like another one, None where none is like it."""
+    return next(iter(difflib.get_close_matches(word, list(map(str, words)), n=1, cutoff=_NEAR)), None)
+
+
+def meant(word: str, words: Iterable[str]) -> str:
+    """Return the question for the nearest of the words, with a comma before it; nothing where none is near."""
+    near = nearest(word, words)
+    return f", did you mean {near!r}?" if near else ""
+
+
+def missing_key(key: str, given: Iterable[Any], choices: Iterable[str]) -> str:
+    """Return a line on a key that a group lacks, or has under a name much like it, with the values it may have."""
+    names, near = ", ".join(choices), nearest(key, given)
+    return (
+        f"unknown key {near!r}, did you mean {key!r}? ({key}: {names})"
+        if near
+        else f"{key} is missing; possible: {names}"
+    )
 
 
 def foreign_key(error: ValidationError) -> str | None:
@@ -54,7 +77,7 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
     if first["type"] == "missing" and isinstance(where[-1], int):
         return _at(where[:-1], f"has {len(first['input'])} values, too few: {shortened(first['input'])}")
     if first["type"] == "missing":
-        return _at(where, "is missing")
+        return _missing(first, where, _fields(kind, inside[:-1]))
     if first["type"] == "too_long":
         context = first.get("ctx", {})
         return _at(where, f"has {context['actual_length']} values, at most {context['max_length']} are possible")
@@ -63,6 +86,14 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
     if first["type"] in _NO_GROUP:
         message = no_group(_fields(kind, inside))
     return _at(where, f"= {shortened(first['input'])}: {message}", joint=" ")
+
+
+def _missing(first: Any, where: Sequence[int | str], fields: Sequence[str]) -> str:
+    """Return the line on a key of a group that is missing, or stands there under a name much like it."""
+    given = getattr(first["input"], "kwargs", first["input"])
+    spare = [key for key in given if key not in fields] if isinstance(given, Mapping) else []
+    near = nearest(str(where[-1]), spare)
+    return _at(where[:-1], unknown_key(near, fields)) if near else _at(where, "is missing")
 
 
 def about_keys(error: ValidationError) -> bool:

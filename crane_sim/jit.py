@@ -10,7 +10,8 @@ was imported, so stale machine code cannot be met.
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
@@ -19,7 +20,7 @@ import numpy as np
 from llvmlite.binding import Linkage
 from numba._dynfunc import make_function
 from numba.core import config as numba_config
-from numba.core import types
+from numba.core import event, types
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -163,6 +164,26 @@ def entry(f: Function) -> Function:
         dispatcher._cache = _CheckedCache(f)
         settings.CACHE_DIR = previous
     return dispatcher
+
+
+class _Begun(event.Listener):
+    """Calls a function whenever something begins."""
+
+    def __init__(self, begin: Callable[[], object]) -> None:
+        self._begin = begin
+
+    def on_start(self, event: Any) -> None:
+        self._begin()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def watched(begin: Callable[[], object]) -> Iterator[None]:
+    """Call `begin` whenever a kernel is compiled while the block runs; one that is read from disk is not."""
+    with event.install_listener("numba:compile", _Begun(begin)):
+        yield
 
 
 class Generic(Protocol):

@@ -24,17 +24,7 @@ class ForeignSetting(SceneError):
     def __init__(self, key: str, known: Sequence[str], law: str = "") -> None:
         """Tell of the key, the keys that the law called `law` has, and which of them was perhaps meant."""
         super().__init__(f"control: {unknown_key(key, known, of=f'for law {law!r}' if law else '')}")
-        self.key, self.known, self.law = key, known, law
-
-    def beside(self, own: Any) -> str:
-        """Return the line for a scene whose law was switched, `own` the control group that it had, if any."""
-        if not isinstance(own, Mapping) or self.key not in own or own.get("law") == self.law:
-            return str(self)
-        known = ", ".join(self.known)
-        return (
-            f"control: unknown key {self.key!r} for law {self.law!r}; it belongs to the scene's own law "
-            f"{own.get('law')!r}: --set control.{self.key}=null leaves it out (known: {known})"
-        )
+        self.key, self.known = key, known
 
 
 class Law(Protocol):

@@ -1,9 +1,14 @@
 """What a person sees at the terminal: the progress bar, the summary, the catalogue."""
 
 import math
+import os
 import re
+import shlex
+import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
@@ -19,7 +24,7 @@ _GROUPS = {
     "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
     "motion": ("peak_swing_deg", "residual_swing_deg", "min_rope_tension", "saturated_steps", "energy_audit_error"),
     "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
-    "chosen": ("method", "model", "model_error_estimate"),
+    "chosen": ("method", "model", "model_error_estimate", "left_out"),
 }
 _UNITS = {
     "wall_time": "s",
@@ -36,6 +41,8 @@ _UNITS = {
 }
 
 _TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
+
+_NOTHING = 1e-20  # in any unit: what is smaller is the rounding of something that is zero
 
 WITHOUT_ROS: dict[str, Any] = {
     "deadline_misses": 0,
@@ -96,8 +103,22 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
         yield Teller(move, say)
 
 
-def print_summary(summary: dict[str, Any]) -> None:
-    """Print the run's figures as tables of what a person asks first."""
+@contextmanager
+def compiling(hidden: bool) -> Iterator[None]:
+    """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
+    from crane_sim.jit import watched
+
+    console = Console(stderr=True, quiet=hidden)
+    status = console.status("compiling this kind of scene (the first time only, up to a minute)")
+    try:
+        with watched(status.start):
+            yield
+    finally:
+        status.stop()
+
+
+def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
+    """Print the figures of a scene's run as tables of what a person asks first."""
     console = Console()
     law = summary.get("law") or "none"
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
@@ -113,7 +134,7 @@ def print_summary(summary: dict[str, Any]) -> None:
                 )
     _add_commands(table, summary)
     console.print(table)
-    _print_joints(console, summary)
+    _print_joints(console, summary, scene)
     for event in summary.get("events", ()):
         console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
     more = summary.get("event_count", 0) - len(summary.get("events", ()))
@@ -128,9 +149,20 @@ def _print_files(console: Console, summary: dict[str, Any]) -> None:
     for key in ("recording", "mcap"):
         if summary.get(key):
             console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
-    for key in ("parts", "bag_parts"):
+    for key, title in (("parts", "part"), ("bag_parts", "bag part"), ("before_reset", "before reset")):
         for part in summary.get(key, ()):
-            console.print(f"{key.replace('_', ' ')[:-1]:<13} {part}", highlight=False, soft_wrap=True)
+            console.print(f"{title:<13} {part}", highlight=False, soft_wrap=True)
+    if summary.get("recording"):
+        command = f"{_viewer()} {shlex.quote(str(summary['recording']))}"
+        console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True)
+
+
+def _viewer() -> str:
+    """Return the command of the Rerun viewer: its name where the shell finds it, else its path as seen from here."""
+    if shutil.which("rerun"):
+        return "rerun"
+    program, here = Path(sys.executable).with_name("rerun"), Path.cwd()
+    return shlex.quote(os.path.relpath(program, here) if program.is_relative_to(here) else str(program))
 
 
 def _add_commands(table: Table, summary: dict[str, Any]) -> None:
@@ -150,19 +182,28 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
         table.add_row("replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items()))
 
 
-def _print_joints(console: Console, summary: dict[str, Any]) -> None:
+def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
     if not summary.get("peak_effort"):
         return
     table = Table("joint", "final error", r"settled after \[s]", "peak effort")
+    units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
+    effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
     for name, peak in summary["peak_effort"].items():
         error = summary.get("final_error", {}).get(name)
         settled = summary.get("settling_time", {}).get(name)
-        table.add_row(name, _number(error), _number(settled), _number(peak))
+        table.add_row(name, _with(error, units[name]), _number(settled), _with(peak, effort_units[name]))
     console.print(table)
 
 
+def _with(value: Any, unit: str) -> str:
+    return "-" if value is None else f"{_number(value)} {unit}"
+
+
 def _number(value: Any) -> str:
-    return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+    """Return a figure in four digits, and zero, whatever its sign, for what is smaller than any figure means."""
+    if isinstance(value, float):
+        return f"{0.0 if abs(value) < _NOTHING else value:.4g}"
+    return "-" if value is None else str(value)
 
 
 def _first_sentence(text: str) -> str:

@@ -21,7 +21,7 @@ SceneSource = Scene | str | Path | Mapping[str, Any]
 LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Rollout:
     """A run: K instants, joint coordinates in the order of scene.joint_names, world frame, SI units."""
 
@@ -35,6 +35,13 @@ class Rollout:
     stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
     summary: dict[str, Any]
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
+
+    def __repr__(self) -> str:
+        """Return what was run and what came of it, in two lines; `summary` has all figures."""
+        law = f"law {self.scene.law_name!r}" if self.scene.law_name else "no law of the scene's own"
+        shape = f"{len(self.t)} instants up to {self.t[-1]:g} s" if len(self.t) else "no instants"
+        ended = f"peak swing {self.summary['peak_swing_deg']:.3g} deg, {len(self.events)} events"
+        return f"<Rollout of {self.scene.name!r}, {law}: {shape}, {self.q.shape[1]} joints\n {ended}>"
 
     @property
     def payload(self) -> Array:

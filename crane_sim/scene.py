@@ -10,7 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.explain import SceneError, one_line, one_word
+from crane_sim.explain import SceneError, nearest, one_line, one_word
 from crane_sim.forms.hardware_parts import acts, equipment_of
 from crane_sim.forms.knuckle import KnuckleFile
 from crane_sim.forms.method_choice import check_fit, chosen
@@ -18,7 +18,7 @@ from crane_sim.forms.overhead import OverheadFile
 from crane_sim.forms.pendulum import PendulumFile
 from crane_sim.forms.reference import aim, path_in
 from crane_sim.laws import ForeignSetting, Law, make_law
-from crane_sim.scene_document import nominal, present, put, read
+from crane_sim.scene_document import SHARED, nominal, present, put, read, switch_law
 
 MOST_STEPS = 1e8  # control periods in a run
 File = KnuckleFile | OverheadFile | PendulumFile
@@ -29,7 +29,7 @@ SAME = """crane initial_q initial_v duration seed description joint_names actuat
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """A checked scene. Joint coordinates are in the order of joint_names, the actuated ones first."""
 
@@ -54,7 +54,7 @@ class Scene:
     joint_units: tuple[str, ...]
     effort_units: tuple[str, ...]  # (nu,)
     notes: Mapping[str, Any]  # what was chosen for the scene, and goes into the summary
-    document: Mapping[str, Any] = field(repr=False)
+    document: Mapping[str, Any]
     hardware: Any = field(default=None, compare=False)  # `hardware.equipment.Equipment`; None where all is ideal
 
     @property
@@ -75,6 +75,12 @@ class Scene:
         """Return the document that this scene was read from, names and overrides included."""
         return copy.deepcopy(dict(self.document))
 
+    def __repr__(self) -> str:
+        """Return what it is, in one line."""
+        law = f"law {self.law_name!r}" if self.law_name else "no law"
+        steps = f"{self.duration:g} s in {self.steps} periods of {self.period:g} s"
+        return f"<Scene {self.name!r}: {self.crane} crane, {law}, {steps}, {type(self.method).__name__}>"
+
     def dump(self, path: Path | str) -> None:
         """Write the scene as a file that `load_scene` reads back."""
         Path(path).write_text(yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True))
@@ -85,29 +91,50 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
 
     Args:
         source: what to read.
-        overrides: values by dotted key, such as {"payload.mass": 1.2}.
+        overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
+            leaves the settings of that one out, which `notes` then tell.
 
     Raises:
         SceneError: one line naming the culprit, its value and what is possible.
     """
-    own = None
+    changes = dict(overrides or {})
     try:
         document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
-        own = copy.deepcopy(document.get("control")) if "control.law" in (overrides or {}) else None
-        for key, value in (overrides or {}).items():
+        own, left = copy.deepcopy(document.get("control")), switch_law(document, changes)
+        for key, value in changes.items():
             put(document, key, value)
     except RecursionError:
         raise SceneError("scene: has groups within groups beyond all measure") from None
     try:
-        return _build(document)
-    except ForeignSetting as error:
-        raise SceneError(f"scene {_name(document)}: {error.beside(own)}") from None
+        return _switched(document, own, left, changes)
     except (SceneError, RecursionError) as error:
         raise SceneError(f"scene {_name(document)}: {error}") from None
 
 
 def _name(document: Mapping[str, Any]) -> str:
     return one_word(document.get("name", "given as a dict"))
+
+
+def _switched(document: dict[str, Any], own: Any, left: list[str], changes: Mapping[str, Any]) -> Scene:
+    """Return the scene with a note of what was left out of its `own` control group when its law was switched.
+
+    That is what is in `left`, and what laws share, unless the new law has it or `changes` put it there.
+    """
+    law, given = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
+    switched = isinstance(own, dict) and law is not None and law != own.get("law")
+    shared = [key for key in SHARED if switched and key in own and f"control.{key}" not in given]
+    while True:
+        try:
+            scene = _build(document)
+            break
+        except ForeignSetting as error:
+            if error.key not in shared:
+                raise
+            shared.remove(error.key)
+            left.append(error.key)
+            del document["control"][error.key]
+    told = f"{', '.join(map(str, left))} of law {own.get('law')!r}" if left else ""
+    return replace(scene, notes={**scene.notes, "left_out": told}) if left else scene
 
 
 def _build(document: dict[str, Any]) -> Scene:
@@ -157,6 +184,8 @@ def _period(file: File) -> float:
 
 def _validated(document: dict[str, Any]) -> File:
     form = FORMS.get(str(document.get("crane")))
+    if form is None and "crane" not in document and (near := nearest("crane", document)):
+        raise SceneError(f"unknown key {near!r}, did you mean 'crane'? (crane: {', '.join(FORMS)})")
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
     try:

@@ -8,10 +8,12 @@ from typing import Any
 import yaml
 
 from crane_sim.catalogue import scene_files
-from crane_sim.explain import SceneError, unknown_key
+from crane_sim.explain import SceneError, meant, one_word
 
 REAL = ("control", "brake", "sensors", "actuators", "faults")
 """Groups of a scene of which its law knows nothing unless it is told."""
+SHARED = ("servo", "tracker_rate", "vision")
+"""Settings of laws that say how a crane is seen and driven: another law that has them keeps them."""
 UNREADABLE = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
 """What reading YAML raises: its own errors, and those of its readers of dates and numbers, which check little."""
 
@@ -38,8 +40,7 @@ def read(source: str | Path) -> dict[str, Any]:
         raise SceneError(f"scene {source!r}: must be a name, a file or a dict")
     path = scene_files().get(str(source), Path(source))
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
-        known = tuple(scene_files())
-        raise SceneError(f"{unknown_key(str(source), known, 'scene')}, and there is no such file")
+        raise SceneError(_nowhere(str(source)))
     try:
         document = yaml.load(path.read_text(), _Unambiguous)
     except UNREADABLE as error:
@@ -51,12 +52,31 @@ def read(source: str | Path) -> dict[str, Any]:
     return document
 
 
+def _nowhere(source: str) -> str:
+    """Return the line on what is neither a name of the catalogue nor a file."""
+    is_path = os.sep in source or source.endswith((".yaml", ".yml"))
+    name = Path(source).stem if is_path else source
+    what = f"scene file {one_word(source)}: there is no such file" if is_path else f"unknown scene {one_word(source)!r}"
+    return f"{what}{meant(name, scene_files())} (`crane scenes` lists the catalogue)"
+
+
 def _anchor(document: dict[str, Any], folder: Path) -> None:
     """Make the files that a scene names, which lie beside it, known by their whole paths: it is read elsewhere too."""
     reference = document.get("reference")
     for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
         if isinstance(group, dict) and isinstance(group.get("file"), str):
             group["file"] = str(folder / group["file"])
+
+
+def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
+    """Take the settings of a document's own law out where the overrides put another one there; return their keys."""
+    control, law = document.get("control"), overrides.get("control.law")
+    if not isinstance(control, dict) or law is None or law == control.get("law"):
+        return []
+    own = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
+    for key in own:
+        del control[key]
+    return own
 
 
 def put(document: dict[str, Any], key: str, value: Any) -> None:

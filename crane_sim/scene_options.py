@@ -14,7 +14,7 @@ as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON 
 _SCENE_OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
     click.option("--duration", type=float, help="Simulated seconds; the scene's own when left out."),
-    click.option("--law", help="Another control law than the scene's."),
+    click.option("--law", help="Another control law, without the settings of the scene's own."),
     click.option("--seed", type=int, help="Seed of everything random."),
     click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
     as_json_option,

@@ -1,8 +1,11 @@
 """The command `crane` as a person or a script meets it: exit codes, one-line errors, JSON, tables."""
 
 import json
+import os
+import pty
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -34,7 +37,9 @@ def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProce
         (["run", "--rate", "0"], "--rate = 0.0: must be a positive number"),
         (["run", "--domain-id", "999"], "--domain-id = 999: possible: 0 .. 232"),
         (["run", "--record", "/proc/none/run.rrd"], "--record /proc/none/run.rrd: cannot be written"),
-        (["simulate", "knuckle_unknown_load", "--law", "lqr"], "--set control.kp=null leaves it out (known: q, r)"),
+        (["simulate", "--law", "lqr", "--set", "control.kp=1"], "unknown key 'kp' for law 'lqr' (known: q, r)"),
+        (["check", "nowhere/mine.yaml"], "scene file nowhere/mine.yaml: there is no such file"),
+        (["reproduce", "nonsense"], "unknown item 'nonsense' (known: overhead"),
         (["reproduce", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
         (["league", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
         (["run", "--fast"], "No such option"),
@@ -56,6 +61,45 @@ def test_a_group_without_a_command_shows_its_usage() -> None:
     done = crane("soak")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.strip() == crane("soak", "--help").stdout.strip()
+
+
+@pytest.mark.parametrize("command", ["bench", "soak", "league", "run"])
+def test_every_command_has_help(command: str) -> None:
+    """Both -h and --help show how a command is used, as the help of the whole says."""
+    short, long = crane(command, "-h"), crane(command, "--help")
+    assert short.returncode == long.returncode == 0
+    assert short.stdout == long.stdout and short.stdout.startswith(f"Usage: crane {command} ")
+
+
+@pytest.mark.parametrize("group", [[], ["soak"]], ids=str)
+def test_help_is_not_cut(group: list[str]) -> None:
+    """What each command does stands in the help as a whole sentence."""
+    commands = crane(*group, "--help").stdout.partition("Commands:")[2]
+    assert commands and "..." not in commands
+
+
+def test_the_version_is_told() -> None:
+    """`crane --version` prints the version of the installed package."""
+    assert crane("--version").stdout == f"crane_sim {version('crane_sim')}\n"
+
+
+def test_an_unknown_name_is_told_without_the_whole_catalogue() -> None:
+    """The line on a scene that does not exist fits a terminal, and says where the names are."""
+    for name in ("nowhere", "nowhere/mine.yaml"):
+        line = crane("run", name).stderr
+        assert len(line) < 120 and "crane scenes" in line
+
+
+def test_nothing_is_said_of_compiling_where_nothing_compiles() -> None:
+    """Once a scene's equations are on disk, a person at a terminal reads nothing of compiling them."""
+    command = ["simulate", "--duration", "0.1"]
+    crane(*command)
+    ours, theirs = pty.openpty()
+    with open(ours, "rb", buffering=0) as terminal:
+        done = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=theirs, check=True)
+        os.write(theirs, b"end")  # so that there is something to read
+        os.close(theirs)
+        assert b"compiling" not in terminal.read(65536) and done.stdout
 
 
 def test_a_full_disk_behind_stdout_is_one_line() -> None:

@@ -11,7 +11,7 @@ import pytest
 from crane_sim import load_scene
 from crane_sim.orchestration.conductor import Conductor, RunError, Telling
 from crane_sim.orchestration.posts import Place, Post, RecorderPost
-from crane_sim.recording.part_names import before_reset, found
+from crane_sim.recording.part_names import before_reset, found, files_before_resets
 from crane_sim.ros.outputs import Handover, read_handover
 from crane_sim.ros.tail import SECONDS, Tail
 from crane_sim.ros.wire import JointWire
@@ -197,3 +197,13 @@ def test_parts_are_found_under_the_names_that_they_have_by_then(tmp_path: Path) 
     assert before_reset(tmp_path / "run.rrd", 1).name == "run.before_reset_1.rrd"
     (tmp_path / "run.before_reset_1.rrd").touch()
     assert before_reset(tmp_path / "run.rrd", 1).name == "run.before_reset_2.rrd"
+
+
+def test_what_resets_set_aside_is_found(tmp_path: Path) -> None:
+    """Files from before a reset are this run's, of whole or part, and neither another file's nor an earlier run's."""
+    ours = ["run.before_reset_1.rrd", "run.part2.before_reset_2.rrd"]
+    for name in (*ours, "run.before_reset_1.mcap", "rerun.before_reset_1.rrd", "run.rrd"):
+        (tmp_path / name).touch()
+    path = str(tmp_path / "run.rrd")
+    assert sorted(file.name for file in files_before_resets(path, since=0.0)) == ours
+    assert files_before_resets(path, since=time.time() + 60.0) == []

@@ -143,3 +143,18 @@ def test_an_absent_group_is_a_scene_that_never_heard_of_it(group: str) -> None:
     never = crane_sim.load_scene("knuckle_setpoint")
     absent = crane_sim.load_scene("knuckle_setpoint", {group: {} if group == "springs" else None})
     assert absent.model == never.model and repr(absent.model) == repr(never.model)
+
+
+def test_only_compilation_is_told() -> None:
+    """`watched` calls when a kernel is compiled, not when it runs again."""
+    begun: list[str] = []
+
+    @jit.entry
+    def double(x):
+        return 2.0 * x
+
+    with jit.watched(lambda: begun.append("compiling")):
+        assert double(1.0) == 2.0 and begun
+        begun.clear()
+        assert double(2.0) == 4.0 and not begun
+    assert double(1) == 2.0 and not begun

@@ -18,3 +18,8 @@ def test_inertia_and_gravity_of_the_scene_bound_efforts() -> None:
 def test_one_bound_for_all_joints_if_that_is_wished() -> None:
     """A bound that is given holds for every joint."""
     assert largest_efforts(load_scene("knuckle_setpoint"), 7.0) == (7.0,) * 4
+
+
+def test_a_crane_without_actuators_has_no_bounds() -> None:
+    """Where no joint takes commands, there is nothing to bound."""
+    assert largest_efforts(load_scene("overhead_sway")) == ()

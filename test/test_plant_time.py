@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 from bench_graph import JOINTS, PERIOD, NodeProcess, Remote, graph, remote, wait_until
+from rcl_interfaces.msg import Parameter as Message
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 
 from crane_sim import load_scene
@@ -46,6 +49,24 @@ def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
     wait_until(lambda: ours.states[-1] == PERIOD)
     yield ours
     ours.pause(False)
+
+
+def test_what_takes_numbers_says_so(bench: tuple[NodeProcess, Remote]) -> None:
+    """Before it is set, and after it was set to what ROS takes for other types, it is described as doubles."""
+    _, ours = bench
+    about = DescribeParameters.Request(names=["reset_positions"])
+    odd = [
+        ParameterValue(type=ParameterType.PARAMETER_BYTE_ARRAY),
+        ParameterValue(type=ParameterType.PARAMETER_INTEGER_ARRAY, integer_array_value=[1, 0, 0, 1, 0, 0]),
+        ParameterValue(type=ParameterType.PARAMETER_STRING_ARRAY),
+    ]
+    for value in (None, *odd):
+        if value is not None:
+            request = SetParametersAtomically.Request(parameters=[Message(name="reset_positions", value=value)])
+            assert ours.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.successful
+        found = ours.request(DescribeParameters, "plant/describe_parameters", about).descriptors
+        assert found[0].type == ParameterType.PARAMETER_DOUBLE_ARRAY
+    assert "parameter reset_positions is 1; it must be an array of finite numbers" in ours.set(reset_positions=1)
 
 
 def test_a_plant_that_nobody_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:

@@ -27,10 +27,10 @@ print(json.dumps(orchestration.run(scene, record=None, on_progress=lambda step, 
 """
 
 
-def run(overrides: dict | None = None, **options) -> dict:
-    """Run the default scene, 2 s of it, without a recorder."""
+def run(overrides: dict | None = None, record: Path | None = None, **options) -> dict:
+    """Run the default scene, 2 s of it, without a recorder where none is asked for."""
     scene = load_scene("knuckle_setpoint", {"duration": 2.0} | (overrides or {}))
-    return orchestration.run(scene, record=None, **options)
+    return orchestration.run(scene, record=record, **options)
 
 
 @contextmanager
@@ -77,11 +77,14 @@ def test_only_right_commands_move_the_crane(domain_id: int, ros_environment: dic
     assert summary["state_sha256"] == plant.summary()["state_sha256"]
 
 
-def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: dict[str, str]) -> None:
-    """A paused run moves only by the steps asked for, and after a reset it goes the same way as an undisturbed one."""
+def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """A paused run moves only by the steps asked for, and after a reset it goes the same way as an undisturbed one.
+
+    Its summary names what was recorded before the reset.
+    """
     command = [sys.executable, Path(__file__).with_name("remote_control.py")]
     with started_program(command, env=ros_environment, stdout=subprocess.PIPE) as remote:
-        summary = run({"duration": 100.0}, domain_id=domain_id)
+        summary = run({"duration": 100.0}, domain_id=domain_id, record=tmp_path / "run.rrd")
         seen = json.loads(remote.communicate(timeout=60.0)[0])
     assert seen["step while playing"] == "the simulation is not paused"
     assert (seen["pause"], seen["mode"], seen["steps"], seen["reset"], seen["go on"]) == (
@@ -93,6 +96,7 @@ def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: 
     )
     assert seen["stepped to"] - seen["paused at"] == 3 * PERIOD
     assert seen["reset to"] == PERIOD
+    assert summary["before_reset"] == [str(tmp_path / "run.before_reset_1.rrd")]
     assert summary["state_sha256"] == run({"duration": 100.0})["state_sha256"]
 
 

@@ -17,11 +17,12 @@ from crane_sim.bench.parts import PARTS
 from crane_sim.bench.results import best, points_of
 from crane_sim.bench.store import merged, save, stored
 from crane_sim.explain import SceneError, unknown_key
+from crane_sim.help_lines import HELP
 
 EVERY = ("scenes", *PARTS, "page")
 
 
-@click.command()
+@click.command(context_settings=HELP)
 @click.argument("part", default="scenes")
 @click.option("--quick", is_flag=True, help="Four scenes and three methods.")
 @click.option("--scene", "ids", multiple=True, metavar="ID", help="Only this one (S1, S3a, ... or a catalogue name).")

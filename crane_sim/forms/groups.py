@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from crane_sim.effects import LinearFriction, PaperFriction, PayloadForce, QuadraticFriction
-from crane_sim.explain import about_keys, no_group, one_line, unknown_key
+from crane_sim.explain import about_keys, missing_key, no_group, one_line, unknown_key
 from crane_sim.forms.method_choice import Auto
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
@@ -56,7 +56,7 @@ def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeV
             raise ValueError(f"{no_group()}, with {key}: {' | '.join(choices)}")
         name = value.get(key)
         if name is None:
-            raise ValueError(f"{key} is missing; possible: {', '.join(choices)}")
+            raise ValueError(missing_key(key, value, choices))
         if not isinstance(name, str) or name not in choices:
             raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
         rest, known = {k: v for k, v in value.items() if k != key}, _words(choices[name]._fields)

@@ -10,6 +10,7 @@ from crane_sim.orchestration.children import Child
 from crane_sim.orchestration.conductor import Conductor
 from crane_sim.orchestration.leavings import bags, recordings
 from crane_sim.orchestration.posts import Post, RecorderPost
+from crane_sim.recording.part_names import files_before_resets
 
 _WIND_UP = 10.0, 0.3  # s for a law to report; where somebody waits for the end
 _WRITE = 120.0  # s for the recorder to finish the file; where somebody waits, what is left
@@ -42,6 +43,10 @@ def recorded(conductor: Conductor, post: RecorderPost | None, summary: dict[str,
         nothing |= recordings(post, summary, _time_for(conductor))
     merged = summary | nothing | (own or {})
     merged |= bags(post, merged.get("mcap"), _time_for(conductor))
+    if earlier := [
+        str(file) for path in (post.path, post.mcap) if path for file in files_before_resets(path, post.began)
+    ]:
+        merged["before_reset"] = earlier
     merged.setdefault("steps", max(conductor.plant.step, merged["recorded_steps"]))
     first, theirs = summary.get("error", ""), (own or {}).get("error", "")  # what the plant says comes first
     if not theirs and (post.vacant or not first):

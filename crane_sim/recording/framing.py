@@ -66,11 +66,13 @@ def of_pendulum(scene: Scene) -> Framing:
 def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) that are drawn as arrows of a seventh of a knuckle-boom crane's size.
 
-    A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth.
+    A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth. A winch that
+    takes its acceleration or its rate gets one of its unit.
     """
     crane: Crane = scene.model
     boom, jib, load = crane.support.boom, crane.support.jib, crane.load.mass
     scales = {"N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass), "N": load * crane.gravity}
+    scales |= {"m/s²": 1.0, "m/s": 1.0}
     slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)
     return (0.2 * slew, *others)
 

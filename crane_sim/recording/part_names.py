@@ -1,5 +1,6 @@
 """What the files of a run are called while they grow, and when more than one recorder writes them."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -29,6 +30,14 @@ def found(path: str, count: int, since: float) -> list[Path]:
     wholes = [part_of(path, number) for number in range(1, count + 1)]
     candidates = [file for whole in wholes for file in (unfinished(whole), whole)]
     return [file for file in candidates if file.exists() and file.stat().st_mtime >= since]
+
+
+def files_before_resets(path: str, since: float) -> list[Path]:
+    """Return what resets have set aside of a file and of its parts since an instant [s of the system's clock]."""
+    whole = Path(path)
+    name = re.compile(rf"{re.escape(whole.stem)}(\.part\d+)?\.before_reset_\d+{re.escape(whole.suffix)}")
+    kept = [file for file in whole.parent.iterdir() if name.fullmatch(file.name)] if whole.parent.is_dir() else []
+    return sorted((file for file in kept if file.stat().st_mtime >= since), key=lambda file: file.stat().st_mtime)
 
 
 def before_reset(path: Path, number: int) -> Path:

@@ -19,6 +19,8 @@ def largest_efforts(scene: Scene, given: float = 0.0) -> tuple[float, ...]:
     """
     if given:
         return (given,) * len(scene.actuated)
+    if not scene.actuated:
+        return ()
     inertia, load = _asked(scene)
     bounds = np.where(np.isin(scene.effort_units, ("N m", "N")), _HARD * inertia + _LOADS * load, _HARD)
     return tuple(bounds.tolist())

@@ -69,7 +69,11 @@ def declared(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
     for name, option in known.items():
         node.declare_parameter(name, values[name], _descriptor(option), ignore_override=True)
     settings = SimpleNamespace(**values)
+    node.add_pre_set_parameters_callback(lambda parameters: [_typed(parameter, known) for parameter in parameters])
     node.add_on_set_parameters_callback(lambda parameters: _set(parameters, known, settings))
+    for name, option in known.items():
+        if isinstance(option.default, tuple):  # declared empty, it would be described as an array of bytes
+            node.set_parameters([Parameter(name, Parameter.Type.DOUBLE_ARRAY, list(values[name]))])
     return settings
 
 
@@ -115,6 +119,17 @@ def _descriptor(option: Option) -> ParameterDescriptor:
         else:
             found.integer_range = [IntegerRange(from_value=int(option.low), to_value=int(option.high), step=1)]
     return found
+
+
+def _typed(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
+    """Return the parameter; an array of numbers as one, whatever type an empty one, or one of integers, came with."""
+    if parameter.name not in known or not isinstance(known[parameter.name].default, tuple):
+        return parameter
+    try:
+        numbers = list(_numbers(parameter.name, parameter.value))
+    except ValueError:
+        return parameter  # `_set` refuses it
+    return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
 
 
 def _set(parameters: Sequence[Parameter], known: Mapping[str, Option], settings: SimpleNamespace) -> Any:

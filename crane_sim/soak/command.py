@@ -9,6 +9,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 
+from crane_sim.help_lines import HELP, Group
 from crane_sim.run_options import check_folder
 from crane_sim.soak.figures import Figure
 
@@ -17,7 +18,7 @@ _Command = Callable[..., None]
 _Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Group, context_settings=HELP)
 def soak() -> None:
     """Let a run survive for a long time, and print what that did; exit code 1 where a promise was not kept."""
 
