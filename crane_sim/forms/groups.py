@@ -23,12 +23,13 @@ class Group(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
 
 
-_WORDS = {"from": "begin", "to": "end"}  # words of a file that Python keeps for itself
+WORDS = {"from": "begin", "to": "end"}
+"""Words of a file that Python keeps for itself, and the fields of NamedTuples that stand for them."""
 
 
 def _words(fields: tuple[str, ...]) -> dict[str, str]:
     """Return the words of a file for the fields of a NamedTuple, with the fields."""
-    words = {field: word for word, field in _WORDS.items()}
+    words = {field: word for word, field in WORDS.items()}
     return {words.get(field, field): field for field in fields}
 
 
@@ -38,7 +39,7 @@ def _read(kind: Any, values: dict[str, Any]) -> Any:
         return TypeAdapter(kind).validate_python(values)
     except ValidationError as error:
         line = one_line(error, kind)
-        for word, field in _WORDS.items():
+        for word, field in WORDS.items():
             if line.startswith((f"{field} ", f"{field}:", f"{field}[")):
                 raise ValueError(word + line.removeprefix(field)) from None
         if about_keys(error):
@@ -68,6 +69,7 @@ def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeV
             raise ValueError(complaint)
         return found
 
+    pick.choice = key, choices  # for the page that lists them: `documentation`
     return BeforeValidator(pick)
 
 
