@@ -97,4 +97,5 @@ def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
 
 
 def _text(numbers: Sequence[float]) -> str:
-    return " ".join(f"{number:.15g}" for number in numbers)
+    """Return numbers with all their digits, so that what is read back is what was simulated."""
+    return " ".join(repr(float(number)) for number in numbers)

@@ -16,14 +16,18 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from crane_sim.forms.groups import WORDS
+from crane_sim.forms.groups import WORDS, Inline
 from crane_sim.quantities import to_radians
 
 UNITS = frozenset(
-    """- s Hz 1/s 1/s² m m/s m/s² m/s³ m² rad rad/s kg kg/m N N/m N·s/m N·s²/m² N·m N·m/rad N·m·s/rad N·m·s²/rad² kg·m²
-    m²/s² joint's effort's effort's/s coordinate's coordinate's/s coordinate's/s² coordinate's/s³""".split()
+    """-|s|Hz|1/s|1/s²|m|m/s|m/s²|m/s³|m²/s²|rad|rad/s|kg|kg/m|kg m²|N|N/m|N s/m|N m|N m/rad|N m s|N m s²|N m s/rad|
+    joint's unit|effort's unit|effort's unit/s|input's unit|coordinate's unit|coordinate's unit/s|coordinate's unit/s²|
+    coordinate's unit/s³""".replace("\n    ", "").split("|")
 )
-"""What may stand before the comma of a comment; `-` is a number without a unit, `joint's` the unit of the joint."""
+"""What may stand before the comma of a comment; `-` is a number that has no unit."""
+
+
+HUGE = 1e15  # a bound that keeps numbers within the machine's, and says nothing else
 
 
 class Field(NamedTuple):
@@ -51,10 +55,12 @@ def fields(group: Any) -> tuple[Field, ...]:
     """Return the keys of a pydantic model or a NamedTuple, in the order of their declaration."""
     hints, told = get_type_hints(group, include_extras=True), comments(group)
     words = {field: word for word, field in WORDS.items()} if hasattr(group, "_fields") else {}
-    found = []
-    for name in getattr(group, "model_fields", getattr(group, "_fields", ())):
+    found, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
+    for name in names:
         unit, text = parted(told.get(name, ""))
-        found.append(Field(words.get(name, name), hints[name], unit, default(group, name), text))
+        inline = next((part for part in plain(hints[name])[1] if isinstance(part, Inline)), None)
+        key = words.get(name, name) if inline is None else inline.choice[0]
+        found.append(Field(key, hints[name], unit, default(group, name), text))
     return tuple(found)
 
 
@@ -68,10 +74,13 @@ def default(group: Any, name: str) -> Any:
 
 def parted(comment: str) -> tuple[str, str]:
     """Return (unit, description) of a comment; the unit is empty where the comment names none."""
-    head, comma, rest = comment.partition(", ")
-    if head in UNITS:
-        return head, rest
-    return ("", comment) if comma or comment not in UNITS else (comment, "")
+    if comment in UNITS:
+        return comment, ""
+    for mark in (", ", "; "):
+        head, found, rest = comment.partition(mark)
+        if found and head in UNITS:
+            return head, rest
+    return "", comment
 
 
 def comments(group: Any) -> dict[str, str]:
@@ -122,7 +131,7 @@ def plain(annotation: Any) -> tuple[Any, list[Any]]:
 def choice(annotation: Any) -> Choice | None:
     """Return the choice that an annotation leaves to the file; None where there is none."""
     for part in plain(annotation)[1]:
-        found = getattr(getattr(part, "func", None), "choice", None)
+        found = getattr(getattr(part, "func", part), "choice", None)
         if found is not None:
             return Choice(*found)
     return None
@@ -145,7 +154,9 @@ def in_words(annotation: Any) -> str:
     """Return what a value may be, in words."""
     found = choice(annotation)
     if found is not None:
-        return f"group with `{found.key}`"
+        names = " \\| ".join(f"`{name}`" for name in found.kinds)
+        inline = any(isinstance(part, Inline) for part in plain(annotation)[1])
+        return names if inline else f"group with `{found.key}`"
     kind, metadata = plain(annotation)
     if get_origin(kind) is Literal:
         return " \\| ".join(f"`{value}`" for value in get_args(kind))
@@ -178,4 +189,4 @@ def _range(metadata: list[Any]) -> str:
     found = {sign: getattr(part, name) for part in parts for name, sign in signs.items() if hasattr(part, name)}
     if "≥" in found:
         found.pop(">", None)
-    return "".join(f" {sign} {bound:.16g}" for sign, bound in found.items())
+    return "".join(f" {sign} {bound:.16g}" for sign, bound in found.items() if abs(bound) < HUGE)
