@@ -84,6 +84,15 @@ def check(file: str) -> None:
 
 
 @app.command()
+@click.argument("pages", nargs=-1)
+def docs(pages: tuple[str, ...]) -> None:
+    """List the pages in docs that commands write; PAGES: write these anew, all for every one."""
+    from crane_sim.documentation.command import docs as command
+
+    command(pages)
+
+
+@app.command()
 @click.option("--save", "folder", metavar="FOLDER", help="Write the page there instead of printing it.")
 def describe(folder: str | None) -> None:
     """Describe the format of scene files: every key, its unit, default and meaning (Markdown)."""
