@@ -68,7 +68,7 @@ def save(tables: Tables, folder: str) -> None:
 def _cell(column: str, value: Any, varies: Sequence[str]) -> str:
     """Return a value as text: one digit where it varies, and none of what only rounding makes."""
     if isinstance(value, float) and column in varies:
-        return f"{value:.0e}"
+        return f"{value:.1g}"
     if isinstance(value, float) and column in BY_ROUNDING and 0.0 < abs(value) < ROUNDING:
         return f"< {ROUNDING:.0e}"
     return shown(value).replace("|", "/")
