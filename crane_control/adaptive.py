@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from crane_control.cartesian import CartesianLaw, Manner, tracking_law
+from crane_control.cartesian import CartesianLaw, Manner, Settings, tracking_law
 from crane_control.features import Features, Of, drawn, write_features
 from crane_control.tracking import Belief, Gains, believed
 from crane_sim.explain import SceneError
@@ -26,21 +26,24 @@ Number = Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=10000)]
 class DeadZone(NamedTuple):
     """Errors too small to learn from; Q is in m²/s²."""
 
-    cutoff: NonNegative  # δ, of Q, up to which nothing is learnt
-    smoothing: Positive  # μ: from δ + 2 μ on, everything is
+    cutoff: NonNegative  # m²/s², δ, of Q, up to which nothing is learnt
+    smoothing: Positive  # m²/s², μ: from δ + 2 μ on, everything is
 
 
 class Adaptation(NamedTuple):
-    """What a scene says of learning, in `control.adaptation`."""
+    """How the disturbance is learnt."""
 
-    features: Number = 100
-    width: Positive = 1.5  # of the kernel, in the units of what it is of
-    rate: NonNegative = 9.0  # γ
-    c: Positive = 0.5  # 1/s
-    of: Of = "y"
-    time: bool = False  # whether the disturbance is a function of time, too
-    dead_zone: DeadZone | None = None
-    seed: Seed = 0  # of the features
+    features: Number = 100  # -, number of random features
+    width: Positive = 1.5  # -, of their kernel, in the units of what it is of
+    rate: NonNegative = 9.0  # -, γ of learning
+    c: Positive = 0.5  # 1/s, weight of the error beside its rate; below kd
+    of: Of = "y"  # what the disturbance is a function of: the payload's place, its place and velocity, or the error
+    time: bool = False  # whether it is a function of time, too
+    dead_zone: DeadZone | None = None  # errors too small to learn from; left out: none
+    seed: Seed = 0  # -, of the features
+
+
+SETTINGS = {"control": Settings, "control.adaptation": Adaptation}
 
 
 class Knowledge(NamedTuple):

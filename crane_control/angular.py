@@ -25,13 +25,16 @@ FLAT = 1e-6  # of the rope's length, the least height of its upper end above or 
 
 
 class Settings(NamedTuple):
-    """What a scene says of this law in its `control` group: the gains of the paper's tables 3 and 4."""
+    """Gains, by default those of the paper's tables 3 and 4; for the pendulum and the knuckle boom."""
 
     damping: NonNegative = 1.118  # 1/s, of the swing angles
     kp: NonNegative = 0.313  # 1/s², of the suspension point
     kd: NonNegative = 1.118  # 1/s, of the suspension point
-    velocity: bool = True  # whether the reference's velocity is fed forward
-    acceleration: bool = False  # likewise its acceleration
+    velocity: bool = True  # the reference's velocity is fed forward
+    acceleration: bool = False  # the reference's acceleration is fed forward
+
+
+SETTINGS = {"control": Settings}
 
 
 class AngularLaw(NamedTuple):

@@ -65,20 +65,24 @@ def demanded(law, t, q, v):
 class Forward(NamedTuple):
     """What is fed forward to the suspension point, eq. 64, and the base's motion."""
 
-    velocity: bool | None = None  # of the demanded position; None: where the law knows how the disturbance changes
+    velocity: bool | None = None  # of the demanded position; left out: where the law knows how the disturbance changes
     acceleration: bool = False  # of the reference
     base: bool = False  # the base's acceleration is measured and opposed
 
 
 class Settings(NamedTuple):
-    """What a scene says of tracking in its `control` group."""
+    """Gains of the payload's error and what carries the suspension point; for the pendulum and the knuckle boom."""
 
-    kp: NonNegative | None = None  # 1/s²; None: as of the law's Manner
-    kd: NonNegative | None = None  # 1/s; likewise
-    servo: Servo | None = None  # of the suspension point, where it is the acceleration that is commanded
-    feedforward: Forward = Forward()
-    vision: Vision | None = None
-    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own; None: it is asked every period
+    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: as of the pendulum's own frequency
+    kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
+    servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
+    feedforward: Forward = Forward()  # to the suspension point
+    vision: Vision | None = None  # a camera; left out: the law sees every state
+    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates in the README; left
+    # out: it is asked every period
+
+
+SETTINGS = {"control": Settings}
 
 
 def tracking_law(

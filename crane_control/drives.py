@@ -12,8 +12,8 @@ from crane_sim.quantities import NonNegative, Positive
 class Servo(NamedTuple):
     """How the suspension point is driven by a law that commands its acceleration: 26 rad/s, 0.7 of critical damping."""
 
-    kp: Positive = 676.0  # 1/s²
-    kd: NonNegative = 36.4  # 1/s
+    kp: Positive = 676.0  # 1/s², of the suspension point
+    kd: NonNegative = 36.4  # 1/s, of the suspension point
 
 
 class Hanging(NamedTuple):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from crane_control import knuckle_weighing, overhead_energy
+from crane_control import knuckle_energy, knuckle_weighing, overhead_energy
 from crane_sim.explain import SceneError
 from crane_sim.laws import Law
 from crane_sim.scene import Scene
@@ -11,6 +11,10 @@ from crane_sim.scene import Scene
 LAWS: dict[str, Callable[[Mapping[str, Any], Scene], Law]] = {
     "knuckle": knuckle_weighing.build,
     "overhead": overhead_energy.build,
+}
+SETTINGS = {
+    "control of a knuckle crane": knuckle_energy.Settings,
+    "control of an overhead crane": overhead_energy.Settings,
 }
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_control.cartesian import CartesianLaw, Manner, tracking_law
+from crane_control.cartesian import CartesianLaw, Manner, Settings, tracking_law
 from crane_control.oscillator import BIAS, RATE, ROPE, THETA, D, Filter, V, Y, begun, blank, corrected, predicted
 from crane_control.tracking import Belief, Tracker, believed, ramped, stiffness
 from crane_sim.explain import SceneError
@@ -26,18 +26,22 @@ SEEING, WATCHING = Manner(1.25, 0.65, 1.6, True), Manner(2.0, 0.65, 0.6, True)
 
 
 class Observer(NamedTuple):
-    """What a scene says of the observer, in `control.observer`."""
+    """How the disturbance is observed, as a swing of unknown frequency, and the rope's length beside it."""
 
-    frequency: Positive | None = None  # rad/s, to begin with; None: 20 % below the payload's own
-    lead: NonNegative | None = None  # s, τ; None: what the suspension point lags behind
-    ramp: NonNegative | None = None  # s, in which u and the gains come in; None: as of the law's Manner
-    noise: Positive = 1e-4  # m, of what is seen of y, where no camera says more
-    noise_rate: Positive = 1e-3  # m/s, of what is seen of y', where there is no camera
+    frequency: Positive | None = None  # rad/s, to begin with; left out: 20 % below the payload's own
+    lead: NonNegative | None = None  # s, τ; left out: what the suspension point lags behind
+    ramp: NonNegative | None = None  # s, in which u and the gains come in; left out: the law's own
+    noise: Positive = 1e-4  # m, of what is seen of the payload, where no camera says more
+    noise_rate: Positive = 1e-3  # m/s, of its velocity, where there is no camera
     push: Positive = 0.005  # m/s², unmodelled acceleration of the payload, in one second
-    wander: Positive = 1.5  # m/s³, unmodelled change of d', in one second
-    detune: Positive = 0.5  # 1/s², of θ in one second
-    drift: Positive = 0.005  # m/s², of the bias in one second
-    rope: NonNegative = 0.05  # standard deviation of the believed length, relative to the true one
+    wander: Positive = 1.5  # m/s³, unmodelled change of the disturbance's rate, in one second
+    detune: Positive = 0.5  # 1/s², of the squared frequency, in one second
+    drift: Positive = 0.005  # m/s², of the bias, in one second
+    rope: NonNegative = 0.05  # -, standard deviation of the believed length, relative to the true one: from 20 %
+    # shorter to 20 % longer is observed
+
+
+SETTINGS = {"control": Settings, "control.observer": Observer}
 
 
 class HarmonicObserver(NamedTuple):

@@ -142,18 +142,19 @@ def shaped(law, t, q, v):
 
 
 class Adaptation(NamedTuple):
-    """What a scene says of weighing the load, see `crane_control.knuckle_weighing`."""
+    """How the load is weighed while the crane moves it."""
 
-    rate: Positive = 2.0  # 1/s
+    rate: Positive = 2.0  # 1/s, at which the estimate of the mass follows
 
 
 class Settings(NamedTuple):
-    """What a scene says of this law in its `control` group."""
+    """Gains by joint; the law goes to `reference.q`."""
 
-    kp: Gains = (30.0, 10.0, 10.0, 1.0)
-    kd: Gains = (50.0, 30.0, 50.0, 10.0)
-    reach: Positive | None = None  # rad, of the slew
-    adaptation: Adaptation | None = None
+    kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
+    kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
+    reach: Positive | None = None  # rad, beyond which the slew is pulled no harder; left out: a linear spring
+    adaptation: Adaptation | None = None  # the law weighs a load that it does not know; left out: it believes
+    # `payload.mass`
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:

@@ -108,10 +108,15 @@ def demanded(law, t, q, v):
 
 
 class Settings(NamedTuple):
-    """What a scene says of this law in its `control` group."""
+    """Weights; for any crane. It goes to `reference.q`, or follows a `reference.path` of the joints."""
 
-    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # (2 nq,), of positions, then velocities
-    r: tuple[Positive, ...] | None = None  # (nu,)
+    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # -, weights of positions, then of
+    # velocities, one of each joint; left out: Bryson's rule, 0.2 m or 0.05 rad, 0.2 m/s or 0.1 rad/s weigh 1
+    r: tuple[Positive, ...] | None = None  # -, weights of the efforts, one of each actuated joint; left out: what
+    # accelerates the joint by 1 m/s² or 1 rad/s² weighs 1
+
+
+SETTINGS = {"control": Settings}
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:

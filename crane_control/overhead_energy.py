@@ -160,12 +160,13 @@ def shaped(law, q, v):
 
 
 class Settings(NamedTuple):
-    """What a scene says of this law in its `control` group; what is None is chosen as the module says."""
+    """Gains of trolley and hoist; the law goes to `reference.q` on one link in the plane; m: payload, l: length."""
 
-    kp: Gains | None = None  # N/m, of trolley and hoist
-    kd: Gains | None = None  # N s/m
-    apparent_mass: Positive | None = None  # kg; the trolley's own: no kinetic shaping
-    reach: Positive = inf  # m
+    kp: Gains | None = None  # N/m, of trolley and hoist; left out: m ω²/4 and, M with the drum's mass, M ω², ω² = g / l
+    kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 M ω
+    apparent_mass: Positive | None = None  # kg, mass that the trolley seems to have; left out: a quarter of the
+    # payload's; the trolley's own: no kinetic shaping
+    reach: Positive = inf  # m, beyond which the trolley is pulled no harder; left out: a linear spring
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:

@@ -18,13 +18,13 @@ MOST_FRAMES = 10_000_000
 
 
 class Vision(NamedTuple):
-    """What a scene says of the camera."""
+    """A camera that looks at the payload: late, noisy, filtered frames; velocities by backward difference."""
 
-    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # frames a second
+    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which everything is held
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
     latency: Annotated[NonNegative, Field(le=60.0)] = 0.0  # s, from a frame to its use
-    low_pass: Positive | None = 5.0  # Hz, corner of the first-order filter; None: no filter
-    seed: Seed = 0  # of the noise
+    low_pass: Positive | None = 5.0  # Hz, corner of the first-order filter; `null`: no filter
+    seed: Seed = 0  # -, of the noise
 
 
 class Memory(NamedTuple):

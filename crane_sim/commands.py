@@ -85,6 +85,28 @@ def check(file: str) -> None:
 
 
 @app.command()
+@click.argument("pages", nargs=-1)
+def docs(pages: tuple[str, ...]) -> None:
+    """List the pages in docs that commands write; PAGES: write these anew, all for every one."""
+    from crane_sim.documentation.command import docs as command
+
+    command(pages)
+
+
+@app.command()
+@click.option("--save", "folder", metavar="FOLDER", help="Write the page there instead of printing it.")
+def describe(folder: str | None) -> None:
+    """Describe the format of scene files: every key, its unit, default and meaning (Markdown)."""
+    from crane_sim.documentation.scene_format import save, scene_format
+
+    check_folder(folder)
+    if folder is None:
+        print(scene_format(), end="")
+    else:
+        save(folder)
+
+
+@app.command()
 @click.argument("item", required=False)
 @click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
 @as_json_option

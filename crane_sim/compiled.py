@@ -10,7 +10,7 @@ from pathlib import Path
 
 _NUMBA = version("numba")
 _PACKAGES = tuple(Path(__file__).resolve().parents[1] / name for name in ("crane_sim", "crane_control"))
-PLAIN = ("ros", "orchestration", "recording", "reproduce", "league", "soak")
+PLAIN = ("ros", "orchestration", "recording", "reproduce", "league", "soak", "documentation")
 """Folders of a package without kernels, and whose files no kernel imports: what changes there changes none."""
 
 

@@ -15,23 +15,23 @@ from crane_sim.sources import Constant
 class RopeSpring(NamedTuple):
     """A linear spring along the rope: force -stiffness (length - rest)."""
 
-    stiffness: NonNegative  # N/m
-    rest: Real  # m
+    stiffness: NonNegative  # N/m, force for a change of length
+    rest: Real  # m, length without force
 
 
 class BoomSpring(NamedTuple):
     """A linear spring on the boom's elevation."""
 
-    stiffness: NonNegative  # N m/rad
-    rest: Angle  # rad
+    stiffness: NonNegative  # N m/rad, torque for a turn
+    rest: Angle  # rad, elevation without torque
 
 
 class JibSpring(NamedTuple):
     """A linear spring on the jib, about its elevation or about its angle from the boom."""
 
-    stiffness: NonNegative  # N m/rad
-    rest: Angle  # rad
-    relative: bool = False  # True: acts between boom and jib
+    stiffness: NonNegative  # N m/rad, torque for a turn
+    rest: Angle  # rad, angle without torque
+    relative: bool = False  # true: acts between boom and jib, on their angle, and turns both
 
 
 @generic
@@ -87,7 +87,7 @@ def _(spring, energy, beta, gamma):
 class PayloadDrag(NamedTuple):
     """Quadratic air drag on the payload: force -coefficient |v| v, v the velocity in still air."""
 
-    coefficient: NonNegative  # kg/m
+    coefficient: NonNegative  # kg/m, c of the force -c |v| v
 
 
 @generic
@@ -115,22 +115,22 @@ class PayloadForce(NamedTuple):
 class QuadraticFriction(NamedTuple):
     """Swing joint friction tangential cos²θ2 |θ1'| θ1' and radial |θ2'| θ2' [N m] (paper, eq. 14, corrected)."""
 
-    tangential: NonNegative  # N m s²
-    radial: NonNegative
+    tangential: NonNegative  # N m s², about the tangential swing's axis
+    radial: NonNegative  # N m s², about the radial swing's axis
 
 
 class LinearFriction(NamedTuple):
     """Swing joint friction tangential cos²θ2 θ1' and radial θ2' [N m] (knuckle paper, eq. 19)."""
 
-    tangential: NonNegative  # N m s
-    radial: NonNegative
+    tangential: NonNegative  # N m s, about the tangential swing's axis
+    radial: NonNegative  # N m s, about the radial swing's axis
 
 
 class PaperFriction(NamedTuple):
     """Swing joint friction tangential cos²θ2 |θ1| θ1' and radial |θ2| θ2' [N m], as the knuckle paper prints it."""
 
-    tangential: NonNegative  # N m s
-    radial: NonNegative
+    tangential: NonNegative  # N m s, about the tangential swing's axis
+    radial: NonNegative  # N m s, about the radial swing's axis
 
 
 @generic

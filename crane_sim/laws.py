@@ -3,12 +3,16 @@
 A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by naming a function
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
 nominal; `scene` is the *nominal* scene, all that the law may believe. It raises ValueError for what does not fit.
+A module that has `SETTINGS`, the NamedTuples that its settings are read into by the group that has them, is described
+in the page of the scene format.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from importlib.metadata import entry_points
+from inspect import cleandoc
 from math import isfinite
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -47,9 +51,24 @@ class EnergyShaping(Protocol):
         ...
 
 
+class AboutLaw(NamedTuple):
+    """What a law's module says of it."""
+
+    about: str  # the first paragraph of its docstring
+    settings: Mapping[str, Any]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
+
+
 def law_names() -> list[str]:
     """Return the names of all laws that are installed."""
     return sorted({entry.name for entry in entry_points(group=GROUP)})
+
+
+def law_of(name: str) -> AboutLaw:
+    """Return what the module of an installed law says of it."""
+    entry = next(entry for entry in entry_points(group=GROUP) if entry.name == name)
+    module = import_module(entry.module)
+    about = cleandoc(module.__doc__ or "").partition("\n\n")[0]
+    return AboutLaw(about, getattr(module, "SETTINGS", {}))
 
 
 def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:

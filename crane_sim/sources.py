@@ -13,29 +13,30 @@ from crane_sim.quantities import Angle, Real
 class Constant(NamedTuple):
     """A constant input."""
 
-    value: Real = 0.0
+    value: Real = 0.0  # input's unit, at all times
 
 
 class Sine(NamedTuple):
     """offset + amplitude sin(frequency t + phase)."""
 
-    amplitude: Real
-    frequency: Real  # rad/s
-    offset: Real = 0.0
-    phase: Angle = 0.0  # rad
+    amplitude: Real  # input's unit, size of the sine
+    frequency: Real  # rad/s, of the sine
+    offset: Real = 0.0  # input's unit, added to the sine
+    phase: Angle = 0.0  # rad, of the sine at t = 0
 
 
 class Polynomial(NamedTuple):
     """The sum of coefficients[k] t^k."""
 
-    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, of the powers 0, 1, 2, ... of t,
+    # over s, s², ...
 
 
 class Table(NamedTuple):
     """Linear interpolation between (times, values); the ends are held."""
 
     times: Annotated[tuple[Real, ...], Field(min_length=1)]  # s, increasing
-    values: Annotated[tuple[Real, ...], Field(min_length=1)]
+    values: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, as many as times
 
     def complaint(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""

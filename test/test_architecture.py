@@ -17,7 +17,8 @@ state_algebra array_algebra lane_algebra angles linear_systems meter jit compile
 base base_motions""".split()
 ABOVE = """hardware passage outcome starts batch batch_scenes batch_lanes batch_loops scene scene_document forms
 lagrange reproduce description laws plant rollout functions averaging metrics tracking report cli
-run_options scene_options help_lines orchestration ros recording bench league soak commands interruption""".split()
+run_options scene_options help_lines orchestration ros recording bench league soak documentation commands
+interruption""".split()
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 
 

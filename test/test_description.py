@@ -87,7 +87,7 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
     """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""
     found = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
-    # lengths up to 17 m; the URDF prints nine digits, here of lengths that need two
+    # lengths up to 17 m in double precision
     assert found == pytest.approx(payload(SCENE, q), abs=1e-12)
 
 
@@ -125,13 +125,13 @@ def test_masses_and_inertias_are_the_models() -> None:
         assert body is not None
         assert numbers(body.find("mass"), "value") == pytest.approx([rod.mass])
         assert numbers(body.find("origin"), "xyz") == pytest.approx([0.5 * rod.length, 0.0, 0.0])
-        assert numbers(body.find("inertia"), "izz") == pytest.approx([rod.inertia], rel=1e-8)  # nine digits are printed
+        assert numbers(body.find("inertia"), "iyy") == pytest.approx([rod.inertia])
     crate = inertials["payload_link"]
     assert crate is not None
     assert numbers(crate.find("mass"), "value") == pytest.approx([SCENE.model.load.mass])
     for body in filter(None, inertials.values()):
         moments = sorted(float(numbers(body.find("inertia"), key)[0]) for key in ("ixx", "iyy", "izz"))
-        assert 0.0 < moments[0] and moments[2] <= moments[0] + moments[1]
+        assert 0.0 <= moments[0] and moments[2] <= moments[0] + moments[1]
 
 
 @pytest.mark.parametrize("scene", OVERHEAD.values(), ids=OVERHEAD)
@@ -166,7 +166,7 @@ def test_the_nodes_are_the_models(scene: Scene, seed: int) -> None:
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
         found = forward(document, joints, "payload_link" if k == n else f"node_{k}")
-        assert found == pytest.approx(nodes[k], abs=1e-8)  # the URDF prints nine digits of each of up to 200 lengths
+        assert found == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
 
 
 def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
@@ -176,7 +176,7 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
     nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
     found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
-    assert found == pytest.approx(nodes[-1], abs=1e-8)  # the URDF prints nine digits
+    assert found == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
 
 
 def test_elastic_nodes_are_where_their_joints_say() -> None:

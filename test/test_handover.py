@@ -11,7 +11,7 @@ import pytest
 from crane_sim import load_scene
 from crane_sim.orchestration.conductor import Conductor, RunError, Telling
 from crane_sim.orchestration.posts import Place, Post, RecorderPost
-from crane_sim.recording.part_names import before_reset, found, files_before_resets
+from crane_sim.recording.part_names import before_reset, files_before_resets, found
 from crane_sim.ros.outputs import Handover, read_handover
 from crane_sim.ros.tail import SECONDS, Tail
 from crane_sim.ros.wire import JointWire

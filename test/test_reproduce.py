@@ -13,6 +13,7 @@ from crane_sim.reproduce.hardcases import Case
 from crane_sim.reproduce.overhead import erratum_row
 from crane_sim.reproduce.overhead_erratum import erratum
 from crane_sim.reproduce.page import save
+from crane_sim.reproduce.table import Row
 
 CRANE = Path(sys.executable).with_name("crane")
 FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
@@ -77,6 +78,17 @@ def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     assert "| a | nodes, m | dop853 | 1e-12 | 1e-09 | - | 10 | 0.1 | holds |" in page and "(hardcases.png)" in page
     assert (tmp_path / "hardcases.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "overhead.md").read_text().count("\n| ") == len(reproduced("overhead")["overhead"]) + 1
+
+
+def test_digits_that_vary_are_told_apart(tmp_path: Path) -> None:
+    """A wall time has a star and one digit, what only rounding makes has none; everything else has all its digits."""
+    case = Case("a", "nodes, m", "dop853", 1.234e-13, 1e-9, None, 12345, 0.0123, "holds")
+    rows = [Row("exact", 0, 1.5e-16, 1.5e-16, "holds"), Row("not", 0.5, 0.25, 0.5, "holds")]
+    save({"hardcases": [case], "overhead": rows}, str(tmp_path))
+    page, matrices = ((tmp_path / f"{item}.md").read_text() for item in ("hardcases", "overhead"))
+    assert "| evaluations | time \\* | verdict |" in page and "\n\\* differs from run to run" in page
+    assert "| a | nodes, m | dop853 | 1.23e-13 | 1e-09 | - | 12345 | 0.01 | holds |" in page
+    assert "| exact | 0 | < 1e-11 | < 1e-11 | holds |" in matrices and "| not | 0.5 | 0.25 | 0.5 | holds |" in matrices
 
 
 def test_the_table_has_a_line_for_each_row() -> None:

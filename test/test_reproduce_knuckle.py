@@ -28,6 +28,12 @@ def rows() -> list[knuckle.Compared]:
     return list(knuckle.section_4(knuckle.pair()))
 
 
+def test_names_of_rows_are_known_beforehand(rows: list[knuckle.Compared]) -> None:
+    """Rows are called what `names` says without running anything, by which the page is compared with the command."""
+    assert [row.claim for row in rows] == knuckle.names()[: len(rows)]
+    assert len(knuckle.names()) == len(rows) + 2 * len(knuckle.OTHERS)
+
+
 def test_figures_are_those_found_elsewhere(rows: list[knuckle.Compared]) -> None:
     """Times, swing and efforts of both laws agree with an independent simulation of the same manoeuvre."""
     found = {row.claim: (row.energy_law, row.lqr) for row in rows}

@@ -9,14 +9,25 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from crane_sim.description import knuckle, overhead, pendulum
+from crane_sim.description.limits import add_limits
+from crane_sim.description.robot import UNBOUNDED, add_comment
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene
 
 
+ABOUT = (
+    "masses, centres and inertias are those that are simulated; links without an inertial have none",
+    "every visual is a drawing: its size, shape and place say nothing about the simulated crane",
+    f"lengths and limits are the scene's; {UNBOUNDED:g} stands for no limit, since a URDF takes no infinity",
+)
+
+
 def urdf(scene: Scene) -> str:
     """Describe a scene's crane as a URDF document; its free joints are `scene.joint_names`."""
     robot = ElementTree.Element("robot", name=f"{scene.crane}_crane")
+    for line in ABOUT:
+        add_comment(robot, line)
     ElementTree.SubElement(robot, "link", name="world")
     if scene.crane == "overhead":
         overhead.describe(robot, scene)
@@ -24,5 +35,6 @@ def urdf(scene: Scene) -> str:
         pendulum.describe(robot, scene)
     else:
         knuckle.describe(robot, scene.model, scene.joint_names)
+    add_limits(robot, scene)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)

@@ -3,22 +3,37 @@
 `world` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF joint
 is relative to its parent. The level frames bridge the two: each follows an elevation with the multiplier -1, so that
 what hangs on it starts horizontal again.
+
+Masses and inertias are those that are simulated. A rod without `axial_inertia` adds no inertia about the vertical to
+the model, which no body can do. In the URDF it turns with half of its inertia about every axis that is not the luffing
+one, whatever its elevation, and the tower with as much less: the sum, and so the mass matrix, is the model's.
 """
 
 from __future__ import annotations
 
-from math import pi
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description.robot import DOWN, FORWARD, RAISE, UP, add_joint, add_link
-from crane_sim.description.solids import ACROSS, DARK, GLASS, GREY, ORIGIN, STEEL, YELLOW, Body, Shape, crate, cube
+from crane_sim.description.robot import DOWN, FORWARD, RAISE, UP, add_comment, add_joint, add_link
+from crane_sim.description.solids import (
+    ACROSS,
+    DARK,
+    GLASS,
+    GREY,
+    ORIGIN,
+    STEEL,
+    YELLOW,
+    Body,
+    Shape,
+    crate,
+    point_mass,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from crane_sim.model import Crane
-    from crane_sim.supports.knuckle import Rod
+    from crane_sim.supports.knuckle import Knuckle, Rod
 
 
 def describe(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
@@ -38,35 +53,51 @@ def _links(robot: ElementTree.Element, crane: Crane) -> None:
     for name in ("boom_level_link", "jib_level_link", "swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
     add_link(robot, "base_link", _pedestal(pedestal_height(crane), unit))
-    radius = 0.6 * unit
-    turning = support.tower.inertia
-    tower = Body(2.0 * turning / radius**2, ORIGIN, (turning, turning, turning))  # a disc's mass for this inertia
-    add_link(robot, "tower_link", _tower(unit), tower)
-    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod(support.boom, 0.34 * unit))
-    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod(support.jib, 0.24 * unit))
-    edge = 0.55 * unit
-    add_link(robot, "payload_link", crate(edge), cube(load.mass, edge))
+    lent, part = turning_parts(support)
+    add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * lent, 0.5 * lent, lent)))
+    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod(support.boom, part))
+    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod(support.jib, part))
+    add_link(robot, "payload_link", crate(0.55 * unit), point_mass(load.mass))
+    add_comment(robot, _about_tower(support, lent))
+
+
+def turning_parts(support: Knuckle) -> tuple[float, float]:
+    """Return (inertia left to the tower [kg m²], part of a rod's inertia that turns with the slew in its place).
+
+    The part is a half, the least that a body can have, or less where the tower has not that much to give.
+    """
+    simple = sum(rod.inertia for rod in (support.boom, support.jib) if rod.axial_inertia is None)
+    part = min(0.5, support.tower.inertia / simple) if simple else 0.5
+    return max(support.tower.inertia - part * simple, 0.0), part
+
+
+def _about_tower(support: Knuckle, left: float) -> str:
+    """Return what the document says of the tower's mass and inertia."""
+    mass = "tower_link has no mass: on the slew axis none is felt, and none is simulated"
+    given = support.tower.inertia
+    if left == given:
+        return mass
+    return f"{mass}; of its {given:g} kg m² {given - left:g} are in boom_link and jib_link, which have no axial_inertia"
 
 
 def _joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
     boom, jib = crane.support.boom.length, crane.support.jib.length
     slew, luff, fold, rope, tangential, radial = joints
-    turn, swing = (-pi, pi), (-0.5 * pi, 0.5 * pi)
     add_joint(robot, "fixed", "base", ("world", "base_link"))
-    add_joint(robot, "continuous", slew, ("base_link", "tower_link"), axis=UP)
-    add_joint(robot, "revolute", luff, ("tower_link", "boom_link"), axis=RAISE, span=turn)
-    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), (boom, 0.0, 0.0), RAISE, turn, luff)
-    add_joint(robot, "revolute", fold, ("boom_level_link", "jib_link"), axis=RAISE, span=turn)
-    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), (jib, 0.0, 0.0), RAISE, turn, fold)
-    add_joint(robot, "revolute", tangential, ("jib_level_link", "swing_link"), axis=FORWARD, span=swing)
-    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RAISE, span=swing)
-    reach = 2.0 * (boom + jib)
-    add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN, span=(0.0, reach))
+    add_joint(robot, "revolute", slew, ("base_link", "tower_link"), axis=UP)
+    add_joint(robot, "revolute", luff, ("tower_link", "boom_link"), axis=RAISE)
+    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), (boom, 0.0, 0.0), RAISE, follows=luff)
+    add_joint(robot, "revolute", fold, ("boom_level_link", "jib_link"), axis=RAISE)
+    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), (jib, 0.0, 0.0), RAISE, follows=fold)
+    add_joint(robot, "revolute", tangential, ("jib_level_link", "swing_link"), axis=FORWARD)
+    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RAISE)
+    add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
 
 
-def _rod(rod: Rod, width: float) -> Body:
-    axial = rod.mass * width**2 / 6.0 if rod.axial_inertia is None else rod.axial_inertia
-    return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, rod.inertia))
+def _rod(rod: Rod, part: float) -> Body:
+    """Return a rod as a body; one without axial inertia turns with a part of its own, whatever its elevation."""
+    axial, across = (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (part * rod.inertia,) * 2
+    return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, across))
 
 
 def _pedestal(height: float, unit: float) -> list[Shape]:

@@ -1,7 +1,7 @@
 """The URDF of an overhead crane: a trolley below a rail along x, with a bridge on runways along y, and a cable.
 
 `world` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>` and
-`payload_link` are the nodes of the cable.
+`payload_link` are the nodes of the cable. Masses are the scene's, as points: nothing but the links turns.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 
 from crane_sim.description import gantry
 from crane_sim.description.cables import Hang, add_cable
-from crane_sim.description.robot import FORWARD, LEFT, add_joint, add_link
+from crane_sim.description.robot import FORWARD, LEFT, add_comment, add_joint, add_link
 from crane_sim.description.room import expected, form_of
-from crane_sim.description.solids import Body, ball, cube
+from crane_sim.description.solids import Body, point_mass
 
 if TYPE_CHECKING:
     from crane_sim.description.room import Room
@@ -28,29 +28,35 @@ def describe(robot: ElementTree.Element, scene: Scene) -> None:
     add_joint(robot, "fixed", "rail", ("world", "base_link"))
     above = "base_link"
     if room.spatial:
-        add_link(robot, "bridge_link", gantry.bridge(room), _body(form.bridge, room))
-        add_joint(robot, "prismatic", "bridge", (above, "bridge_link"), axis=LEFT, span=room.rail(1))
+        add_link(robot, "bridge_link", gantry.bridge(room), _body(form.bridge))
+        add_joint(robot, "prismatic", "bridge", (above, "bridge_link"), axis=LEFT)
         above = "bridge_link"
-    add_link(robot, "trolley_link", gantry.trolley(room), _body(form.trolley, room))
-    add_joint(robot, "prismatic", "trolley", (above, "trolley_link"), axis=FORWARD, span=room.rail(0))
+    add_link(robot, "trolley_link", gantry.trolley(room), _body(form.trolley))
+    add_joint(robot, "prismatic", "trolley", (above, "trolley_link"), axis=FORWARD)
     hang = Hang.of(scene)
     add_cable(robot, scene.joint_names, hang, room)
     _nodes(robot, hang, room)
+    if form.hoist is not None and form.hoist.inertia:
+        _tell_drum(robot, form.hoist.inertia)
 
 
 def _nodes(robot: ElementTree.Element, hang: Hang, room: Room) -> None:
     """Add the links that end the pieces of the cable: balls, and the payload."""
     for name, mass, length in zip(hang.ends, hang.masses, hang.lengths, strict=True):
         if name == "payload_link":
-            body = cube(mass, gantry.payload_edge(mass, room))
-            add_link(robot, name, gantry.payload(mass, room), body)
+            add_link(robot, name, gantry.payload(mass, room), point_mass(mass))
         else:
             radius = gantry.node_radius(mass, length, room)
-            body = ball(mass, radius) if mass > 0.0 else None
-            add_link(robot, name, [gantry.node(radius)], body)
+            add_link(robot, name, [gantry.node(radius)], point_mass(mass) if mass > 0.0 else None)
 
 
-def _body(group: AxisGroup | None, room: Room) -> Body | None:
+def _tell_drum(robot: ElementTree.Element, inertia: float) -> None:
+    """Say at the hoist's joint which inertia [kg] no link of a URDF can have."""
+    joint = next(joint for joint in robot.iter("joint") if joint.get("name") == "hoist")
+    add_comment(joint, f"hoist.inertia = {inertia:g} kg, of the drum: adds to this joint's own term, and to no link")
+
+
+def _body(group: AxisGroup | None) -> Body | None:
     """Return the body of trolley or bridge; what is not driven by a force needs no mass."""
     mass = group.mass if group is not None else None
-    return cube(mass, 0.5 * room.unit) if mass else None
+    return point_mass(mass) if mass else None

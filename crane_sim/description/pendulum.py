@@ -1,6 +1,7 @@
 """The URDF of a payload below a driven suspension point: three sliding joints, and the rope's direction.
 
-`world` is the frame of the base. The suspension point is drawn as the head of a boom that nothing else is told of.
+`world` is the frame of the base. The suspension point is drawn as the head of a boom that the model does not have: it
+has no mass, since its motion is given.
 """
 
 from __future__ import annotations
@@ -10,12 +11,10 @@ from xml.etree import ElementTree
 
 from crane_sim.description.cables import ALONG, Hang, add_directed
 from crane_sim.description.robot import add_joint, add_link
-from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, cube
+from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, point_mass
 
 if TYPE_CHECKING:
     from crane_sim.scene import Scene
-
-FAR = 100.0  # rope lengths that the suspension point may go: a limit that no run meets
 
 
 def describe(robot: ElementTree.Element, scene: Scene) -> None:
@@ -27,11 +26,10 @@ def describe(robot: ElementTree.Element, scene: Scene) -> None:
     for axis, way in ALONG.items():
         below = "tip_link" if axis == "z" else f"tip_{axis}_link"
         add_link(robot, below, _head(length) if axis == "z" else [])
-        add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way, (-FAR * length, FAR * length))
+        add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way)
         above = below
-    add_directed(robot, Hang((length,), (mass,)), None, above)
-    edge = 0.12 * length
-    add_link(robot, "payload_link", crate(edge), cube(mass, edge))
+    add_directed(robot, Hang((length,), (mass,)), False, above)
+    add_link(robot, "payload_link", crate(0.12 * length), point_mass(mass))
 
 
 def _head(length: float) -> list[Shape]:

@@ -17,6 +17,8 @@ DOWN: Vector = (0.0, 0.0, -1.0)
 FORWARD: Vector = (1.0, 0.0, 0.0)
 LEFT: Vector = (0.0, 1.0, 0.0)
 RAISE: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
+UNBOUNDED = 1e12
+"""Stands for no limit [m, rad, rad/s, N, ...]: the format takes no infinity, and no scene file a larger number."""
 
 
 def add_joint(
@@ -39,7 +41,7 @@ def add_joint(
         links: names of parent and child.
         at: origin of the joint.
         axis: unit vector in the child's frame.
-        span: lower and upper limit [rad or m].
+        span: lower and upper limit [rad or m] that follow from the geometry; `limits` adds those of the scene.
         follows: the joint whose value, multiplied, is this one's.
         times: the factor by which it is multiplied.
     """
@@ -49,11 +51,22 @@ def add_joint(
     ElementTree.SubElement(joint, "origin", xyz=_text(at), rpy=_text(ORIGIN))
     if axis is not None:
         ElementTree.SubElement(joint, "axis", xyz=_text(axis))
-    if span is not None:  # the format wants an effort and a rate too; these only keep a GUI slider tame
-        limit = {"lower": span[0], "upper": span[1], "effort": 1.0e4, "velocity": 10.0}
-        ElementTree.SubElement(joint, "limit", {key: _text((value,)) for key, value in limit.items()})
+    if span is not None:
+        add_limit(joint, span, UNBOUNDED, UNBOUNDED)
     if follows is not None:
         ElementTree.SubElement(joint, "mimic", joint=follows, multiplier=_text((times,)), offset="0")
+
+
+def add_limit(joint: ElementTree.Element, span: tuple[float, float] | None, effort: float, velocity: float) -> None:
+    """Add a joint's limit: lower and upper end [rad or m], if any, effort [N m or N], velocity [rad/s or m/s]."""
+    limit = {} if span is None else {"lower": span[0], "upper": span[1]}
+    limit |= {"effort": effort, "velocity": velocity}
+    ElementTree.SubElement(joint, "limit", {key: _text((value,)) for key, value in limit.items()})
+
+
+def add_comment(element: ElementTree.Element, text: str) -> None:
+    """Add a comment inside an element."""
+    element.append(ElementTree.Comment(f" {text} "))
 
 
 def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], body: Body | None = None) -> None:
@@ -84,4 +97,5 @@ def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
 
 
 def _text(numbers: Sequence[float]) -> str:
-    return " ".join(f"{number:.9g}" for number in numbers)
+    """Return numbers with all their digits, so that what is read back is what was simulated."""
+    return " ".join(repr(float(number)) for number in numbers)

@@ -10,6 +10,7 @@ from crane_sim.forms.overhead import OverheadFile
 from crane_sim.jit import entry
 from crane_sim.metrics import polyline
 from crane_sim.overhead.motions import Motion, moved_at
+from crane_sim.scene_document import present
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class Room(NamedTuple):
         return -1.2 * self.depth
 
     def rail(self, axis: int) -> tuple[float, float]:
-        """Return the ends of what the trolley (axis 0) or the bridge (axis 1) runs on; the model knows no ends."""
+        """Return the ends of what the trolley (axis 0) or the bridge (axis 1) runs on; the model knows none."""
         spare = SPARE * self.depth
         return self.low[axis] - spare, self.high[axis] + spare
 
@@ -72,7 +73,7 @@ def room_of(low: Numbers, high: Numbers, shortest: float, spatial: bool) -> Room
 
 def form_of(scene: Scene) -> OverheadFile:
     """Return what a scene's file says of its overhead crane, checked and completed."""
-    return OverheadFile.model_validate(dict(scene.document))
+    return OverheadFile.model_validate(present(scene.document))
 
 
 def expected(scene: Scene) -> Room:

@@ -51,13 +51,6 @@ def crate(edge: float) -> list[Shape]:
     ]
 
 
-def cube(mass: float, edge: float) -> Body:
-    """Return a homogeneous cube about its centre."""
-    moment = mass * edge**2 / 6.0
-    return Body(mass, ORIGIN, (moment, moment, moment))
-
-
-def ball(mass: float, radius: float) -> Body:
-    """Return a homogeneous ball about its centre."""
-    moment = 0.4 * mass * radius**2
-    return Body(mass, ORIGIN, (moment, moment, moment))
+def point_mass(mass: float) -> Body:
+    """Return a mass [kg] in the origin of its link, without inertia: what payloads, nodes and trolleys are."""
+    return Body(mass, ORIGIN, ORIGIN)

@@ -23,19 +23,19 @@ NotNegative = Annotated[NonNegative, Field(le=LARGEST)]
 class Sway(Group):
     """offset + amplitude sin(frequency t + phase) along an axis."""
 
-    amplitude: Amount  # m
-    frequency: NotNegative  # rad/s
-    phase: Turn = 0.0  # rad
-    offset: Amount = 0.0  # m
+    amplitude: Amount  # m, size of the sine
+    frequency: NotNegative  # rad/s, of the sine
+    phase: Turn = 0.0  # rad, of the sine at t = 0
+    offset: Amount = 0.0  # m, added to the sine
 
 
 class Roll(Group):
     """offset + amplitude sin(frequency t + phase) about an axis."""
 
-    amplitude: Turn  # rad
-    frequency: NotNegative  # rad/s
-    phase: Turn = 0.0  # rad
-    offset: Turn = 0.0  # rad
+    amplitude: Turn  # rad, size of the sine
+    frequency: NotNegative  # rad/s, of the sine
+    phase: Turn = 0.0  # rad, of the sine at t = 0
+    offset: Turn = 0.0  # rad, added to the sine
 
 
 def _listed(value: Any) -> Any:
@@ -50,8 +50,9 @@ class Answer(Group):
     """How a motion of the vessel answers a wave, over frequency; a number stands for the same at all of them."""
 
     frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
-    amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # m/m, of angles rad/m
-    phases: tuple[Turn, ...] | None = None  # rad, by which the motion leads the wave; 0 when left out
+    amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of wave; of roll, pitch,
+    # yaw rad per metre
+    phases: tuple[Turn, ...] | None = None  # rad, by which the motion leads the wave; left out: 0
 
     def table(self, name: str) -> Response:
         """Return the table of the axis `name`.
@@ -80,24 +81,26 @@ Answered = Annotated[Answer | None, BeforeValidator(_constant)]
 class Answers(Group):
     """How the vessel answers a wave, axis by axis; absent axes do not move."""
 
-    surge: Answered = None
-    sway: Answered = None
-    heave: Answered = None
-    roll: Answered = None
-    pitch: Answered = None
-    yaw: Answered = None
+    surge: Answered = None  # how it answers; left out: it does not move
+    sway: Answered = None  # how it answers; left out: it does not move
+    heave: Answered = None  # how it answers; left out: it does not move
+    roll: Answered = None  # how it answers; left out: it does not move
+    pitch: Answered = None  # how it answers; left out: it does not move
+    yaw: Answered = None  # how it answers; left out: it does not move
 
 
 class SeaGroup(Group):
     """A sea, and how the vessel answers it; without a response the base heaves as the water does."""
 
-    spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"
-    significant_height: NotNegative  # m
-    peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s
-    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # of jonswap
-    components: Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=MOST)] = 60
-    seed: Seed | None = None  # the scene's own when left out
-    response: Answers | None = None
+    spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"  # shape of the spectrum
+    significant_height: NotNegative  # m, of the waves, from trough to crest
+    peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s, of the waves that have the most energy
+    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # -, peak enhancement of `jonswap`; left out: 3.3
+    components: Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=MOST)] = 60  # -, number of sinusoids, of
+    # equal energy, at frequencies drawn at random
+    seed: Seed | None = None  # -, of these; left out: the scene's own
+    response: Answers | None = None  # how each axis answers a metre of wave; left out: the base heaves as the water
+    # does
 
     def motions(self, seed: int) -> dict[str, Waves]:
         """Return the sinusoids of each axis that moves.
@@ -119,16 +122,21 @@ class SeaGroup(Group):
 
 
 class BaseMotion(Group):
-    """How the base moves: sinusoids along and about its axes, a sea, both together, or a file."""
+    """How the base moves in the world: sinusoids along and about its axes, a sea, both together, or a file.
 
-    surge: Sways = ()
-    sway: Sways = ()
-    heave: Sways = ()
-    roll: Rolls = ()
-    pitch: Rolls = ()
-    yaw: Rolls = ()
-    sea: SeaGroup | None = None
-    file: str | None = None  # CSV: time, and any of surge, sway, heave [m], roll, pitch, yaw [rad]
+    Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the plane take surge,
+    heave and pitch.
+    """
+
+    surge: Sways = ()  # m, along x
+    sway: Sways = ()  # m, along y
+    heave: Sways = ()  # m, along z
+    roll: Rolls = ()  # rad, about x
+    pitch: Rolls = ()  # rad, about y
+    yaw: Rolls = ()  # rad, about z
+    sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
+    file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
+    # keys; a quintic spline through the rows
 
     def base(self, seed: int, duration: float) -> Base | SplineBase:
         """Return the motion of the base, for a run of `duration` [s]; a sea without its own seed takes `seed`.

@@ -1,6 +1,6 @@
 """The groups of a scene file that every crane shares: what they may hold."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -23,12 +23,13 @@ class Group(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
 
 
-_WORDS = {"from": "begin", "to": "end"}  # words of a file that Python keeps for itself
+WORDS = {"from": "begin", "to": "end"}
+"""Words of a file that Python keeps for itself, and the fields of NamedTuples that stand for them."""
 
 
 def _words(fields: tuple[str, ...]) -> dict[str, str]:
     """Return the words of a file for the fields of a NamedTuple, with the fields."""
-    words = {field: word for word, field in _WORDS.items()}
+    words = {field: word for word, field in WORDS.items()}
     return {words.get(field, field): field for field in fields}
 
 
@@ -38,7 +39,7 @@ def _read(kind: Any, values: dict[str, Any]) -> Any:
         return TypeAdapter(kind).validate_python(values)
     except ValidationError as error:
         line = one_line(error, kind)
-        for word, field in _WORDS.items():
+        for word, field in WORDS.items():
             if line.startswith((f"{field} ", f"{field}:", f"{field}[")):
                 raise ValueError(word + line.removeprefix(field)) from None
         if about_keys(error):
@@ -46,11 +47,25 @@ def _read(kind: Any, values: dict[str, Any]) -> Any:
         raise
 
 
-def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
-    """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
+class Picker:
+    """Reads `{key: name, ...}` as the NamedTuple that `choices` has under that name.
 
-    def pick(value: Any) -> Any:
-        if value is None and optional:
+    Attributes:
+        choice: (the key, the NamedTuples by name).
+    """
+
+    def __init__(self, key: str, choices: dict[str, Any], optional: bool) -> None:
+        """Take the key and its choices; `optional`: nothing is possible, too."""
+        self.choice, self._optional = (key, choices), optional
+
+    def __call__(self, value: Any) -> Any:
+        """Return the NamedTuple.
+
+        Raises:
+            ValueError: there is no such choice, or it has other keys or values.
+        """
+        key, choices = self.choice
+        if value is None and self._optional:
             return None
         if not isinstance(value, dict):
             raise ValueError(f"{no_group()}, with {key}: {' | '.join(choices)}")
@@ -68,7 +83,10 @@ def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeV
             raise ValueError(complaint)
         return found
 
-    return BeforeValidator(pick)
+
+def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
+    """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
+    return BeforeValidator(Picker(key, choices, optional))
 
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
@@ -78,12 +96,18 @@ Method = Annotated[Any, picked("method", _METHODS)]
 Channel = Annotated[Any, picked("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})]
 
 
+class Inline(NamedTuple):
+    """Marks a field whose keys stand among the group's own: those of the kind that one key names."""
+
+    choice: tuple[str, dict[str, Any]]
+
+
 class PayloadForceGroup(Group):
     """A given force on the payload [N], along the axes of the world; silent axes are zero."""
 
-    x: Channel = Constant(0.0)
-    y: Channel = Constant(0.0)
-    z: Channel = Constant(0.0)
+    x: Channel = Constant(0.0)  # N, over time
+    y: Channel = Constant(0.0)  # N, over time
+    z: Channel = Constant(0.0)  # N, over time
 
     def force(self) -> PayloadForce:
         """Return the force."""
@@ -106,9 +130,11 @@ Profile = Annotated[
 
 
 class Control(Group):
-    """The law, how often it is evaluated, and what it is to believe; further keys are the law's own settings."""
+    """The law, how often it is evaluated, and what it is to believe; further keys are the law's own, see Laws."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True)
-    law: str
-    period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, or "continuous"
-    nominal: dict[str, Any] = {}
+    law: str  # its name: one of those below, or one that another package has installed
+    period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, between commands; or `continuous`: the law is
+    # evaluated inside the equations
+    nominal: dict[str, Any] = {}  # what the law believes instead of the scene, as groups of a scene file; it is merged
+    # over the scene

@@ -47,32 +47,48 @@ Chance = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, le=1.0, allo
 
 
 class SensorGroup(Group):
-    """A joint's sensor; pairs are of position and velocity, one number stands for both."""
+    """What a joint's sensor makes of the truth; pairs are of position and velocity, one number stands for both.
 
-    noise: Sizes = (0.0, 0.0)  # standard deviation
-    bias: Reals = (0.0, 0.0)
-    quantisation: Sizes = (0.0, 0.0)  # step of the digits
-    delay: NonNegative = 0.0  # s, rounded to whole periods
-    rate: Positive | None = None  # Hz, rounded to whole periods; None: every period
-    dropout: Chance = 0.0  # chance that a sample is lost
+    Keys of a joint go before those of `all`. What sensors show is `joint_states`, and all that a law sees. Chance is
+    drawn by seed, signal and step: every run repeats to the last bit.
+    """
+
+    noise: Sizes = (0.0, 0.0)  # joint's unit, standard deviation, of position and velocity; drawn anew for every sample
+    bias: Reals = (0.0, 0.0)  # joint's unit, what is added to every sample
+    quantisation: Sizes = (0.0, 0.0)  # joint's unit, step to which a sample is rounded; 0 for none
+    delay: NonNegative = 0.0  # s, age of a sample when it is shown; rounded to whole periods, which the summary says
+    # (`rounded`)
+    rate: Positive | None = None  # Hz, of samples, which hold until the next one; rounded to whole periods; left out:
+    # every period
+    dropout: Chance = 0.0  # -, chance that a sample is lost; the last one stays
 
 
 class ActuatorGroup(Group):
-    """A joint's drive, in the units of its effort."""
+    """What a joint's drive makes of a demand, in the units of its effort.
 
-    limit: Limits | None = None
-    rate_limit: Positive | None = None  # 1/s
-    lag: NonNegative = 0.0  # s, time constant
-    deadband: NonNegative = 0.0
-    delay: NonNegative = 0.0  # s, rounded to whole periods
+    Within a period the effort solves u' = (demand - u) / lag within the rate limit exactly. Keys of a joint go before
+    those of `all`.
+    """
+
+    limit: Limits | None = None  # effort's unit, range of the effort; one number stands for [-number, number]; left
+    # out: none
+    rate_limit: Positive | None = None  # effort's unit/s, largest rate of the effort; left out: none
+    lag: NonNegative = 0.0  # s, time constant T of u' = (demand - u) / T, solved exactly within a period
+    deadband: NonNegative = 0.0  # effort's unit, demands up to this size come to nothing
+    delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
 
 
 class BrakeGroup(Group):
-    """The brakes of all actuated joints; what is left out is computed from the crane."""
+    """The brakes of all actuated joints: of one that is stuck, and of a run without commands (`--on-silence brake`).
 
-    capacity: tuple[NonNegative, ...] | None = None  # (nu,)
-    frequency: Positive | None = None  # rad/s
-    damping: NonNegative = 0.7
+    An acceleration drive is decelerated and held, a winch by rate is told zero, a servo its place. Under a light
+    trolley whose payload swings widely the default capacity slips.
+    """
+
+    capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest hold of each actuated joint; left out:
+    # twice the static load of the initial posture and what decelerates all that the joint carries by 2 rad/s² or m/s²
+    frequency: Positive | None = None  # rad/s, of a free joint on its brake's spring; left out: computed from the crane
+    damping: NonNegative = 0.7  # -, ratio of that spring
 
 
 def _times_complaint(begin: float | None, end: float | None) -> str:
@@ -82,11 +98,12 @@ def _times_complaint(begin: float | None, end: float | None) -> str:
 
 
 class SensorStuck(NamedTuple):
-    """A sensor that shows what it showed when this began."""
+    """A sensor that goes on showing what it showed when the fault began."""
 
-    joint: str
-    at: NonNegative | None = None  # s
-    until: NonNegative | None = None
+    joint: str  # whose sensor, or which joint
+    at: NonNegative | None = None  # s, when it begins; left out: when the service `~/faults/NAME` or `plant.set_fault`
+    # says so
+    until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
         """Return what is wrong with the times, or an empty line."""
@@ -104,10 +121,10 @@ class Stuck(SensorStuck):
 class EffortLoss(NamedTuple):
     """A drive that delivers only a part of its effort."""
 
-    joint: str
-    factor: NonNegative = 0.0
-    at: NonNegative | None = None
-    until: NonNegative | None = None
+    joint: str  # whose drive
+    factor: NonNegative = 0.0  # -, part of the effort that is left
+    at: NonNegative | None = None  # s, when it begins; left out: by service
+    until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
         """Return what is wrong with the times, or an empty line."""
@@ -117,9 +134,9 @@ class EffortLoss(NamedTuple):
 class PayloadChange(NamedTuple):
     """Another mass of the payload."""
 
-    mass: Positive  # kg
-    at: NonNegative | None = None
-    until: NonNegative | None = None
+    mass: Positive  # kg, of the payload from then on
+    at: NonNegative | None = None  # s, when it begins; left out: by service
+    until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
         """Return what is wrong with the times, or an empty line."""
@@ -140,10 +157,10 @@ Fault = Annotated[Any, picked("kind", FAULTS)]
 class HardwareGroups(Group):
     """Groups that every crane may have."""
 
-    brake: BrakeGroup | None = None
-    sensors: dict[str, SensorGroup] = {}  # by joint, or `all`
-    actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`
-    faults: Annotated[dict[str, Fault], AfterValidator(_named)] = {}
+    brake: BrakeGroup | None = None  # brakes of all actuated joints, for silent controllers and stuck joints
+    sensors: dict[str, SensorGroup] = {}  # by joint, or `all`: what `joint_states`, and so every law, sees
+    actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: what becomes of a demand
+    faults: Annotated[dict[str, Fault], AfterValidator(_named)] = {}  # by a name of your own, in small letters
 
 
 def source(groups: dict[str, Fitted], joint: str, key: str) -> str:

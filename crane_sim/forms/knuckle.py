@@ -21,64 +21,68 @@ from crane_sim.supports.knuckle import Knuckle, Rod, Tower
 class Rope(Group):
     """How the winch moves the rope."""
 
-    drive: Literal["force", "rate", "locked"] = "force"
-    time_constant: Positive | None = None  # s, of a rate drive
+    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
+    # out; the rope's acceleration [m/s²]; or nothing, the length stays
+    time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
+    # lag; left out: the input is an acceleration
 
 
 class Springs(Group):
     """Springs on joints."""
 
-    boom: BoomSpring | None = None
-    jib: JibSpring | None = None
-    rope: RopeSpring | None = None
+    boom: BoomSpring | None = None  # on the boom's elevation
+    jib: JibSpring | None = None  # on the jib's elevation, or its angle from the boom
+    rope: RopeSpring | None = None  # along the rope; it can push, too; with `rope.drive: force`
 
 
 class Initial(Group):
-    """Joint coordinates at t = 0, in joint order."""
+    """Joint coordinates at t = 0, in joint order; boom and jib are elevations from the horizontal."""
 
-    q: tuple[Angle, Angle, Angle, Positive, Angle, Angle]
-    v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    q: tuple[Angle, Angle, Angle, Positive, Angle, Angle]  # rad, slew, boom, jib, rope [m], swing_tangential,
+    # swing_radial; angles may be text such as `30 deg`
+    v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s, of the same joints; of the
+    # rope [m/s]
 
 
 class Reference(ReferenceGroup):
     """Where the actuated joints should go."""
 
-    q: tuple[Angle, Angle, Angle, Positive] | None = None
+    q: tuple[Angle, Angle, Angle, Positive] | None = None  # rad, where slew, boom, jib and rope [m] should end
 
 
 class InputGroup(Group):
     """Open-loop inputs of the actuated joints; silent ones are zero."""
 
-    slew: Channel = Constant(0.0)
-    boom: Channel = Constant(0.0)
-    jib: Channel = Constant(0.0)
-    rope: Channel = Constant(0.0)
+    slew: Channel = Constant(0.0)  # N m, torque about the vertical
+    boom: Channel = Constant(0.0)  # N m, torque on the elevation
+    jib: Channel = Constant(0.0)  # N m, torque on the elevation
+    rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
 class KnuckleFile(HardwareGroups):
-    """A scene with a knuckle-boom crane."""
+    """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on a rope."""
 
-    crane: Literal["knuckle"]
-    name: Name = ""
-    description: str = ""
-    duration: Positive  # s
-    gravity: NonNegative = 9.81  # m/s²
-    seed: Seed = 0
-    boom: Rod
-    jib: Rod
-    tower: Tower
-    rope: Rope = Rope()
-    payload: PointLoad
-    initial: Initial
-    springs: Springs = Springs()
-    swing_friction: Friction = None
-    payload_drag: PayloadDrag | None = None
-    payload_force: PayloadForceGroup | None = None
-    base_motion: BaseMotion | None = None
-    reference: Reference | None = None
-    control: Control | None = None
-    inputs: InputGroup | None = None
-    integrator: Method = DOP853()
+    crane: Literal["knuckle"]  # which form the file has
+    name: Name = ""  # of the scene, in one line; left out: the file's
+    description: str = ""  # a line for the catalogue
+    duration: Positive  # s, scene time of a run, a whole number of periods
+    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    boom: Rod  # the rod at the tower
+    jib: Rod  # the rod at the boom's end
+    tower: Tower  # what slews besides boom and jib
+    rope: Rope = Rope()  # the winch
+    payload: PointLoad  # a point mass at the rope's end
+    initial: Initial  # the state at t = 0
+    springs: Springs = Springs()  # springs on joints
+    swing_friction: Friction = None  # friction of the swing joints
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    reference: Reference | None = None  # where the crane should go
+    control: Control | None = None  # the law; left out: open loop
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
+    integrator: Method = DOP853()  # method and its accuracy
 
     joint_names: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope", "swing_tangential", "swing_radial")
     joint_units: ClassVar[tuple[str, ...]] = ("rad", "rad", "rad", "m", "rad", "rad")

@@ -10,7 +10,7 @@ from crane_sim.integrators.rodas import Rodas
 
 
 class Auto(NamedTuple):
-    """A method chosen by the scene."""
+    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary says which, and why."""
 
 
 class Demands(NamedTuple):

@@ -33,30 +33,30 @@ from crane_sim.sources import Inputs as Channels
 
 
 class OverheadFile(HardwareGroups):
-    """A scene with an overhead crane."""
+    """A scene with an overhead crane: a trolley, on a bridge in 3 dimensions, and a cable of one or many links."""
 
-    crane: Literal["overhead"]
-    name: Name = ""
-    description: str = ""
-    dimensions: Literal[2, 3] = 2
-    duration: Positive  # s
-    gravity: SizeOrZero = 9.81  # m/s²
-    seed: Seed = 0
-    trolley: AxisGroup
-    bridge: AxisGroup | None = None
-    cable: CableGroup
-    payload: PayloadGroup | None = None
-    hoist: HoistGroup | None = None
-    joints: JointsGroup | None = None
-    friction: FrictionGroup | None = None
-    forces: tuple[ForceGroup, ...] = ()
-    events: tuple[Event, ...] = ()
-    base_motion: BaseMotion | None = None
-    initial: Start = Start()
-    reference: ReferenceGroup | None = None
-    control: Control | None = None
-    inputs: Inputs | None = None
-    integrator: Method = DOP853()
+    crane: Literal["overhead"]  # which form the file has
+    name: Name = ""  # of the scene, in one line; left out: the file's
+    description: str = ""  # a line for the catalogue
+    dimensions: Literal[2, 3] = 2  # `2`: the plane x-z; `3`: space, with a bridge
+    duration: Positive  # s, scene time of a run, a whole number of periods
+    gravity: SizeOrZero = 9.81  # m/s², acceleration of free fall
+    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    trolley: AxisGroup  # runs along x, carried by the bridge
+    bridge: AxisGroup | None = None  # runs along y, in 3 dimensions; left out: fixed
+    cable: CableGroup  # links and nodes
+    payload: PayloadGroup | None = None  # its mass, in place of the last node's
+    hoist: HoistGroup | None = None  # changes the first link's length; left out: it is fixed
+    joints: JointsGroup | None = None  # bending of the cable; also as `cable.joints`
+    friction: FrictionGroup | None = None  # of the rails
+    forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
+    events: tuple[Event, ...] = ()  # changes of the payload at given times
+    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    initial: Start = Start()  # the state at t = 0
+    reference: ReferenceGroup | None = None  # where the crane should go
+    control: Control | None = None  # the law; left out: open loop
+    inputs: Inputs | None = None  # of the joints that a force drives, where there is no law
+    integrator: Method = DOP853()  # method and its accuracy
 
     @cached_property
     def parts(self) -> Cable:

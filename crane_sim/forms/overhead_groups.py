@@ -40,96 +40,106 @@ Vector = tuple[Place, Place, Place]
 class AxisGroup(Group):
     """How the trolley (along x) or the bridge (along y) moves."""
 
-    drive: Literal["force", "prescribed", "fixed"] = "force"
-    mass: SizeOrZero | None = None  # kg; of a bridge: without its trolley
-    motion: Profile = None  # of a prescribed drive
-    limits: tuple[Real, Real] | None = None  # m; a run ends where one is reached
+    drive: Literal["force", "prescribed", "fixed"] = "force"  # by a force, which needs a `mass`; by a given `motion`;
+    # or not at all
+    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley
+    motion: Profile = None  # m, place over time, of a prescribed drive
+    limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
 
 
 class CableGroup(Group):
     """Links and node masses from the top; the last node is the payload. One number stands for all `links`."""
 
-    model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"
-    links: Annotated[int, Field(ge=1, le=MOST_LINKS)] | None = None
-    lengths: Lengths  # m
-    node_masses: Masses  # kg
-    slack: Literal["allow", "stop"] = "allow"  # of rigid links
-    inertia: Masses | None = None  # kg m², of links that turn as rods
+    model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic` ones; `straight`: one
+    # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else `rigid`
+    links: Annotated[int, Field(ge=1, le=MOST_LINKS)] | None = None  # -, number of links; left out: as many as the
+    # longest list
+    lengths: Lengths  # m, of the links, from the top; elastic: at rest
+    node_masses: Masses  # kg, at the lower ends of the links; the last one is the payload; rigid nodes without mass
+    # join two links
+    slack: Literal["allow", "stop"] = "allow"  # what happens when a rigid link would push: nothing, or the run ends;
+    # `tension_only` is that of elastic ones
+    inertia: Masses | None = None  # kg m², about their own middle, of links that turn as rods; left out: all mass is in
+    # the nodes
     stiffness: Lengths | None = None  # N/m, of elastic links
-    damping: Masses | None = None  # N s/m
-    tension_only: bool = False
-    joints: "JointsGroup | None" = None
+    damping: Masses | None = None  # N s/m, of elastic links
+    tension_only: bool = False  # elastic links go slack instead of pushing
+    joints: "JointsGroup | None" = None  # bending of the cable; also as `joints` of the scene
 
 
 class JointsGroup(Group):
     """Bending stiffness and damping between links, the first one between trolley and cable."""
 
-    stiffness: Masses = (0.0,)  # N m/rad
-    damping: Masses = (0.0,)  # N m s/rad
+    stiffness: Masses = (0.0,)  # N m/rad, torque for a bend
+    damping: Masses = (0.0,)  # N m s/rad, torque for its rate
 
 
 class PayloadGroup(Group):
     """The last node's mass, in place of the last one of node_masses."""
 
-    mass: Size  # kg
+    mass: Size  # kg, of the payload
 
 
 class HoistGroup(Group):
     """How the first link's length changes. A force-driven hoist without inertia is the massless winch."""
 
-    drive: Literal["prescribed", "force"]
-    profile: Profile = None  # m, of a prescribed hoist
-    inertia: SizeOrZero | None = None  # kg, of a force-driven one
-    limits: tuple[NonNegative, Positive] | None = None  # m; a run ends where one is reached
+    drive: Literal["prescribed", "force"]  # by a given `profile`, or by a force on the length, positive pays out
+    profile: Profile = None  # m, length over time, of a prescribed hoist
+    inertia: SizeOrZero | None = None  # kg, drum inertia over radius squared, of a drive by force; left out: the
+    # massless winch
+    limits: tuple[NonNegative, Positive] | None = None  # m, of the length; a run ends where one is reached; left out:
+    # from 0.001 on
 
 
 class Start(Group):
     """Positions and velocities at t = 0: angles (2D), directions (3D) or, elastic, positions of the nodes."""
 
-    x: Place = 0.0
-    v: Place = 0.0
+    x: Place = 0.0  # m, of the trolley
+    v: Place = 0.0  # m/s, of the trolley
     y: Place = 0.0  # m, of the bridge
-    vy: Place = 0.0
-    length: Size | None = None  # m, of a force-driven hoist; its link's own when left out
-    length_rate: Place = 0.0
-    angles: Annotated[tuple[Angle, ...], BeforeValidator(_listed)] | None = None
-    rates: Any = None  # rad/s, or the directions' rates of change (3D)
-    directions: tuple[Vector, ...] | None = None
-    positions: tuple[tuple[Place, ...], ...] | None = None
-    velocities: tuple[tuple[Place, ...], ...] | None = None
+    vy: Place = 0.0  # m/s, of the bridge
+    length: Size | None = None  # m, of a force-driven hoist; left out: its link's
+    length_rate: Place = 0.0  # m/s, of a force-driven hoist
+    angles: Annotated[tuple[Angle, ...], BeforeValidator(_listed)] | None = None  # rad, of the links from the downward
+    # vertical (2D); left out: they hang
+    rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
+    directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang
+    positions: tuple[tuple[Place, ...], ...] | None = None  # m, of an elastic cable's nodes, [x, z] or [x, y, z], in
+    # place of angles or directions
+    velocities: tuple[tuple[Place, ...], ...] | None = None  # m/s, of the same nodes; left out: at rest
 
 
 class Change(Group):
-    """What is set anew."""
+    """What an event changes."""
 
-    payload: PayloadGroup
+    payload: PayloadGroup  # its new mass
 
 
 class Event(Group):
-    """Something that happens at a time."""
+    """A change of the payload at a given time."""
 
-    at: NonNegative  # s
-    set: Change
+    at: NonNegative  # s, when it happens
+    set: Change  # what is new from then on
 
 
 class FrictionGroup(Group):
-    """Friction of the rails."""
+    """Friction of the rails, of axes that a force drives; sticking and slipping are located as events."""
 
-    trolley: Friction | None = None
-    bridge: Friction | None = None
+    trolley: Friction | None = None  # on the rail along x
+    bridge: Friction | None = None  # on the rails along y
 
 
 class ForceGroup(Group):
-    """A force on a node of the cable."""
+    """A given force on a node of the cable, along an axis of the base."""
 
-    node: Annotated[int, Field(ge=1, le=MOST_LINKS)]
-    axis: Literal["x", "y", "z"]
-    force: Channel  # N
+    node: Annotated[int, Field(ge=1, le=MOST_LINKS)]  # -, from the top, 1 at the lower end of the first link
+    axis: Literal["x", "y", "z"]  # of the base
+    force: Channel  # N, over time
 
 
 class Inputs(Group):
     """Open-loop inputs of the actuated joints; silent ones are zero."""
 
-    trolley: Channel = Constant(0.0)
-    bridge: Channel = Constant(0.0)
-    hoist: Channel = Constant(0.0)
+    trolley: Channel = Constant(0.0)  # N, force along x
+    bridge: Channel = Constant(0.0)  # N, force along y
+    hoist: Channel = Constant(0.0)  # N, force on the length, positive pays out

@@ -23,12 +23,13 @@ UNIT = 1e-6  # how far from 1 the length of a unit vector may be
 
 
 class Suspension(Group):
-    """How the suspension point is driven."""
+    """How the suspension point is driven: where it goes does not depend on the payload."""
 
-    drive: Literal["acceleration", "servo"] = "acceleration"
-    kp: Positive | None = None  # 1/s², of a servo
-    kd: NonNegative | None = None  # 1/s, of a servo
-    height: Literal["fixed", "driven"] = "fixed"
+    drive: Literal["acceleration", "servo"] = "acceleration"  # what the input is: the point's acceleration relative to
+    # the base [m/s²], or with `servo` where the point should be [m]
+    kp: Positive | None = None  # 1/s², of a servo, which needs one
+    kd: NonNegative | None = None  # 1/s, of a servo, which needs one
+    height: Literal["fixed", "driven"] = "fixed"  # whether z of the point is driven, too
 
     def point(self) -> Point:
         """Return the support.
@@ -48,49 +49,49 @@ class Suspension(Group):
 
 
 class Rope(Group):
-    """The rope."""
+    """The rope, which stays as long as it is."""
 
-    length: Positive  # m
+    length: Positive  # m, from the suspension point to the payload
 
 
 class Initial(Group):
     """The suspension point and the direction of the rope at t = 0, relative to the base."""
 
-    tip: Vector = (0.0, 0.0, 0.0)  # m
-    tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s
-    direction: Vector = (0.0, 0.0, -1.0)  # unit vector from the point to the payload
+    tip: Vector = (0.0, 0.0, 0.0)  # m, place of the suspension point
+    tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s, its velocity
+    direction: Vector = (0.0, 0.0, -1.0)  # -, unit vector from the point to the payload
     direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
 
 
 class InputGroup(Group):
     """Open-loop inputs of the suspension point; silent ones are zero."""
 
-    tip_x: Channel = Constant(0.0)
-    tip_y: Channel = Constant(0.0)
-    tip_z: Channel | None = None
+    tip_x: Channel = Constant(0.0)  # effort's unit, along x
+    tip_y: Channel = Constant(0.0)  # effort's unit, along y
+    tip_z: Channel | None = None  # effort's unit, along z, with `suspension.height: driven`
 
 
 class PendulumFile(HardwareGroups):
     """A scene with a payload below a driven suspension point."""
 
-    crane: Literal["pendulum"]
-    name: Name = ""
-    description: str = ""
-    duration: Positive  # s
-    gravity: NonNegative = 9.81  # m/s²
-    seed: Seed = 0
-    suspension: Suspension = Suspension()
-    rope: Rope
-    payload: PointLoad
-    initial: Initial = Initial()
-    base_motion: BaseMotion | None = None
-    swing_friction: Friction = None
-    payload_drag: PayloadDrag | None = None
-    payload_force: PayloadForceGroup | None = None
-    reference: ReferenceGroup | None = None
-    control: Control | None = None
-    inputs: InputGroup | None = None
-    integrator: Method = DOP853()
+    crane: Literal["pendulum"]  # which form the file has
+    name: Name = ""  # of the scene, in one line; left out: the file's
+    description: str = ""  # a line for the catalogue
+    duration: Positive  # s, scene time of a run, a whole number of periods
+    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    suspension: Suspension = Suspension()  # the suspension point
+    rope: Rope  # the rope, of fixed length
+    payload: PointLoad  # a point mass at the rope's end
+    initial: Initial = Initial()  # the state at t = 0
+    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    swing_friction: Friction = None  # friction of the swing joints
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    reference: ReferenceGroup | None = None  # where the crane should go
+    control: Control | None = None  # the law; left out: open loop
+    inputs: InputGroup | None = None  # of the suspension point where there is no law
+    integrator: Method = DOP853()  # method and its accuracy
 
     joint_names: ClassVar[tuple[str, ...]] = ("tip_x", "tip_y", "tip_z", "link_1_x", "link_1_y", "link_1_z")
     joint_units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "1", "1", "1")

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BeforeValidator, TypeAdapter, model_validator
 
 from crane_sim.explain import SceneError, no_group
-from crane_sim.forms.groups import Group, picked
+from crane_sim.forms.groups import Group, Inline, picked
 from crane_sim.quantities import Angle
 from crane_sim.references import Path, path_of
 from crane_sim.references.arcs import Arc, Line
@@ -35,11 +35,12 @@ PLACES = ("x", "y", "z")  # of the payload, in the base frame
 
 
 class PathGroup(Group):
-    """A path: what any kind may have, and the kind itself."""
+    """How the payload, or the actuated joints, get to their end: the keys of any path, beside those of its kind."""
 
-    of: Literal["payload", "joints"] = "payload"
-    shape: Any
-    shaping: Shaping | None = None
+    of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
+    # the base) or the actuated joints'
+    shape: Annotated[Any, Inline(("kind", KINDS))]  # which path; its own keys stand beside `kind`
+    shaping: Shaping | None = None  # spares the swing; left out: the path as it is
 
 
 def _path(value: Any) -> Any:
@@ -62,8 +63,9 @@ def _path(value: Any) -> Any:
 class ReferenceGroup(Group):
     """Where the actuated joints should end, and the path that joints or payload should follow; at least one of them."""
 
-    q: tuple[Angle, ...] | None = None
-    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None
+    q: tuple[Angle, ...] | None = None  # joint's unit, where the actuated joints should end, in their order; left out:
+    # where a path of the joints ends
+    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # how they, or the payload, get there
 
     @model_validator(mode="after")
     def _something(self) -> Self:

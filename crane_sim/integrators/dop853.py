@@ -57,16 +57,16 @@ _DENSE, _NODES = dense(A), np.array((0.0, *C))
 
 
 class DOP853(NamedTuple):
-    """Settings of the error-controlled method: a component's error is measured by atol + rtol |component|."""
+    """Dormand and Prince's order 8 with error control: a component's error is measured by atol + rtol |component|."""
 
-    rtol: Positive = 1e-11
-    atol: NonNegative = 1e-13
+    rtol: Positive = 1e-11  # -, relative tolerance
+    atol: NonNegative = 1e-13  # -, absolute tolerance, in the units of the state
 
 
 class RK8(NamedTuple):
-    """Settings of the fixed-step method: the step is shortened so that whole steps fill each control period."""
+    """Dormand and Prince's order 8 with a fixed step; one that the stiffest motion cannot bear is refused."""
 
-    step: Positive  # s
+    step: Positive  # s, shortened so that a whole number of them fills each period
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""

@@ -32,10 +32,10 @@ _DENSE, _NODES = dense(A), np.array((0.0, *C))
 
 
 class DOPRI5(NamedTuple):
-    """Settings: a component's error is measured by atol + rtol |component|."""
+    """Dormand and Prince's order 5 with error control: a component's error is measured by atol + rtol |component|."""
 
-    rtol: Positive = 1e-8
-    atol: NonNegative = 1e-10
+    rtol: Positive = 1e-8  # -, relative tolerance
+    atol: NonNegative = 1e-10  # -, absolute tolerance, in the units of the state
 
 
 @lean_generic

@@ -18,9 +18,9 @@ _DENSE, _NODES = dense(A), np.array((0.0, *C))
 
 
 class RK4(NamedTuple):
-    """Settings: the step is shortened so that a whole number of them fills each control period."""
+    """The classical order 4 with a fixed step; one that the stiffest motion cannot bear is refused."""
 
-    step: Positive  # s
+    step: Positive  # s, shortened so that a whole number of them fills each period
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""

@@ -54,10 +54,10 @@ AHEAD = 1e-4
 
 
 class Rodas(NamedTuple):
-    """Settings of the stiff method: a component's error is measured by atol + rtol |component|."""
+    """A Rosenbrock method of order 5 for stiff cables: a component's error is measured by atol + rtol |component|."""
 
-    rtol: Positive = 1e-7
-    atol: NonNegative = 1e-9
+    rtol: Positive = 1e-7  # -, relative tolerance
+    atol: NonNegative = 1e-9  # -, absolute tolerance, in the units of the state
 
 
 @routine

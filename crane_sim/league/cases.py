@@ -5,6 +5,7 @@ catalogue's scene on a base at rest. Every trial has a base that can move and a 
 so that all trials of a crane and a law are one compiled type.
 """
 
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 SEEDS = tuple(range(100, 110))
@@ -173,3 +174,8 @@ GROUPS = (
     Group("overhead, trolley", "target", (ENERGY, LQR), TROLLEY),
     Group("overhead, trolley and hoist", "target", (ENERGY, LQR), tuple(HOIST)),
 )
+
+
+def names(groups: Sequence[Group] = GROUPS) -> list[tuple[str, str, str]]:
+    """Return crane, law and trial of every cell, in order, without running any."""
+    return [(g.name, c.name, trial.column) for g in groups for c in g.contenders for trial in g.trials]

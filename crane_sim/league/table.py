@@ -7,6 +7,7 @@ from crane_sim.league.played import Cell
 from crane_sim.reproduce.table import Shown, shown
 
 NONE = "-"
+NO_EFFORT = 1e-9  # m/s², m, N or N m: smaller ones are rounding, whose digits are the processor's
 HEAD = """# The league: every law on every scene that suits it
 
 Written by `crane league --save docs`, with [league.json](league.json).
@@ -70,7 +71,8 @@ def _line(cell: Cell) -> Line:
     found = cell.figures
     if found is None:
         return Line._make((*name, *[NONE] * (len(Line._fields) - len(name))))
-    efforts = ", ".join(f"{joint} {shown(peak)}" for joint, peak in found.effort.items())
+    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in found.effort.items()}
+    efforts = ", ".join(f"{joint} {shown(peak)}" for joint, peak in peaks.items())
     numbers = found._asdict() | {"settling": NONE if found.settling is None else found.settling, "effort": efforts}
     return Line._make((*name, *numbers.values()))
 

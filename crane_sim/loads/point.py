@@ -6,6 +6,6 @@ from crane_sim.quantities import Positive
 
 
 class PointLoad(NamedTuple):
-    """Parameters of the load."""
+    """The payload, a point mass."""
 
-    mass: Positive  # kg
+    mass: Positive  # kg, of the payload

@@ -16,7 +16,7 @@ class Friction(NamedTuple):
 
     coulomb: NonNegative  # N, while it slips
     static: NonNegative  # N, up to which it sticks; at least the Coulomb force
-    viscous: NonNegative = 0.0  # N s/m
+    viscous: NonNegative = 0.0  # N s/m, on top while it slips
 
 
 class ForceAxis(NamedTuple):

@@ -29,10 +29,10 @@ class Motion(NamedTuple):
 class Smooth(NamedTuple):
     """From one value to another by the quintic 10s³ - 15s⁴ + 6s⁵, at rest before and after."""
 
-    begin: Real
-    end: Real
-    start: Real = 0.0  # s
-    duration: Annotated[Positive, Field(ge=BRIEFEST)] = 1.0  # s
+    begin: Real  # m, value before
+    end: Real  # m, value after
+    start: Real = 0.0  # s, when it begins
+    duration: Annotated[Positive, Field(ge=BRIEFEST)] = 1.0  # s, of the way
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -46,10 +46,10 @@ class Smooth(NamedTuple):
 class Wave(NamedTuple):
     """offset + amplitude sin(frequency t + phase)."""
 
-    amplitude: Real
-    frequency: Real  # rad/s
-    offset: Real = 0.0
-    phase: Angle = 0.0  # rad
+    amplitude: Real  # m, size of the sine
+    frequency: Real  # rad/s, of the sine
+    offset: Real = 0.0  # m, added to the sine
+    phase: Angle = 0.0  # rad, of the sine at t = 0
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -59,7 +59,8 @@ class Wave(NamedTuple):
 class Series(NamedTuple):
     """The sum of coefficients[k] t^k."""
 
-    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # m, of the powers 0, 1, 2, ... of t, over s, s²,
+    # ...
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -70,7 +71,7 @@ class Knots(NamedTuple):
     """The cubic spline through (times, values), at rest before and after them."""
 
     times: Annotated[tuple[Real, ...], Field(min_length=2)]  # s, increasing
-    values: Annotated[tuple[Real, ...], Field(min_length=2)]
+    values: Annotated[tuple[Real, ...], Field(min_length=2)]  # m, as many as times
 
     def complaint(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""

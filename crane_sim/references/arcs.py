@@ -26,11 +26,11 @@ SHORT = pi / 32.0  # rad, of a sine's argument in one piece: the series ends at 
 class Line(NamedTuple):
     """A straight line."""
 
-    begin: Coordinates
-    end: Coordinates
-    duration: Duration  # s
-    start: Real = 0.0  # s
-    profile: Profile = "sine"
+    begin: Coordinates  # coordinate's unit, of each
+    end: Coordinates  # coordinate's unit, of each
+    duration: Duration  # s, of the way
+    start: Real = 0.0  # s, when it begins
+    profile: Profile = "sine"  # of the way over time: a sine's acceleration, or the quintic of minimum jerk
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
@@ -48,13 +48,13 @@ class Line(NamedTuple):
 class Arc(NamedTuple):
     """An arc of a circle about `centre` in the plane of the first two coordinates, a third one held."""
 
-    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # m
-    radius: Positive  # m
-    begin: Angle  # from the first coordinate's axis towards the second's; more than a turn is possible
-    end: Angle
-    duration: Duration  # s
-    start: Real = 0.0  # s
-    profile: Profile = "sine"
+    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, place of the centre
+    radius: Positive  # coordinate's unit, of the circle
+    begin: Angle  # rad, from the first coordinate's axis towards the second's; more than a turn is possible
+    end: Angle  # rad, likewise
+    duration: Duration  # s, of the way
+    start: Real = 0.0  # s, when it begins
+    profile: Profile = "sine"  # as of a line
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""

@@ -24,12 +24,13 @@ _AT_REST = [(1, 0.0), (2, 0.0)]
 class MinimumJerk(NamedTuple):
     """Waypoints, with their times, or with limits that give the times."""
 
-    points: Annotated[tuple[Coordinates, ...], Field(min_length=2)]
-    times: Annotated[tuple[Real, ...], Field(min_length=2)] | None = None  # s, increasing
-    velocity: Limits | None = None  # 1/s, in units of the coordinates
-    acceleration: Limits | None = None  # 1/s²
-    jerk: Limits | None = None  # 1/s³
-    start: Real = 0.0  # s, of the first waypoint where no times are given
+    points: Annotated[tuple[Coordinates, ...], Field(min_length=2)]  # coordinate's unit, of each point
+    times: Annotated[tuple[Real, ...], Field(min_length=2)] | None = None  # s, increasing, of the points; left out: the
+    # limits give them
+    velocity: Limits | None = None  # coordinate's unit/s, limit of all, or of each; left out: none
+    acceleration: Limits | None = None  # coordinate's unit/s², likewise
+    jerk: Limits | None = None  # coordinate's unit/s³, likewise
+    start: Real = 0.0  # s, of the first point where no times are given
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""

@@ -25,17 +25,17 @@ LOOKS = 50  # instants in every piece at which the distance is measured
 class Obstacle(NamedTuple):
     """From one place to another in the plane, around a circle."""
 
-    begin: Place  # m
-    end: Place  # m
-    centre: Place  # m
-    radius: Positive  # m
-    clearance: NonNegative  # m
-    duration: Duration | None = None  # s
-    velocity: Limits | None = None  # m/s, of each coordinate; limits may stand for the duration
-    acceleration: Limits | None = None  # m/s²
-    jerk: Limits | None = None  # m/s³
-    start: Real = 0.0  # s
-    side: Side = "shorter"
+    begin: Place  # m, x and y
+    end: Place  # m, x and y
+    centre: Place  # m, of the obstacle
+    radius: Positive  # m, of the obstacle
+    clearance: NonNegative  # m, left between the obstacle and the path
+    duration: Duration | None = None  # s, or limits, one of both
+    velocity: Limits | None = None  # m/s, limit of both, or of each
+    acceleration: Limits | None = None  # m/s², likewise
+    jerk: Limits | None = None  # m/s³, likewise
+    start: Real = 0.0  # s, when it begins
+    side: Side = "shorter"  # of the obstacle on which the path passes it
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""

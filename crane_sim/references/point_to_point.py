@@ -23,12 +23,12 @@ Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 class PointToPoint(NamedTuple):
     """A straight line within limits of velocity, acceleration and, if given, jerk."""
 
-    begin: Coordinates
-    end: Coordinates
-    velocity: Limits  # 1/s, in units of the coordinates
-    acceleration: Limits  # 1/s²
-    jerk: Limits | None = None  # 1/s³
-    start: Real = 0.0  # s
+    begin: Coordinates  # coordinate's unit, of each
+    end: Coordinates  # coordinate's unit, of each
+    velocity: Limits  # coordinate's unit/s, limit of all, or of each
+    acceleration: Limits  # coordinate's unit/s², likewise
+    jerk: Limits | None = None  # coordinate's unit/s³, likewise; left out: none
+    start: Real = 0.0  # s, when it begins
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""

@@ -17,11 +17,12 @@ from crane_sim.references.pieces import Pieces, delayed, weighted_sum
 
 
 class Shaping(NamedTuple):
-    """Which swing is to be left alone, and how strictly."""
+    """Input shaping: delayed copies of the path that excite no swing of a known frequency, done later by the delay."""
 
-    kind: Literal["zv", "zvd"]
-    frequency: Positive | Literal["auto"] = "auto"  # rad/s, undamped; auto: of a pendulum of the scene's rope
-    damping: Annotated[NonNegative, Field(lt=1.0)] = 0.0  # damping ratio
+    kind: Literal["zv", "zvd"]  # `zv`: no swing at the frequency; `zvd`: little beside it as well, at twice the delay
+    frequency: Positive | Literal["auto"] = "auto"  # rad/s, of the undamped swing; `auto`: small swings of a point load
+    # on the scene's whole rope
+    damping: Annotated[NonNegative, Field(lt=1.0)] = 0.0  # -, ratio of the swing
 
 
 def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tuple[list[float], list[float]]:

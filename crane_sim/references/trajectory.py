@@ -42,18 +42,23 @@ def _seconds(value: Any) -> Any:
 class Point(NamedTuple):
     """Where to be, and how fast, at one time."""
 
-    positions: tuple[Real, ...]  # (n,)
-    time_from_start: Annotated[NonNegative, BeforeValidator(_seconds)]  # s
-    velocities: tuple[Real, ...] = ()  # (n,) or none, 1/s
-    accelerations: tuple[Real, ...] = ()  # (n,) or none, 1/s²
-    effort: tuple[Real, ...] = ()  # of the message; a path has no use for it
+    positions: tuple[Real, ...]  # coordinate's unit, of each
+    time_from_start: Annotated[NonNegative, BeforeValidator(_seconds)]  # s, or `{sec, nanosec}`
+    velocities: tuple[Real, ...] = ()  # coordinate's unit/s, of each; left out: linear between points
+    accelerations: tuple[Real, ...] = ()  # coordinate's unit/s², of each; left out: cubic with velocities, quintic with
+    # both
+    effort: tuple[Real, ...] = ()  # effort's unit, of the message; a path has no use for it
 
 
 class Trajectory(NamedTuple):
-    """Points of named coordinates; rest before the first and after the last."""
+    """Points of named coordinates, as in trajectory_msgs/JointTrajectory; rest before the first and after the last.
 
-    joint_names: Annotated[tuple[str, ...], Field(min_length=1)]  # (n,)
-    points: Annotated[tuple[Point, ...], Field(min_length=1)]
+    A key `file` in place of joint_names and points names a YAML file with the message, or a CSV file.
+    """
+
+    joint_names: Annotated[tuple[str, ...], Field(min_length=1)]  # names of the coordinates: the actuated joints', or
+    # x, y, z
+    points: Annotated[tuple[Point, ...], Field(min_length=1)]  # in the order of time
     start: Real = 0.0  # s, from which the points' times count
 
     def complaint(self) -> str:

@@ -16,6 +16,14 @@ ITEMS: dict[str, Callable[[], list[Any]]] = {
     "observer": observer.rows,
 }
 """Every item and the function that measures its rows."""
+NAMES: dict[str, Callable[[], list[str]]] = {
+    "overhead": overhead.names,
+    "hardcases": hardcases.names,
+    "knuckle": knuckle.names,
+    "offshore": offshore.names,
+    "observer": observer.names,
+}
+"""Every item and what its rows are called, in their order, without measuring them."""
 
 
 def reproduced(item: str | None = None) -> dict[str, list[Any]]:

@@ -27,6 +27,19 @@ OTHERS: dict[str, dict[str, Any]] = {
 }
 """What else the paper's experiment may have been, as changes of the scenes."""
 LESS = "much less with the energy law"
+ARRIVALS = ("Fig. 3, tower", "Fig. 4, boom", "Fig. 5, jib")
+SWINGS = {"Fig. 7, theta1": 4, "Fig. 8, theta2": 5}
+LATER = {"": 0.0, " after 10 s": 10.0, " after 20 s": 20.0}
+AT_END, AFTER, LARGEST = "{}: error at the end, deg", "{}: settled to 2 % after, s", "{}: largest{}, deg"
+WAY, WINCH = "Fig. 6, rope: way to and fro, m", "Fig. 6, rope"
+EFFORTS = tuple(f"Fig. {9 + i // 2}, u{i + 1}: largest, {unit}" for i, unit in enumerate(("N m", "N m", "N m", "N")))
+LIMITS = "Figs. 9, 10: efforts"
+CALM = "Section 4: load swings by 0.5 deg until, s"
+OTHERWISE = (
+    "Figs. 7, 8, otherwise: largest swing, deg",
+    "Section 4, otherwise: load swings by 0.5 deg until, s",
+)
+"""What the rows are called: sentences of the paper, with its figures."""
 
 
 class Compared(NamedTuple):
@@ -51,6 +64,14 @@ class Pair(NamedTuple):
     def of(self, figure: Callable[[Rollout], float]) -> tuple[float, float]:
         """Return a figure of both runs."""
         return float(figure(self.energy)), float(figure(self.lqr))
+
+
+def names() -> list[str]:
+    """Return the claims of all rows, without running any."""
+    arrivals = [claim.format(figure) for figure in ARRIVALS for claim in (AT_END, AFTER)]
+    swings = [LARGEST.format(figure, words) for figure in SWINGS for words in LATER]
+    section = [*arrivals, WAY, AFTER.format(WINCH), *swings, CALM, *EFFORTS, LIMITS]
+    return [*section, *(claim for _ in OTHERS for claim in OTHERWISE)]
 
 
 def rows() -> list[Compared]:
@@ -81,12 +102,12 @@ def manoeuvre(scene: Scene) -> str:
 
 def section_4(runs: Pair) -> Iterator[Compared]:
     """Yield what section 4 says of figures 3 to 10."""
-    for i, figure in enumerate(("Fig. 3, tower", "Fig. 4, boom", "Fig. 5, jib")):
+    for i, figure in enumerate(ARRIVALS):
         yield from _arrival(runs, figure, i)
     yield from _rope(runs)
-    for i, figure in ((4, "Fig. 7, theta1"), (5, "Fig. 8, theta2")):
+    for figure, i in SWINGS.items():
         yield from _swing(runs, figure, i)
-    yield _quiet(runs, "Section 4: load swings by 0.5 deg until, s", runs.assumption)
+    yield _quiet(runs, CALM, runs.assumption)
     yield from _efforts(runs)
 
 
@@ -96,9 +117,9 @@ def _arrival(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
     left = runs.of(lambda run: abs(np.degrees(goal - run.q[-1, i])))
     arrived = max(left) < SETTLED * abs(np.degrees(goal - runs.energy.scene.initial_q[i]))
     verdict = "reproduced" if arrived else "not reproduced"
-    yield _row(f"{figure}: error at the end, deg", "both arrive", left, runs.assumption, verdict)
+    yield _row(AT_END.format(figure), "both arrive", left, runs.assumption, verdict)
     times = _settled(runs, i)
-    yield _row(f"{figure}: settled to 2 % after, s", "LQR slightly faster", times, runs.assumption, faster(*times))
+    yield _row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, faster(*times))
 
 
 def _settled(runs: Pair, i: int) -> tuple[float, float]:
@@ -117,16 +138,16 @@ def faster(energy: float, lqr: float) -> str:
 def _rope(runs: Pair) -> Iterator[Compared]:
     """Yield how the length of the rope oscillates."""
     ways = runs.of(lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3]))
-    yield _row("Fig. 6, rope: way to and fro, m", LESS, ways, runs.assumption, much_less(*ways))
+    yield _row(WAY, LESS, ways, runs.assumption, much_less(*ways))
     times = _settled(runs, 3)
-    yield _row("Fig. 6, rope: settled to 2 % after, s", "not said", times, runs.assumption, "-")
+    yield _row(AFTER.format(WINCH), "not said", times, runs.assumption, "-")
 
 
 def _swing(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
     """Yield how far the load swings by joint i: in all, later, and later still."""
-    for after, words in ((0.0, ""), (10.0, " after 10 s"), (20.0, " after 20 s")):
+    for words, after in LATER.items():
         sizes = runs.of(lambda run, after=after: np.degrees(np.max(np.abs(run.q[run.t >= after, i]))))
-        yield _row(f"{figure}: largest{words}, deg", LESS, sizes, runs.assumption, much_less(*sizes))
+        yield _row(LARGEST.format(figure, words), LESS, sizes, runs.assumption, much_less(*sizes))
 
 
 def much_less(energy: float, lqr: float) -> str:
@@ -145,13 +166,12 @@ def _quiet(runs: Pair, claim: str, assumption: str) -> Compared:
 
 def _efforts(runs: Pair) -> Iterator[Compared]:
     """Yield the largest efforts."""
-    for i, unit in enumerate(("N m", "N m", "N m", "N")):
+    for i, claim in enumerate(EFFORTS):
         peaks = runs.of(lambda run, i=i: np.max(np.abs(run.u[:, i])))
         verdict = "reproduced" if max(peaks) <= SIMILAR * min(peaks) else "not reproduced"
-        claim = f"Fig. {9 + i // 2}, u{i + 1}: largest, {unit}"
         yield _row(claim, "almost the same", peaks, runs.assumption, verdict)
     unchecked = "no limits are printed: not checked"
-    yield Compared("Figs. 9, 10: efforts", "within usual limits", "-", "-", None, runs.assumption, unchecked)
+    yield Compared(LIMITS, "within usual limits", "-", "-", None, runs.assumption, unchecked)
 
 
 def another(name: str) -> Iterator[Compared]:
@@ -159,8 +179,8 @@ def another(name: str) -> Iterator[Compared]:
     runs = pair(OTHERS[name])
     assumption = f"{name}: {runs.assumption}"
     sizes = runs.of(lambda run: np.degrees(np.max(run.derived.swing)))
-    yield _row("Figs. 7, 8, otherwise: largest swing, deg", LESS, sizes, assumption, much_less(*sizes))
-    yield _quiet(runs, "Section 4, otherwise: load swings by 0.5 deg until, s", assumption)
+    yield _row(OTHERWISE[0], LESS, sizes, assumption, much_less(*sizes))
+    yield _quiet(runs, OTHERWISE[1], assumption)
 
 
 def _row(claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str) -> Compared:

@@ -41,6 +41,11 @@ class Compared(NamedTuple):
     asked: str
 
 
+def names() -> list[str]:
+    """Return the disturbance and what is seen of each row, without running any."""
+    return [f"{name}, {seen}" for seen in SIGHTS for name in disturbances(0)]
+
+
 def rows(seeds: tuple[int, ...] = SEEDS) -> list[Compared]:
     """Return the comparison over these seeds."""
     return [compared(name, seen, seeds) for seen in SIGHTS for name in disturbances(0)]

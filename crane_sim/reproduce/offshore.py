@@ -95,6 +95,14 @@ OTHERWISE = (
 """The same columns, read or made otherwise: what their numbers depend on, and what not."""
 
 
+PEAKS = "Figs. 4, 5: peak acceleration of the tip, Cartesian / angular"
+LEARNT = "Figs. 11, 12: MSE along x, with / without learning"
+SEEN = "Figs. 14, 15: MSE along x, with / without learning"
+HARDEST = "Table 9, with learning: peak acceleration of the tip, m/s2"
+SENTENCES = (PEAKS, LEARNT, SEEN, HARDEST)
+"""What the text says of its figures."""
+
+
 class Measured(NamedTuple):
     """A number of the paper beside ours."""
 
@@ -107,6 +115,18 @@ class Measured(NamedTuple):
     difference: float | None  # of the median, relative to the paper
     assumption: str
     verdict: str
+
+
+def names() -> list[str]:
+    """Return the claims of all rows, without running any."""
+    tables = [claim for pair in PAIRS for experiment in pair for claim in claims(experiment)]
+    return [*tables, *SENTENCES, *(claim for experiment in OTHERWISE for claim in claims(experiment))]
+
+
+def claims(experiment: Experiment) -> tuple[str, str]:
+    """Return what the rows of an experiment are called, its MSE and its MAE."""
+    head = f"{experiment.table}, {experiment.name}"
+    return f"{head}: MSE, m2", f"{head}: MAE, m"
 
 
 def rows(seeds: int = SEEDS) -> list[Measured]:
@@ -124,9 +144,8 @@ def numbers(experiment: Experiment, seeds: int) -> Iterator[Measured]:
     """Yield MSE [m²] and MAE [m] of an experiment."""
     summaries = [run(experiment, seed).summary for seed in range(seeds if experiment.seeded else 1)]
     mse, mae = ([summary[key] for summary in summaries] for key in ("tracking_mse", "tracking_mae"))
-    claim = f"{experiment.table}, {experiment.name}"
-    yield beside(f"{claim}: MSE, m2", experiment.printed.mse, mse, experiment.assumption)
-    yield beside(f"{claim}: MAE, m", experiment.printed.mae, mae, experiment.assumption)
+    for claim, printed, values in zip(claims(experiment), experiment.printed, (mse, mae), strict=True):
+        yield beside(claim, printed, values, experiment.assumption)
 
 
 def beside(claim: str, printed: Printed, values: list[float], assumption: str) -> Measured:
@@ -142,13 +161,11 @@ def sentences() -> Iterator[Measured]:
     """Yield what the text says of its figures, as ratios of ours: after to before."""
     obstacle, resonant, vision = ([run(experiment) for experiment in pair] for pair in PAIRS)
     hardest = [moved.summary["peak_tip_acceleration"] for moved in obstacle]
-    yield _ratio("Figs. 4, 5: peak acceleration of the tip, Cartesian / angular", "comparable", hardest, (0.5, 2.0))
-    claim = "Figs. {}: MSE along x, with / without learning"
-    yield _ratio(claim.format("11, 12"), "less than 1", [_along_x(moved) for moved in resonant], (0.0, 1.0))
-    yield _ratio(claim.format("14, 15"), "about 1", [_along_x(moved) for moved in vision], (0.8, 1.25))
+    yield _ratio(PEAKS, "comparable", hardest, (0.5, 2.0))
+    yield _ratio(LEARNT, "less than 1", [_along_x(moved) for moved in resonant], (0.0, 1.0))
+    yield _ratio(SEEN, "about 1", [_along_x(moved) for moved in vision], (0.8, 1.25))
     hardest = vision[1].summary["peak_tip_acceleration"]  # demands come as a staircase at 30 Hz
-    claim = "Table 9, with learning: peak acceleration of the tip, m/s2"
-    yield Measured(claim, "-", hardest, hardest, hardest, 1, None, "as in the table, seed 0", "not printed")
+    yield Measured(HARDEST, "-", hardest, hardest, hardest, 1, None, "as in the table, seed 0", "not printed")
 
 
 def followed(run: Rollout) -> tuple[Any, Any]:

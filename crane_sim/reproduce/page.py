@@ -1,10 +1,12 @@
 """The tables of `crane reproduce` as pages of documentation."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from crane_sim.explain import SceneError
 from crane_sim.reproduce.figure import save_figure
+from crane_sim.reproduce.overhead_erratum import ROUNDING
 from crane_sim.reproduce.table import Tables, shown
 
 LEGENDS = {
@@ -37,6 +39,8 @@ LEGENDS = {
     "harmonic law, which knows the velocity, can afford stiffer gains (stiffness 1.25, with a camera 2, damping 0.65) "
     "than the papers' (1, 0.2); with a camera it pays for that with a harder working tip.",
 }
+STAR = "\\* differs from run to run and from machine to machine, and is given to one digit; all else comes out again."
+BY_ROUNDING = ("ours", "difference")  # columns of `Row`, where digits below ROUNDING are those of the processor
 TITLES = {
     "overhead": "The overhead-crane paper: properties, numbers and misprints",
     "hardcases": "The hard cases of the overhead crane",
@@ -61,12 +65,24 @@ def save(tables: Tables, folder: str) -> None:
         raise SceneError(f"--save {folder!r}: {error.strerror}") from None
 
 
+def _cell(column: str, value: Any, varies: Sequence[str]) -> str:
+    """Return a value as text: one digit where it varies, and none of what only rounding makes."""
+    if isinstance(value, float) and column in varies:
+        return f"{value:.1g}"
+    if isinstance(value, float) and column in BY_ROUNDING and 0.0 < abs(value) < ROUNDING:
+        return f"< {ROUNDING:.0e}"
+    return shown(value).replace("|", "/")
+
+
 def _page(item: str, rows: list[Any], drawn: bool) -> str:
     columns = rows[0]._fields
     lines = [f"# {TITLES.get(item, item)}", "", f"Written by `crane reproduce {item} --save docs`.", ""]
     lines += [LEGENDS.get(item, ""), ""]
     if drawn:
         lines += [f"![{item}]({item}.png)", ""]
-    lines += [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
-    lines += [f"| {' | '.join(shown(value).replace('|', '/') for value in row)} |" for row in rows]
+    varies = getattr(rows[0], "VARIES", ())
+    heads = [f"{name} \\*" if name in varies else name for name in columns]
+    lines += [STAR, ""] if varies else []
+    lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(columns)]
+    lines += [f"| {' | '.join(map(_cell, columns, row, [varies] * len(columns)))} |" for row in rows]
     return "\n".join(lines) + "\n"

@@ -36,10 +36,10 @@ from crane_sim.supports import (
 class Rod(NamedTuple):
     """Boom or jib: a rod whose centre of mass is at its middle."""
 
-    length: Positive  # m
-    mass: NonNegative  # kg
+    length: Positive  # m, between its joints
+    mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
-    axial_inertia: NonNegative | None = None  # kg m², about the rod; None: the inertia does not turn with the slew
+    axial_inertia: NonNegative | None = None  # kg m², about the rod; left out: the inertia does not turn with the slew
 
 
 class Tower(NamedTuple):

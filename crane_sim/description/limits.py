@@ -1,0 +1,59 @@
+"""The limits of a URDF's joints: those of the scene, and where it has none, a number that bounds nothing."""
+
+from __future__ import annotations
+
+from math import inf, isfinite
+from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree
+
+from crane_sim.description.robot import UNBOUNDED, add_limit
+from crane_sim.hardware.drives import HIGH, LOW
+from crane_sim.scene import FORMS
+from crane_sim.scene_document import present
+
+if TYPE_CHECKING:
+    from crane_sim.scene import File, Scene
+
+GROUPS = {"slew": "tower"}  # joints whose group of the scene file has another name
+LENGTHS = ("rope", "hoist")  # joints that are never below zero
+
+
+class Limit(NamedTuple):
+    """What a joint may do; infinite where the scene says nothing."""
+
+    lower: float  # m or rad
+    upper: float
+    effort: float  # N or N m, largest size
+
+
+def scene_file(scene: Scene) -> File:
+    """Return a scene's file, checked and completed."""
+    return FORMS[scene.crane].model_validate(present(scene.document))
+
+
+def joint_limit(file: File, scene: Scene, joint: str) -> Limit:
+    """Return the limit that a scene sets a joint: `limits` of its group, and `limit` of its actuator."""
+    span = getattr(getattr(file, GROUPS.get(joint, joint), None), "limits", None)
+    lower, upper = span or (0.0 if joint in LENGTHS else -inf, inf)
+    effort = inf
+    if scene.hardware is not None and joint in scene.actuated:
+        column = scene.actuated.index(joint)
+        if scene.effort_units[column] in ("N", "N m"):  # others are no efforts to a URDF
+            effort = float(max(abs(scene.hardware.drives[[LOW, HIGH], column])))
+    return Limit(lower, upper, effort)
+
+
+def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
+    """Add the limits of all joints that have none yet; turning joints without any end become continuous."""
+    file = scene_file(scene)
+    for joint in robot.iter("joint"):
+        if joint.get("type") == "fixed" or joint.find("limit") is not None:
+            continue
+        limit = joint_limit(file, scene, joint.attrib["name"])
+        if joint.get("type") == "revolute" and not (isfinite(limit.lower) or isfinite(limit.upper)):
+            joint.set("type", "continuous")
+            if isfinite(limit.effort):
+                add_limit(joint, None, limit.effort, UNBOUNDED)
+        else:
+            lower, upper = max(limit.lower, -UNBOUNDED), min(limit.upper, UNBOUNDED)
+            add_limit(joint, (lower, upper), min(limit.effort, UNBOUNDED), UNBOUNDED)
