@@ -73,8 +73,7 @@ class EnergyBalance:
 
     def change(self, q: Array, given: float, metered: bool) -> None:
         """Go on from positions q (nu,) with another model, which brings `given` energy [J] along."""
-        self._given = given + self._supplied(q, 0.0) if not self._metered else given + self._given
-        self._metered = metered
+        self._given, self._metered = given + self._supplied(q, 0.0), metered
 
     def _supplied(self, q: Array, supplied: float) -> float:
         """Return the energy [J] supplied up to positions q, where the meter reads `supplied` [J]."""

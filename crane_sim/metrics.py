@@ -187,10 +187,8 @@ class Metrics:
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, and how well a path was followed."""
-        notes = dict(self._scene.notes)
-        return (
-            notes if self._tracking is None else notes | self._tracking.summary(np.array([t]), np.array([q]), payload)
-        )
+        end = np.array([t]), np.array([q]), payload
+        return dict(self._scene.notes) | (self._tracking.summary(*end) if self._tracking is not None else {})
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()
