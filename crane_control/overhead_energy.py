@@ -194,7 +194,7 @@ def _checked(nominal: Scene) -> tuple[float, ...]:
     target, model = nominal.reference, nominal.model
     if target is None:
         raise SceneError("reference: is missing, the energy law needs a target")
-    if not isinstance(model, RodCrane) or len(model.cable.distances) > 1:
+    if not isinstance(model, RodCrane) or model.cable.nodes.shape[1] > 1:
         raise SceneError("cable: the energy law believes in one rigid link in the plane; see control.nominal")
     if not isinstance(model.trolley, ForceAxis) or not isinstance(model.hoist, ForceHoist | None):
         raise SceneError("trolley, hoist: the energy law drives both by force (hoist: with inertia, or absent)")

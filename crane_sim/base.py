@@ -36,6 +36,15 @@ class Carried(NamedTuple):
     turn_rate: Vector  # rad/s², its derivative, which is the same in the world
 
 
+class BaseState(NamedTuple):
+    """Where the base is and how fast, in its own axes or in ones that are turned about its z."""
+
+    velocity: Vector  # m/s, of the origin
+    turn: Vector  # rad/s, angular velocity
+    up: Vector  # the world's vertical
+    height: float  # m, of the origin in the world
+
+
 @lean_kernel
 def cross(a, b):
     """Return the vector product (3,) of a and b."""
@@ -195,3 +204,45 @@ def to_base(pose, a):
 @to_base.register(Pose)
 def _(pose, a):
     return into(pose.rows, a)
+
+
+@lean_generic
+def base_state(base, t, angle):
+    """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
+    now, pose, (s, c) = carried(base, 0.0, t), pose_at(base, t), sincos(angle)
+    up = turned_back(pose.rows[2], s, c)
+    return BaseState(turned_back(now.velocity, s, c), turned_back(now.turn, s, c), up, pose.place[2])
+
+
+@base_state.register(type(None))
+def _(base, t, angle):
+    return None
+
+
+@lean_kernel
+def added_energy(now, gravity, mass, r, v):
+    """Return (kinetic, potential) energy [J] of a mass in the world less those relative to the base.
+
+    Args:
+        now: BaseState.
+        gravity: m/s².
+        mass: kg.
+        r, v: its position [m] and velocity [m/s] relative to the base (3,), in the axes of `now`.
+    """
+    x, y, z = cross(now.turn, r)
+    u = (now.velocity[0] + x, now.velocity[1] + y, now.velocity[2] + z)
+    return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (now.height + dot(now.up, r) - r[2])
+
+
+@lean_kernel
+def added_spin(now, tensor, own):
+    """Return the kinetic energy [J] of a body's turning in the world less that relative to the base.
+
+    Args:
+        now: BaseState.
+        tensor: (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²], in the axes of `now`.
+        own: angular velocity relative to the base (3,) [rad/s].
+    """
+    a, b, d = tensor
+    along = dot(d, now.turn)
+    return a * (dot(now.turn, own) + 0.5 * dot(now.turn, now.turn)) + b * along * (dot(d, own) + 0.5 * along)

@@ -30,6 +30,7 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.lane_algebra import LANES
 from crane_sim.outcome import SimulationError, check_status
 from crane_sim.rollout import SceneSource, checked_times
+from crane_sim.rows import row_width
 from crane_sim.scene import Scene
 from crane_sim.stepping import begin
 
@@ -134,7 +135,8 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
 def _places(scenes: Sequence[Scene], samples: int) -> Places:
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
-    rows, payload = np.empty((n, samples + 1, 2 * nq + nu + 1)), np.empty((n, samples + 1, 3))
+    width = row_width(scenes[0].model, nq, nu)
+    rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
     return Places(q, v, rows, payload, np.empty(n), np.empty((n, 5), np.int64))
 
 

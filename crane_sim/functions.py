@@ -12,7 +12,6 @@ from crane_sim import system
 from crane_sim.explain import SceneError
 from crane_sim.integrators import record, settled, start
 from crane_sim.jit import entry
-from crane_sim.metrics import energies
 from crane_sim.scene import Scene, load_scene
 
 Vector = Sequence[float] | npt.NDArray[np.float64]
@@ -28,9 +27,11 @@ def joint_acceleration(p, t, q, v, u):
 
 
 @entry
-def state_of(p, q, v):
-    """Compiled `system.state`."""
-    return system.state(p, 0.0, q, v)
+def energy_at(p, t, q, v):
+    """Return (energy relative to the base, what the base adds to it in the world) [J]."""
+    x = system.state(p, t, q, v)
+    kinetic, potential = system.base_energy(p, t, x)
+    return system.kinetic(p, x) + system.potential(p, x), kinetic + potential
 
 
 def _numbers(name: str, values: Vector, n: int) -> tuple[float, ...]:
@@ -52,12 +53,22 @@ def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float =
     return np.array(joint_acceleration(scene.model, float(t), np.array(q), np.array(v), u))
 
 
-def energy(scene: SceneSource, q: Vector, v: Vector) -> float:
+def energy(scene: SceneSource, q: Vector, v: Vector, t: float = 0.0, frame: str = "world") -> float:
     """Return the total energy [J] at positions q (nq,) and velocities v (nq,): kinetic, gravity, springs.
 
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        q, v: joint coordinates, relative to the base.
+        t: s, when the base is where it is.
+        frame: "world", velocities and heights are those in the world, or "base", those relative to the base, as if it
+            rested at height 0. They differ only where a base moves.
+
     Raises:
-        SceneError: the scene is not possible, or a vector has the wrong length.
+        SceneError: the scene is not possible, a vector has the wrong length, or there is no such frame.
     """
+    if frame not in ("world", "base"):
+        raise SceneError(f"frame = {frame!r}: possible: world, base")
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     at = (np.array(_numbers(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
-    return energies(scene.model, state_of(scene.model, *at))[0]
+    relative, added = energy_at(scene.model, float(t), *at)
+    return relative + added if frame == "world" else relative

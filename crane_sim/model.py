@@ -183,9 +183,9 @@ def _(p, x):
     return metered_like(p.meter, x, (x[0], held_to_rope(p.cable, posture(p.support, x[0]), x[1])))
 
 
-@system.tension.register(Crane)
-def _(p, t, x, u):
-    return motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+@system.tensions.register(Crane)
+def _(p, t, x, u, out):
+    out[0] = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
 
 
 @system.limited.register(Crane)

@@ -3,7 +3,7 @@
 from math import atan2, cos, sin
 
 from crane_sim import system
-from crane_sim.base import pose_at, to_world
+from crane_sim.base import BaseState, added_energy, base_state, pose_at, to_world
 from crane_sim.cables.rope import LockedRope, add_rope_energy, span, swing
 from crane_sim.frames import inertial_velocity
 from crane_sim.jit import generic
@@ -18,6 +18,7 @@ from crane_sim.supports import (
     shown,
     shown_acceleration,
     skeleton,
+    support_base_energy,
     support_kinetic,
     support_potential,
     tip_acceleration,
@@ -139,6 +140,26 @@ def _(p, x):
     pose = posture(p.support, x[0])
     energy = support_potential(p.support, pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
     return add_rope_energy(p.cable, energy, span(pose, x[1]).length)
+
+
+@system.base_energy.register(Crane)
+def _(p, t, x):
+    return added_to(base_state(p.base, t, yaw(p.support, x[0])), p, x)
+
+
+@generic
+def added_to(now, p, x):
+    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `now`: `base_state`."""
+    return 0.0, 0.0
+
+
+@added_to.register(BaseState)
+def _(now, p, x):
+    pose = posture(p.support, x[0])
+    moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
+    kinetic, potential = added_energy(now, p.gravity, p.load.mass, x[1][:3], moving)
+    others = support_base_energy(p.support, now, pose, p.gravity)
+    return kinetic + others[0], potential + others[1]
 
 
 @system.point_count.register(Crane)

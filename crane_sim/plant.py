@@ -11,6 +11,7 @@ from crane_sim.hardware.rig import Rig
 from crane_sim.integrators import OK
 from crane_sim.metrics import Metrics, polyline
 from crane_sim.outcome import SimulationError, check_status, events_of, noted_events
+from crane_sim.rows import row_width
 from crane_sim.scene import Scene
 from crane_sim.starts import as_tuple, begun, placed, resumed
 from crane_sim.stepping import free_step, held_step
@@ -56,7 +57,7 @@ class Plant:
         self._flow, self.q, self.v, self.seen, self._rig = begun(start)
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
-        self._rows = np.empty((BLOCK, 2 * len(self.q) + len(self.applied) + 1))
+        self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
         self._metrics = Metrics(start, self.model, self._flow.x)
 
     @property

@@ -22,7 +22,15 @@ if TYPE_CHECKING:
 
 _GROUPS = {
     "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
-    "motion": ("peak_swing_deg", "residual_swing_deg", "min_rope_tension", "saturated_steps", "energy_audit_error"),
+    "motion": (
+        "peak_swing_deg",
+        "residual_swing_deg",
+        "min_rope_tension",
+        "max_rope_tension",
+        "saturated_steps",
+        "energy_audit_error",
+        "energy_audit_max",
+    ),
     "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
     "chosen": ("method", "model", "model_error_estimate", "left_out"),
 }
@@ -32,6 +40,7 @@ _UNITS = {
     "peak_swing_deg": "deg",
     "residual_swing_deg": "deg",
     "min_rope_tension": "N",
+    "max_rope_tension": "N",
     "sim_time": "s",
     "model_error_estimate": "m",
     "tracking_mse": "m²",
@@ -135,6 +144,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     _add_commands(table, summary)
     console.print(table)
     _print_joints(console, summary, scene)
+    _print_pushes(console, summary)
     for event in summary.get("events", ()):
         console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
     more = summary.get("event_count", 0) - len(summary.get("events", ()))
@@ -180,6 +190,14 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
         table.add_row("recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost")
     if restarts := summary.get("restarts"):
         table.add_row("replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items()))
+
+
+def _print_pushes(console: Console, summary: dict[str, Any]) -> None:
+    """Warn of a cable that pushed: no rope does."""
+    if pushed := summary.get("negative_tension_steps", 0):
+        periods, most = f"{pushed} of {summary.get('steps')} periods", _number(-summary["min_rope_tension"])
+        line = f"warning: the cable pushed in {periods}, with up to {most} N, and no rope can"
+        console.print(line, highlight=False, soft_wrap=True)
 
 
 def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:

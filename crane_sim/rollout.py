@@ -13,6 +13,7 @@ from crane_sim.laws import fresh
 from crane_sim.metrics import Derived, Metrics, derived
 from crane_sim.outcome import SimulationError, check_status, events_of, noted_events
 from crane_sim.passage import Passage, passage
+from crane_sim.rows import split
 from crane_sim.scene import Scene, load_scene
 from crane_sim.stepping import begin
 
@@ -30,7 +31,7 @@ class Rollout:
     q: Array  # (K, nq)
     v: Array  # (K, nq)
     u: Array  # (K, nu), efforts applied from t on
-    tension: Array  # (K,) N
+    tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
     derived: Derived
     stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
     summary: dict[str, Any]
@@ -59,9 +60,19 @@ class Rollout:
         return self.derived.nodes
 
     @property
+    def tension(self) -> Array:
+        """Tension of the uppermost link (K,) [N]."""
+        return self.tensions[:, 0]
+
+    @property
     def energy(self) -> Array:
-        """Total energy (K,) [J]."""
+        """Total energy in the world (K,) [J], weights from its height 0."""
         return self.derived.energy
+
+    @property
+    def energy_relative(self) -> Array:
+        """Total energy relative to the base (K,) [J]: the same as `energy` where the base rests."""
+        return self.derived.energy_relative
 
     def lyapunov(self) -> Array:
         """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
@@ -151,11 +162,9 @@ def _summary(scene: Scene, run: Passage) -> dict[str, Any]:
     model, rows, flow, nq = scene.model, run.rows, run.flow, len(scene.joint_names)
     metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
-    given = run.rig.given if run.rig is not None else 0.0
     for first, last, laden in run.stretches(scene):
         if laden is not model:
-            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), given)
-            given = 0.0
+            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.given(first))
         metrics.extend(t[first:last], rows[first:last])
     figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, run.saturated)
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
@@ -165,7 +174,7 @@ def _summary(scene: Scene, run: Passage) -> dict[str, Any]:
 
 def _rollout(scene: Scene, run: Passage, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
     nq = len(scene.joint_names)
-    q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : -1]
+    q, v, u, _, tensions = split(rows, nq, len(scene.actuated))
     parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.stretches(scene)]
     parts[-1][1] = len(t)
     found = [
@@ -173,4 +182,4 @@ def _rollout(scene: Scene, run: Passage, t: Array, rows: Array, stats: Any, summ
         for (i, j), (_, _, laden) in zip(parts, run.stretches(scene), strict=True)
     ]
     whole = found[0] if len(found) == 1 else Derived(*map(np.concatenate, zip(*found, strict=True)))
-    return Rollout(scene, t, q, v, u, rows[:, -1], whole, stats, summary, events)
+    return Rollout(scene, t, q, v, u, tensions, whole, stats, summary, events)

@@ -1,8 +1,8 @@
 """Compiled loops over control periods: the one way in which time passes, in `simulate` and under ROS alike.
 
-A row of results is [q (nq), v (nq), effort applied (nu), rope tension]. Within a period the demanded efforts are held;
-`u` may instead be a source that the equations evaluate themselves (open-loop inputs, a continuous law): then the steps
-follow the solution alone and rows are read off between them.
+A row of results is [q (nq), v (nq), effort applied (nu), energy supplied, tensions (L)], see `crane_sim.rows`. Within
+a period the demanded efforts are held; `u` may instead be a source that the equations evaluate themselves (open-loop
+inputs, a continuous law): then the steps follow the solution alone and rows are read off between them.
 """
 
 from typing import Any, NamedTuple
@@ -42,7 +42,9 @@ def write(rows, i, p, t, x, u):
         rows[i, j] = q[j]
         rows[i, j + len(q)] = v[j]
     store(rows, i, 2 * len(q), tau)
-    rows[i, 2 * len(q) + len(tau)] = system.tension(p, t, x, tau)
+    after = 2 * len(q) + len(tau)
+    rows[i, after] = system.supplied(p, x)
+    system.tensions(p, t, x, tau, rows[i, after + 1 :])
 
 
 @routine

@@ -134,19 +134,31 @@ def acceleration(p, t, x, u):
 
 @generic
 def kinetic(p, x):
-    """Return the kinetic energy [J]."""
+    """Return the kinetic energy [J] relative to the base."""
     raise NotImplementedError
 
 
 @generic
 def potential(p, x):
-    """Return the potential energy of gravity and springs [J]."""
+    """Return the potential energy of gravity, as if the base were level at height 0, and of springs [J]."""
     raise NotImplementedError
 
 
 @generic
-def tension(p, t, x, u):
-    """Return the rope tension [N], positive when the rope pulls."""
+def base_energy(p, t, x):
+    """Return (kinetic, potential) energy [J] in the world less those relative to the base at time t [s]."""
+    return 0.0, 0.0
+
+
+@generic
+def link_count(p):
+    """Return the number L of links of the cable: 1 for a rope."""
+    return 1
+
+
+@generic
+def tensions(p, t, x, u, out):
+    """Write the tension of every link from the top to the payload into out (L,) [N], positive where a link pulls."""
     raise NotImplementedError
 
 

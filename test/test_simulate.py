@@ -104,7 +104,7 @@ def test_compiled_and_python_loops_agree_bit_for_bit(name: str) -> None:
     called = simulate(scene, law=lambda t, q, v: law(t, q, v), sample_times=times)
     assert np.array_equal(compiled.q, called.q) and np.array_equal(compiled.v, called.v)
     assert np.array_equal(compiled.u, called.u) and np.array_equal(compiled.tension, called.tension)
-    same = ("state_sha256", "rhs_evaluations", "saturated_steps", "energy_audit_error", "peak_effort")
+    same = ("state_sha256", "rhs_evaluations", "saturated_steps", "energy_audit_max", "peak_effort")
     assert [compiled.summary[key] for key in same] == [called.summary[key] for key in same]
 
 
@@ -183,7 +183,8 @@ def test_the_published_manoeuvre() -> None:
     degrees = np.degrees(np.abs(run.q[:, 4:]).max(axis=0))
     assert degrees == pytest.approx([9.07, 3.80], abs=0.03)  # known to 3 digits for the continuous law, here 10 ms
     assert run.summary["residual_swing_deg"] == pytest.approx(0.68, abs=0.01)
-    assert list(run.summary["settling_time"].values()) == pytest.approx([26.8, 32.5, 25.4, 40.0], abs=0.2)
+    *joints, rope = run.summary["settling_time"].values()
+    assert joints == pytest.approx([26.8, 32.5, 25.4], abs=0.2) and rope is None  # it arrives in the last 40 ms
     assert list(run.summary["peak_effort"].values()) == pytest.approx([23.6, 215, 98.6, 10.3], rel=5e-3)
 
 

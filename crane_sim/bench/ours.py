@@ -42,9 +42,11 @@ def passed(method, p, source, q, v, end, times):
 
 @entry
 def shown(p, t, x, source):
-    """Return (q, v, tension) at a state."""
+    """Return (q, v, tensions (L,)) at a state."""
     q, v = system.joints(p, x)
-    return q, v, system.tension(p, t, x, source)
+    tensions = np.empty(system.link_count(p))
+    system.tensions(p, t, x, source, tensions)
+    return q, v, tensions
 
 
 class Ours:
@@ -77,8 +79,8 @@ class Ours:
 
         def go(times: int) -> Outcome:
             flow, x = passed(method, self.p, self.source, self.q, self.v, end, times)
-            q, v, tension = shown(self.p, end, x, self.source)
+            q, v, tensions = shown(self.p, end, x, self.source)
             points, _ = polyline(self.p, end, np.array(q), np.array(v))
-            return Outcome(points[-1], flow.evaluations, flow.steps, float(tension))
+            return Outcome(points[-1], flow.evaluations, flow.steps, float(tensions[-1]))
 
         return go

@@ -9,7 +9,8 @@ from crane_sim.forms.method_choice import implicit
 from crane_sim.forms.overhead_elastic import refuse_springs, springs_of
 from crane_sim.forms.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.forms.overhead_start import SHORTEST, filled
-from crane_sim.overhead import elastic_linear as _springs  # noqa: F401  registers what the models answer
+from crane_sim.overhead import base_energies as _base_energies  # noqa: F401  registers what the models answer
+from crane_sim.overhead import elastic_linear as _springs  # noqa: F401
 from crane_sim.overhead import elastic_modes as _elastic  # noqa: F401
 from crane_sim.overhead import planar_modes as _planar  # noqa: F401
 from crane_sim.overhead import rod_outputs as _rod  # noqa: F401
@@ -78,7 +79,8 @@ def _rod_crane(file: "OverheadFile") -> RodCrane:
     distances = np.cumsum(lengths) - lengths[0]
     light = masses[:-1]
     mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
-    cable = Line(float(lengths[0]), mass, first, second, float(masses[-1]), float(distances[-1]), distances)
+    nodes, payload = np.stack([masses, distances]), float(masses[-1])
+    cable = Line(float(lengths[0]), mass, first, second, payload, float(distances[-1]), nodes)
     trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
 

@@ -63,7 +63,8 @@ def mechanics(scene: Scene) -> Mechanics:
     mobility: Array = np.column_stack([answer(unit) - at_rest for unit in np.eye(nu)])
     load: Array = -np.linalg.lstsq(mobility, at_rest, rcond=None)[0].astype(np.float64)
     free: Array = 1.0 / np.maximum(np.diag(mobility), 1e-12)
-    moving = [2.0 * (energy(scene, q, unit) - energy(scene, q, 0.0 * unit)) for unit in np.eye(len(q))[places]]
+    rest, units = energy(scene, q, 0.0 * q, frame="base"), np.eye(len(q))[places]
+    moving = [2.0 * (energy(scene, q, unit, frame="base") - rest) for unit in units]
     forces = np.array([unit in ("N", "N m") for unit in scene.effort_units])
     return Mechanics(free, np.where(forces, np.maximum(moving, free), free), load)
 

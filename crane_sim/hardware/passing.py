@@ -159,13 +159,14 @@ def hardware_step(method, p, h, m, demand, flow, k, period, rows, i):
 
 
 @entry
-def hardware_rollout(method, p, law, h, m, flow, period, rows, demands, times, samples, masses):
+def hardware_rollout(method, p, law, h, m, flow, period, rows, demands, times, samples, loads):
     """Run a law that is asked every period with what the sensors show.
 
     Args:
         method, p, law, flow, period, rows, demands, times, samples: as of `stepping.held_rollout`.
         h, m: hardware, and its memory at the start.
-        masses: to fill with the payload's mass in every period (steps,) [kg].
+        loads: to fill with the payload's mass [kg] in every period and the energy [J] that its changes brought up to
+            there (steps, 2).
 
     Returns:
         (last flow, number of periods passed)
@@ -179,7 +180,7 @@ def hardware_rollout(method, p, law, h, m, flow, period, rows, demands, times, s
         store(demands, k, 0, demand)
         u = driven_by(p, h, m, flow, k, period, demand)
         now = hang(p, h, m, flow)
-        masses[k] = m.books[MASS]
+        loads[k, 0], loads[k, 1] = m.books[MASS], m.books[GIVEN]
         flow = settled(system.switching(now), now, u, flow)
         write(rows, k, now, flow.t, flow.x, u)
         end = (k + 1) * period

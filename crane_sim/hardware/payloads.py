@@ -69,7 +69,7 @@ def _(p, mass):
 @reloaded.register(RodCrane)
 def _(p, mass):
     c = p.cable
-    cable = Line(c.length, c.mass, c.first, c.second, mass, c.reach, c.distances)
+    cable = Line(c.length, c.mass, c.first, c.second, mass, c.reach, c.nodes)
     return RodCrane(p.trolley, cable, p.hoist, p.gravity, switches_with(p.switches, mass), p.meter)
 
 

@@ -13,11 +13,12 @@ from crane_sim.explain import SceneError
 from crane_sim.laws import LawError
 from crane_sim.league.cases import GROUPS, SEEDS, Contender, Group, Trial
 from crane_sim.league.scenes import scene_of
-from crane_sim.metrics import SETTLED, polyline
+from crane_sim.metrics import polyline
 from crane_sim.plant import SimulationError
 from crane_sim.references import Array, references
 from crane_sim.rollout import Rollout, simulate
 from crane_sim.scene import Scene, load_scene
+from crane_sim.settling import SETTLED
 from crane_sim.tracking import LOOK, in_base, tip_accelerations
 
 LEVEL = 90.0  # deg: a rope that swings so far is not under control

@@ -109,10 +109,14 @@ def _(p, x):
     return -p.gravity * (upper + cable.mass2 * cable.length2 * cos(x[2]))
 
 
-@system.tension.register(DoubleCrane)
-def _(p, t, x, u):
-    tension = solved(p, t, x, system.effort(u, p, t, x))[1]
-    return min(tension[0], tension[1])
+@system.link_count.register(DoubleCrane)
+def _(p):
+    return 2
+
+
+@system.tensions.register(DoubleCrane)
+def _(p, t, x, u, out):
+    out[0], out[1] = solved(p, t, x, system.effort(u, p, t, x))[1]
 
 
 @system.power.register(DoubleCrane)

@@ -102,18 +102,15 @@ def _(p, x):
     return energies(p, x)[1]
 
 
-@system.tension.register(ElasticCrane)
-def _(p, t, x, u):
-    return least_tension(p, x)
+@system.link_count.register(ElasticCrane)
+def _(p):
+    return len(p.cable.masses)
 
 
-@routine
-def least_tension(p, x):
-    """Return the smallest tension [N] of all links."""
-    least = np.inf
-    for k in range(len(p.cable.masses)):
-        least = min(least, pull(p, x, k)[1])
-    return least
+@system.tensions.register(ElasticCrane)
+def _(p, t, x, u, out):
+    for k in range(len(out)):
+        out[k] = pull(p, x, k)[1]
 
 
 @system.power.register(ElasticCrane)

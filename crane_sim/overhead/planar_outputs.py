@@ -78,14 +78,17 @@ def _(p, x):
     return energies(p, x)[1]
 
 
-@system.tension.register(PlanarCrane)
-def _(p, t, x, u):
+@system.link_count.register(PlanarCrane)
+def _(p):
+    return len(p.cable.masses)
+
+
+@system.tensions.register(PlanarCrane)
+def _(p, t, x, u, out):
     w = system.workspace(p)
     solved(p, t, x, system.effort(u, p, t, x), w)
-    least = w[TENSION, 0]
-    for k in range(1, w.shape[1] - 1):
-        least = min(least, w[TENSION, k])
-    return least
+    for k in range(len(out)):
+        out[k] = w[TENSION, k]
 
 
 @system.power.register(PlanarCrane)

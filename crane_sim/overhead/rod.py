@@ -22,6 +22,9 @@ from crane_sim.overhead.axes import Axis, axis_power, rail
 from crane_sim.overhead.hoists import Hoist, MasslessHoist, drum, drum_power, hoisted
 from crane_sim.overhead.switches import Switches, mode_of, payload_mass, story
 
+MASS, DISTANCE = 0, 1
+"""Rows of a line's nodes: m_i [kg], the payload's as the scene has it at first, and b_i [m]."""
+
 
 class Line(NamedTuple):
     """Nodes on a straight line. Distances are from the first link's lower end; sums leave out the payload."""
@@ -32,7 +35,7 @@ class Line(NamedTuple):
     second: float  # kg m², Σ m_i b_i²
     payload: float  # kg
     reach: float  # m, b_N of the payload
-    distances: Any  # (N,) m, b_i of all nodes
+    nodes: Any  # (2, N), MASS and DISTANCE of all nodes from the top
 
 
 class RodCrane(NamedTuple):

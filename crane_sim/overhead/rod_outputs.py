@@ -9,7 +9,7 @@ from crane_sim.jit import generic, kernel, routine
 from crane_sim.overhead.axes import axis_guard, axis_mass, freed, rubs
 from crane_sim.overhead.efforts import driven, efforts
 from crane_sim.overhead.hoists import drum_inertia
-from crane_sim.overhead.rod import RodCrane, layout, moments, on_meter, supply, swing_of, upper
+from crane_sim.overhead.rod import DISTANCE, MASS, RodCrane, layout, moments, on_meter, supply, swing_of, upper
 from crane_sim.overhead.switches import (
     FRICTION,
     LINK,
@@ -94,9 +94,19 @@ def _(p, x):
     return -p.gravity * moments(p, x, length)[1] * cos(x[nq - 1])
 
 
-@system.tension.register(RodCrane)
-def _(p, t, x, u):
-    return swing_of(p, t, x, system.effort(u, p, t, x)).tension
+@system.link_count.register(RodCrane)
+def _(p):
+    return p.cable.nodes.shape[1]
+
+
+@system.tensions.register(RodCrane)
+def _(p, t, x, u, out):
+    nq, _ = layout(p)
+    now, (length, _), nodes = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x), p.cable.nodes
+    fall, square = p.gravity * now.c - now.trolley * now.s - now.paid, x[2 * nq - 1] * x[2 * nq - 1]
+    out[0] = now.tension
+    for k in range(1, len(out)):  # each link carries what the one above it does, less the node between them
+        out[k] = out[k - 1] - nodes[MASS, k - 1] * (fall + (length + nodes[DISTANCE, k - 1]) * square)
 
 
 @system.power.register(RodCrane)
@@ -124,7 +134,7 @@ def _(p, x):
 
 @system.point_count.register(RodCrane)
 def _(p):
-    return 1 + len(p.cable.distances)
+    return 1 + p.cable.nodes.shape[1]
 
 
 @system.points.register(RodCrane)
@@ -133,8 +143,8 @@ def _(p, t, x, out):
     length, _ = upper(p.hoist, p.cable, x)
     s, c = sin(x[nq - 1]), cos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
-    for i in range(len(p.cable.distances)):
-        r = length + p.cable.distances[i]
+    for i in range(p.cable.nodes.shape[1]):
+        r = length + p.cable.nodes[DISTANCE, i]
         out[i + 1, 0], out[i + 1, 1], out[i + 1, 2] = x[0] + r * s, 0.0, -r * c
 
 

@@ -74,11 +74,17 @@ def _(p, x):
     return energies(p, x)[1]
 
 
-@system.tension.register(SpatialCrane)
-def _(p, t, x, u):
+@system.link_count.register(SpatialCrane)
+def _(p):
+    return len(p.cable.masses)
+
+
+@system.tensions.register(SpatialCrane)
+def _(p, t, x, u, out):
     work = system.workspace(p)
     solved(p, t, x, system.effort(u, p, t, x), work)
-    return work.tension.min()
+    for k in range(len(out)):
+        out[k] = work.tension[k]
 
 
 @system.power.register(SpatialCrane)

@@ -109,9 +109,9 @@ def _(p, x):
     return p.cable.mass * p.gravity * x[2] + 0.5 * p.cable.stiffness * stretch * stretch
 
 
-@system.tension.register(SpringCrane)
-def _(p, t, x, u):
-    return pull(p, x)[1]
+@system.tensions.register(SpringCrane)
+def _(p, t, x, u, out):
+    out[0] = pull(p, x)[1]
 
 
 @system.power.register(SpringCrane)

@@ -15,6 +15,7 @@ UNITS = {
     "residual_swing_deg": "°",
     "settling_time": "s",
     "min_rope_tension": "N",
+    "max_rope_tension": "N",
     "final_error": "rad, m",
     "peak_effort": "N m, N",
 }

@@ -61,8 +61,8 @@ def _shape(joints: Sequence[str]) -> str:
 
 def tension_name(found: Suspension | None) -> str:
     """Return what the recorded tension is."""
-    several = found is not None and found.shape != "rod" and len(found.hang.lengths) > 1
-    return "smallest link tension" if several else "rope tension"
+    several = found is not None and len(found.hang.lengths) > 1
+    return "tension of the top link" if several else "rope tension"
 
 
 def effort_scales(scene: Scene, hang: Hang) -> tuple[float, ...]:

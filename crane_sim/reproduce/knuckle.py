@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.metrics import SETTLED
 from crane_sim.reproduce.table import Shown
 from crane_sim.rollout import Rollout, simulate
 from crane_sim.scene import Scene, load_scene
+from crane_sim.settling import SETTLED
 
 MUCH = 2.0  # "much less" is less than half, "slightly faster" up to twice as fast
 SIMILAR = 1.25  # "almost the same" is within a quarter

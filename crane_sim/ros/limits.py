@@ -36,6 +36,6 @@ def _asked(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     q[1, each, joints] -= _APART
     v[2, each, joints] = 1.0
     known = derived(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
-    up, down, _, _ = known.potential.reshape(4, n)
-    _, _, moving, still = known.kinetic.reshape(4, n)
+    up, down, _, _ = known.potential_relative.reshape(4, n)
+    _, _, moving, still = known.kinetic_relative.reshape(4, n)
     return 2.0 * np.abs(moving - still), np.abs(up - down) / (2.0 * _APART)

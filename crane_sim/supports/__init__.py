@@ -79,6 +79,15 @@ def support_potential(support, pose, gravity):
 
 
 @generic
+def support_base_energy(support, now, pose, gravity):
+    """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
+
+    `now` is as of `crane_sim.base.base_state`, in the axes of the support's frame. A support without masses has none.
+    """
+    return 0.0, 0.0
+
+
+@generic
 def corners(support):
     """Return the number of points of the support's polyline."""
     raise NotImplementedError

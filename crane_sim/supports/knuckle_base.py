@@ -11,9 +11,9 @@ With Ω = w + ω, ω relative to the base, such a tensor a 1 + b d dᵀ, d fixed
 in addition to what it feels at w = w' = 0.
 """
 
-from crane_sim.base import Carried, cross, dot, imposed
+from crane_sim.base import Carried, added_energy, added_spin, cross, dot, imposed
 from crane_sim.jit import generic, lean_generic, lean_kernel, lean_routine
-from crane_sim.supports import drive_power, with_base
+from crane_sim.supports import drive_power, support_base_energy, with_base
 from crane_sim.supports.knuckle import Knuckle
 
 
@@ -63,11 +63,17 @@ def pushed(base, rod, pose, root, root_rate, c, s, rate):
         root, root_rate: where the rod begins (radial, vertical) [m], and how that moves in the slewing frame.
         c, s, rate: cosine and sine of the rod's elevation, its rate [rad/s].
     """
-    half = 0.5 * rod.length
-    at = (root[0] + half * c, 0.0, root[1] + half * s)
-    moves = (root_rate[0] - half * s * rate, pose.yaw_rate * at[0], root_rate[1] + half * c * rate)
+    at, moves = middle(rod, pose, root, root_rate, c, s, rate)
     x, y, z = imposed(base, at, moves)
     return rod.mass * y * at[0], rod.mass * x, rod.mass * z
+
+
+@lean_kernel
+def middle(rod, pose, root, root_rate, c, s, rate):
+    """Return (position [m], velocity [m/s]) of a rod's middle relative to the base (3,); arguments as of `pushed`."""
+    half = 0.5 * rod.length
+    at = (root[0] + half * c, 0.0, root[1] + half * s)
+    return at, (root_rate[0] - half * s * rate, pose.yaw_rate * at[0], root_rate[1] + half * c * rate)
 
 
 @lean_kernel
@@ -95,3 +101,29 @@ def tensor(axial, inertia, c, s):
 @tensor.register(float)
 def _(axial, inertia, c, s):
     return inertia, axial - inertia, (c, 0.0, s)
+
+
+@support_base_energy.register(Knuckle)
+def _(support, now, pose, gravity):
+    rate, knee = support.boom.length * pose.beta_rate, support.boom.length
+    knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
+    still = (0.0, 0.0)
+    boom = rod_energy(now, gravity, support.boom, pose, still, still, pose.cb, pose.sb, pose.beta_rate)
+    jib = rod_energy(now, gravity, support.jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
+    tower = added_spin(now, (0.0, support.tower.inertia, (0.0, 0.0, 1.0)), (0.0, 0.0, pose.yaw_rate))
+    return boom[0] + jib[0] + tower, boom[1] + jib[1]
+
+
+@lean_kernel
+def rod_energy(now, gravity, rod, pose, root, root_rate, c, s, rate):
+    """Return (kinetic, potential) energy [J] of a rod in the world less those relative to the base.
+
+    Args:
+        now: BaseState.
+        gravity: m/s².
+        rod, pose, root, root_rate, c, s, rate: as of `pushed`.
+    """
+    at, moves = middle(rod, pose, root, root_rate, c, s, rate)
+    kinetic, potential = added_energy(now, gravity, rod.mass, at, moves)
+    own = (0.0, -rate, pose.yaw_rate)
+    return kinetic + added_spin(now, tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
