@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.forms.groups import Channel, Group, Profile
 from crane_sim.overhead.axes import Friction
-from crane_sim.quantities import Angle, NonNegative, Positive, Real
+from crane_sim.quantities import NonNegative, Positive, Real, Tilt
 from crane_sim.sources import Constant
 
 
@@ -92,7 +92,7 @@ class Start(Group):
     vy: Place = 0.0
     length: Size | None = None  # m, of a force-driven hoist; its link's own when left out
     length_rate: Place = 0.0
-    angles: Annotated[tuple[Angle, ...], BeforeValidator(_listed)] | None = None
+    angles: Annotated[tuple[Tilt, ...], BeforeValidator(_listed)] | None = None
     rates: Any = None  # rad/s, or the directions' rates of change (3D)
     directions: tuple[Vector, ...] | None = None
     positions: tuple[tuple[Place, ...], ...] | None = None

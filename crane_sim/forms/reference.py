@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, TypeAdapter, model_validator
 
 from crane_sim.explain import SceneError, no_group
 from crane_sim.forms.groups import Group, picked
-from crane_sim.quantities import Angle
+from crane_sim.quantities import Real
 from crane_sim.references import Path, path_of
 from crane_sim.references.arcs import Arc, Line
 from crane_sim.references.minimum_jerk import MinimumJerk
@@ -62,7 +62,7 @@ def _path(value: Any) -> Any:
 class ReferenceGroup(Group):
     """Where the actuated joints should end, and the path that joints or payload should follow; at least one of them."""
 
-    q: tuple[Angle, ...] | None = None
+    q: tuple[Real, ...] | None = None  # m: of overhead cranes and suspension points
     path: Annotated[PathGroup | None, BeforeValidator(_path)] = None
 
     @model_validator(mode="after")
