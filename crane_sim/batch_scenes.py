@@ -23,6 +23,8 @@ def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float
         SceneError: the parameters do not fit one another, or the scene of a crane is not possible; it names the crane.
     """
     count = _count(parameters)
+    if duration is not None and "duration" in parameters:
+        raise SceneError(f"duration = {duration}: is among the parameters, too; leave out one of the two")
     document = scene.to_dict() if isinstance(scene, Scene) else scene if isinstance(scene, Mapping) else read(scene)
     always = {} if duration is None else {"duration": duration}
     scenes: list[Scene] = []

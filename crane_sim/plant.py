@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.explain import unknown_key
+from crane_sim.explain import SceneError, shortened, unknown_key
 from crane_sim.hardware.rig import Rig
 from crane_sim.integrators import OK
 from crane_sim.metrics import Metrics, polyline
@@ -35,7 +35,13 @@ class Plant:
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Put the crane in its initial state."""
+        """Put the crane in its initial state.
+
+        Raises:
+            SceneError: there is something else than a Scene.
+        """
+        if not isinstance(scene, Scene):
+            raise SceneError(f"scene = {shortened(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
         self.scene = scene
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
@@ -133,8 +139,10 @@ class Plant:
                 brakes hold, they are ignored.
 
         Raises:
+            ValueError: there are not nu efforts, or none where the scene has no source of its own; one line.
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
+        self._check_efforts(u)
         flow, q, v, seen, applied = self._passed(None if u is None else tuple(u))
         if flow.status != OK and flow.t < (self.k + 1) * self.scene.period:
             check_status(flow, self.model)
@@ -145,6 +153,13 @@ class Plant:
         self._still = self._still + 1 if self._braking and self._rests() else 0
         if self._filled == BLOCK:
             self._flush()
+
+    def _check_efforts(self, u: Sequence[float] | None) -> None:
+        if u is not None and len(u) != len(self._driven):
+            driven = ", ".join(self.scene.actuated) or "none"
+            raise ValueError(f"u = {shortened(u)}: has {len(u)} values; joints that take efforts: {driven}")
+        if u is None and self.scene.sampled and not self._braking:
+            raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
 
     def _passed(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
         """Return (flow, q, v, what sensors show or None, efforts applied) one period later."""

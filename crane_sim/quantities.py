@@ -1,6 +1,8 @@
 """Physical quantities as annotated types: what a parameter may be is said once, where it is declared."""
 
 import re
+from collections.abc import Callable
+from math import inf
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -21,6 +23,23 @@ def to_radians(value: Any) -> Any:
     if not match:
         raise ValueError("an angle is a number of radians, or text such as '45 deg' or '0.5 rad'")
     return float(match[1]) * _RADIANS[match[2]]
+
+
+def bare_within(largest: float, turn: str) -> Callable[[Any], Any]:
+    """Return a validator of angles: a number without a unit goes up to `largest` [rad], in words a `turn`.
+
+    Beyond that it is likely to be one of degrees; as text with its unit any angle is possible.
+    """
+
+    def check(value: Any) -> Any:
+        match = _ANGLE.fullmatch(value) if isinstance(value, str) else None
+        bare = to_radians(value) if match and not match[2] else value
+        if isinstance(bare, int | float) and largest < abs(bare) < inf:
+            meant = f"{bare:g}" if abs(bare) < 1e9 else "45"
+            raise ValueError(f"as radians more than {turn}; did you mean '{meant} deg'? (or '{meant} rad')")
+        return value
+
+    return check
 
 
 def no_switch(value: Any) -> Any:
@@ -50,4 +69,9 @@ Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, allow_inf_nan=False)]
 Seed = Annotated[int, BeforeValidator(no_switch), Field(ge=0, le=2**63 - 1)]
-Angle = Annotated[float, BeforeValidator(to_radians), BeforeValidator(no_switch), Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, BeforeValidator(to_radians), BeforeValidator(no_switch), Field(allow_inf_nan=False)]
+"""A position of a joint or a point: metres, or an angle as radians or text."""
+TURN, HALF_TURN = 6.29, 3.15  # rad, with room for rounding
+Angle = Annotated[Coordinate, BeforeValidator(bare_within(TURN, "a turn"))]
+Tilt = Annotated[Coordinate, BeforeValidator(bare_within(HALF_TURN, "half a turn"))]
+"""An angle from the vertical or the level."""

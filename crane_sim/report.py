@@ -6,7 +6,7 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -32,6 +32,7 @@ _GROUPS = {
         "energy_audit_max",
     ),
     "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
+    "base": ("peak_base_acceleration", "peak_base_angular_acceleration"),
     "chosen": ("method", "model", "model_error_estimate", "left_out"),
 }
 _UNITS = {
@@ -47,6 +48,8 @@ _UNITS = {
     "tracking_mae": "m",
     "tracking_peak": "m",
     "peak_tip_acceleration": "m/s²",
+    "peak_base_acceleration": "m/s²",
+    "peak_base_angular_acceleration": "rad/s²",
 }
 
 _TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
@@ -145,6 +148,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     console.print(table)
     _print_joints(console, summary, scene)
     _print_pushes(console, summary)
+    print_notes(summary, console)
     for event in summary.get("events", ()):
         console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
     more = summary.get("event_count", 0) - len(summary.get("events", ()))
@@ -153,6 +157,13 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     if "state_sha256" in summary:
         console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
     _print_files(console, summary)
+
+
+def print_notes(notes: Mapping[str, Any], console: Console) -> None:
+    """Print what of a scene was rounded, and what is possible but unlikely to be meant, a line each."""
+    for key, word in (("rounded", "note"), ("warnings", "warning")):
+        for line in notes.get(key, ()):
+            console.print(f"{word + ':':<8} {line}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _print_files(console: Console, summary: dict[str, Any]) -> None:

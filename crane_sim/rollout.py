@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.explain import SceneError, shortened
 from crane_sim.laws import fresh
 from crane_sim.metrics import Derived, Metrics, derived
 from crane_sim.outcome import SimulationError, check_status, events_of, noted_events
@@ -93,6 +94,8 @@ def simulate(
     law: str | LawFunction | None = None,
     duration: float | None = None,
     sample_times: Sequence[float] | Array | None = None,
+    *,
+    overrides: Mapping[str, Any] | None = None,
 ) -> Rollout:
     """Run a scene.
 
@@ -102,13 +105,16 @@ def simulate(
         duration: s, the scene's own when None.
         sample_times: instants of the result [s], within the run, increasing; None: every control period. They do not
             change the steps.
+        overrides: changes of the scene by dotted key, as `load_scene` takes them.
 
     Raises:
-        SceneError: the scene, the law or the instants are not possible.
+        SceneError: the scene, its changes, the law or the instants are not possible.
         SimulationError: the integration failed or the model is no longer valid; its `run` is the run up to there.
         LawError: the law failed, or its answer is not a vector of efforts.
     """
-    scene = _with_changes(scene, law if isinstance(law, str) else None, duration)
+    _check_law(law)
+    named = {"control.law": law if isinstance(law, str) else None, "duration": duration}
+    scene = _with_changes(scene, named, overrides)
     times = checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
@@ -132,10 +138,21 @@ def _end_early(result: Rollout, flow: Any, model: Any) -> None:
         raise
 
 
-def _with_changes(scene: SceneSource, law: str | None, duration: float | None) -> Scene:
-    changes: dict[str, Any] = {} if duration is None else {"duration": duration}
-    if law is not None:
-        changes["control.law"] = law
+def _check_law(law: Any) -> None:
+    """Raise SceneError for what is no law: changes of the scene are most likely to be given in its place."""
+    if law is None or isinstance(law, str) or callable(law):
+        return
+    line = f"law = {shortened(law)}: must be a name or a callable(t, q, v) -> efforts"
+    raise SceneError(f"{line}; changes of the scene go by name, overrides=..." if isinstance(law, Mapping) else line)
+
+
+def _with_changes(scene: SceneSource, named: Mapping[str, Any], overrides: Mapping[str, Any] | None) -> Scene:
+    """Return the scene with what was given by name (None: nothing) and by dotted key."""
+    given = {key: value for key, value in named.items() if value is not None}
+    for key in given:
+        if isinstance(overrides, Mapping) and key in overrides:
+            raise SceneError(f"overrides: {key!r} is given by name, too: {given[key]!r}; leave out one of the two")
+    changes = given if overrides is None else {**overrides, **given} if isinstance(overrides, Mapping) else overrides
     if isinstance(scene, Scene):
         return load_scene(scene.to_dict(), changes) if changes else scene
     return load_scene(scene, changes)

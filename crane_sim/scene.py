@@ -10,8 +10,8 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.explain import SceneError, nearest, one_line, one_word
-from crane_sim.forms.hardware_parts import acts, equipment_of
+from crane_sim.explain import SceneError, nearest, one_line, one_word, shortened
+from crane_sim.forms.hardware_parts import CLOSE, acts, equipment_of
 from crane_sim.forms.knuckle import KnuckleFile
 from crane_sim.forms.method_choice import check_fit, chosen
 from crane_sim.forms.overhead import OverheadFile
@@ -24,7 +24,7 @@ MOST_STEPS = 1e8  # control periods in a run
 File = KnuckleFile | OverheadFile | PendulumFile
 FORMS: dict[str, type[File]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
 """The kinds of crane, and the form of their scene files."""
-SAME = """crane initial_q initial_v duration seed description joint_names actuated joint_units effort_units""".split()
+SAME = """crane initial_q initial_v seed description joint_names actuated joint_units effort_units""".split()
 """What a scene takes from its file as it is."""
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
 
@@ -97,6 +97,8 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     Raises:
         SceneError: one line naming the culprit, its value and what is possible.
     """
+    if overrides is not None and not isinstance(overrides, Mapping):
+        raise SceneError(f"overrides = {shortened(overrides)}: must map dotted keys of the scene to values")
     changes = dict(overrides or {})
     try:
         document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
@@ -137,17 +139,20 @@ def _switched(document: dict[str, Any], own: Any, left: list[str], changes: Mapp
     return replace(scene, notes={**scene.notes, "left_out": told}) if left else scene
 
 
-def _build(document: dict[str, Any]) -> Scene:
+def _build(document: dict[str, Any], period: float | None = None) -> Scene:
+    """Return the scene of a document, with the control period [s] of another one where that is given."""
     file = _validated(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
+    period = _period(file) if period is None else period
+    duration, rounded = _whole(file.duration, period)
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
-    same |= {"name": file.name or "unnamed", "period": _period(file)}
+    same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, why = chosen(file.integrator, file.demands(sampled))
-    hardware, noted = equipment_of(file, same["period"])
+    hardware, noted = equipment_of(file, period)
     model = crane.metered(held=(sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
@@ -158,10 +163,31 @@ def _build(document: dict[str, Any]) -> Scene:
         law_name=control and control.law,
         sampled=sampled,
         source=source,
-        notes=file.notes | ({"method": why} if why else {}) | noted,
+        notes=_joined(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
         document=document,
         hardware=hardware,
     )
+
+
+def _joined(*notes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return notes as one group; lists of the same name are put together."""
+    found: dict[str, Any] = {}
+    for key, value in (item for group in notes for item in group.items()):
+        found[key] = [*found.get(key, ()), *value] if isinstance(value, list) else value
+    return found
+
+
+def _base_notes(file: File, crane: Any) -> dict[str, Any]:
+    return file.base_motion.notes(crane.base, file.duration) if file.base_motion is not None else {}
+
+
+def _whole(duration: float, period: float) -> tuple[float, dict[str, Any]]:
+    """Return (a duration [s] in whole periods, at least one, a note when it was another one)."""
+    wanted = duration / period
+    steps = max(1, round(wanted))
+    if abs(steps - wanted) <= CLOSE:
+        return duration, {}
+    return steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
 
 
 def _goal(file: File) -> dict[str, Any]:
@@ -210,7 +236,7 @@ def _believed(file: File, document: dict[str, Any]) -> Scene:
     control = file.control
     assert control is not None
     try:
-        scene = _build(nominal(document, control.nominal))
+        scene = _build(nominal(document, control.nominal), _period(file))
     except SceneError as error:
         raise SceneError(f"control.nominal: {error}") from None
     if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:
@@ -218,4 +244,4 @@ def _believed(file: File, document: dict[str, Any]) -> Scene:
             f"control.nominal: its joints {scene.joint_names}, actuated {scene.actuated}, must be the first ones of "
             f"the crane's {file.joint_names}, actuated {file.actuated}"
         )
-    return replace(scene, period=_period(file), sampled=control.period != "continuous")
+    return replace(scene, sampled=control.period != "continuous")

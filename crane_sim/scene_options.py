@@ -43,8 +43,11 @@ def loaded_scene(
     from crane_sim.scene import load_scene
 
     named = {"duration": duration, "control.law": law, "seed": seed}
-    changes = _parsed(settings) | {key: value for key, value in named.items() if value is not None}
-    return load_scene(scene, changes)
+    changes, given = _parsed(settings), {key: value for key, value in named.items() if value is not None}
+    for key in given:
+        if key in changes:
+            raise SceneError(f"--set {key}: --{key.removeprefix('control.')} says the same; leave out one of the two")
+    return load_scene(scene, changes | given)
 
 
 def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:

@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak frequency
+GRAVITY = 9.81  # m/s²
+BREAKING = 1.0 / 7.0
+"""Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893); DNV-RP-C205, 3.4.6)."""
 HIGHEST = 5.0  # times the peak frequency, up to which a sea is sampled: 0.2 % of the energy is beyond, and moved below
 
 
@@ -36,6 +39,16 @@ class Waves(NamedTuple):
     amplitudes: Any  # m
     frequencies: Any  # rad/s
     phases: Any  # rad
+
+
+def steepness(sea: Sea) -> float:
+    """Return the significant height over the length in deep water of a wave of the peak period."""
+    return 2.0 * np.pi * sea.significant_height / (GRAVITY * sea.peak_period**2)
+
+
+def largest_observed(peak_period: float) -> float:
+    """Return the largest steepness of seas that were measured, at a peak period [s] (DNV-RP-C205, 3.5.4)."""
+    return float(np.interp(peak_period, (8.0, 15.0), (1.0 / 15.0, 1.0 / 25.0)))
 
 
 def _form(x: Array, gamma: float) -> Array:

@@ -7,16 +7,17 @@ from pydantic import BeforeValidator, Field
 
 from crane_sim.base_motions import AXES, Base, SplineBase
 from crane_sim.explain import SceneError
-from crane_sim.forms.base_table import spline_base
+from crane_sim.forms.base_table import peak_notes, spline_base
 from crane_sim.forms.groups import Group
-from crane_sim.quantities import Angle, NonNegative, Positive, Real, Seed, no_switch
-from crane_sim.seas import Response, Sea, Waves, answered, sampled
+from crane_sim.quantities import Angle, NonNegative, Positive, Real, Seed, Tilt, no_switch
+from crane_sim.seas import BREAKING, Response, Sea, Waves, answered, largest_observed, sampled, steepness
 
 PEAKED = 3.3  # gamma of a JONSWAP spectrum that names none, the mean of the measured ones
 MOST = 1000  # sinusoids of a sea, and of an axis
 LARGEST = 1e6  # m, rad, rad/s: accelerations stay numbers of the machine
 Amount = Annotated[Real, Field(ge=-LARGEST, le=LARGEST)]
 Turn = Annotated[Angle, Field(ge=-LARGEST, le=LARGEST)]
+Lean = Annotated[Tilt, Field(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[NonNegative, Field(le=LARGEST)]
 
 
@@ -32,10 +33,10 @@ class Sway(Group):
 class Roll(Group):
     """offset + amplitude sin(frequency t + phase) about an axis."""
 
-    amplitude: Turn  # rad, size of the sine
+    amplitude: Lean  # rad, size of the sine
     frequency: NotNegative  # rad/s, of the sine
     phase: Turn = 0.0  # rad, of the sine at t = 0
-    offset: Turn = 0.0  # rad, added to the sine
+    offset: Lean = 0.0  # rad, added to the sine
 
 
 def _listed(value: Any) -> Any:
@@ -108,17 +109,42 @@ class SeaGroup(Group):
         Raises:
             SceneError: settings contradict each other.
         """
-        peaked = self.spectrum == "jonswap"
-        if self.gamma is not None and not peaked:
-            raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
-        gamma = 1.0 if not peaked else PEAKED if self.gamma is None else self.gamma
-        sea = Sea(self.significant_height, self.peak_period, gamma)
-        waves = sampled(sea, self.components, seed if self.seed is None else self.seed)
+        waves = sampled(self._sea(), self.components, seed if self.seed is None else self.seed)
         response = (
             Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
         )
         given = {name: getattr(response, name) for name in AXES}
         return {name: answered(waves, answer.table(name)) for name, answer in given.items() if answer is not None}
+
+    def _sea(self) -> Sea:
+        """Return the sea.
+
+        Raises:
+            SceneError: settings contradict each other, or its waves would break.
+        """
+        peaked = self.spectrum == "jonswap"
+        if self.gamma is not None and not peaked:
+            raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
+        sea = Sea(self.significant_height, self.peak_period, 1.0 if not peaked else self.gamma or PEAKED)
+        if steepness(sea) > BREAKING:
+            most = sea.significant_height * BREAKING / steepness(sea)
+            raise SceneError(
+                f"base_motion.sea.significant_height = {sea.significant_height:g}: such waves break; at a peak period "
+                f"of {sea.peak_period:g} s at most {most:.3g} m are possible, a seventh of the wave's length"
+            )
+        return sea
+
+    def notes(self) -> dict[str, Any]:
+        """Return a warning when the sea is steeper than any that was measured."""
+        sea = self._sea()
+        most = largest_observed(sea.peak_period)
+        if steepness(sea) <= most:
+            return {}
+        line = (
+            f"base_motion.sea: its steepness is 1/{1.0 / steepness(sea):.3g}; at a peak period of "
+            f"{sea.peak_period:g} s measured seas stay below 1/{1.0 / most:.3g}"
+        )
+        return {"warnings": [line]}
 
 
 class BaseMotion(Group):
@@ -137,6 +163,8 @@ class BaseMotion(Group):
     sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
     file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
     # keys; a quintic spline through the rows
+    cut_off: Positive | None = None  # Hz, of a low pass without phase that the file's rows go through first; left out:
+    # the spline goes through the rows as they are
 
     def base(self, seed: int, duration: float) -> Base | SplineBase:
         """Return the motion of the base, for a run of `duration` [s]; a sea without its own seed takes `seed`.
@@ -148,8 +176,16 @@ class BaseMotion(Group):
             others = [name for name in (*AXES, "sea") if getattr(self, name)]
             if others:
                 raise SceneError(f"base_motion.{others[0]}: the file tells the whole motion; leave out one of the two")
-            return spline_base(self.file, duration)
+            return spline_base(self.file, duration, self.cut_off)
+        if self.cut_off is not None:
+            raise SceneError(f"base_motion.cut_off = {self.cut_off:g}: smooths the rows of a file, and there is none")
         return self._sum(self.sea.motions(seed) if self.sea is not None else {})
+
+    def notes(self, base: Any, duration: float) -> dict[str, Any]:
+        """Return what the summary says of the motion `base` that this group came to, over `duration` [s]."""
+        if self.file is not None:
+            return peak_notes(f"base_motion.file = {self.file!r}", base, duration)
+        return self.sea.notes() if self.sea is not None else {}
 
     def _sum(self, sea: dict[str, Waves]) -> Base:
         none = Waves(np.empty(0), np.empty(0), np.empty(0))

@@ -1,7 +1,8 @@
-"""A base motion that was recorded: read from a CSV file, made smooth by a spline."""
+"""A base motion that was recorded: read from a CSV file, freed from noise where asked, made smooth by a spline."""
 
 from math import factorial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -9,18 +10,23 @@ import numpy.typing as npt
 from crane_sim.base_motions import AXES, SplineBase
 from crane_sim.csv_table import read_table
 from crane_sim.explain import SceneError, unknown_key
+from crane_sim.forms.base_smoothing import MOST_ROWS, smoothed
 
 Array = npt.NDArray[np.float64]
 FEWEST = 6  # rows, of a quintic spline
 BRIEFEST = 1e-6  # s, between two rows: powers of it stay numbers of the machine
+LIVELY, LIVELY_TURN = 4.9, 0.5
+"""m/s² (half of free fall) and rad/s², beyond which a base moves as no ship does, and rows are likely to be noisy."""
+LOOKS = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acceleration
 
 
-def spline_base(file: str, duration: float) -> SplineBase:
+def spline_base(file: str, duration: float, cut_off: float | None = None) -> SplineBase:
     """Return the quintic spline through a file's rows: its derivatives are continuous up to the fourth.
 
     Args:
         file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad].
         duration: s, of the run that it has to cover.
+        cut_off: Hz, of the low pass that the rows go through first, as of `smoothed`; None: none.
 
     Raises:
         SceneError: the file cannot be read, or does not say what it must.
@@ -35,10 +41,57 @@ def spline_base(file: str, duration: float) -> SplineBase:
     for i, name in enumerate(AXES):
         if name in head:
             values[:, i] = rows[:, head.index(name)]
+    if cut_off is not None:
+        values = _low_passed(where, times, values, cut_off)
     spline = make_interp_spline(times, values, k=5)
     knots = np.unique(spline.t)  # those of the ends stand several times
     powers = [spline(knots[:-1], nu=m) / factorial(m) for m in range(6)]
     return SplineBase(knots, np.ascontiguousarray(np.stack(powers, axis=-1).transpose(1, 0, 2)))
+
+
+def _low_passed(where: str, times: Array, values: Array, cut_off: float) -> Array:
+    """Return the rows after the low pass of `smoothed`.
+
+    Raises:
+        SceneError: it would leave all of them, or nothing but a line.
+    """
+    span, rate = float(times[-1] - times[0]), (len(times) - 1) / float(times[-1] - times[0])
+    least, most = max(1.0 / span, rate / MOST_ROWS), 0.5 * rate
+    if not least <= cut_off <= most:
+        raise SceneError(
+            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file tells {span:g} s, "
+            f"{rate:.3g} rows a second"
+        )
+    try:
+        return smoothed(times, values, cut_off)
+    except ValueError as error:
+        raise SceneError(f"{where}: {error}") from None
+
+
+def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]:
+    """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
+    times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * LOOKS
+    s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
+    within = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
+    s, times, rows = s[within], np.clip(times, 0.0, duration)[within], base.coefficients[:, within]
+    seconds = np.zeros((len(AXES), *s.shape))
+    for k in range(2, rows.shape[2]):
+        seconds += k * (k - 1) * rows[:, :, k, None] * s ** (k - 2)
+    both = [np.linalg.norm(part, axis=0) for part in (seconds[:3], seconds[3:])]
+    return np.array([size.max() for size in both]), np.array([times.flat[size.argmax()] for size in both])
+
+
+def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
+    """Return the largest accelerations of a base for the summary, and warnings of those that no ship has."""
+    (linear, angular), (at, at_turn) = (part.tolist() for part in peak_accelerations(base, duration))
+    remedy = "are the rows noisy? base_motion.cut_off [Hz], or a lower one, smooths them"
+    lines = []
+    if linear > LIVELY:
+        lines.append(f"{where}: means an acceleration of {linear:.3g} m/s² at {at:.6g} s; {remedy}")
+    if angular > LIVELY_TURN:
+        lines.append(f"{where}: means an angular acceleration of {angular:.3g} rad/s² at {at_turn:.6g} s; {remedy}")
+    found: dict[str, Any] = {"peak_base_acceleration": linear, "peak_base_angular_acceleration": angular}
+    return found | ({"warnings": lines} if lines else {})
 
 
 def _read(where: str, file: str) -> tuple[list[str], Array, list[int]]:

@@ -8,12 +8,13 @@ from crane_sim.explain import SceneError
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
 from crane_sim.forms.hardware import HardwareGroups
+from crane_sim.forms.knuckle_checks import check_rods
 from crane_sim.forms.method_choice import Demands
 from crane_sim.forms.reference import ReferenceGroup
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
-from crane_sim.quantities import Angle, Name, NonNegative, Positive, Real, Seed
+from crane_sim.quantities import Angle, Name, NonNegative, Positive, Real, Seed, Tilt
 from crane_sim.sources import Constant, Inputs
 from crane_sim.supports.knuckle import Knuckle, Rod, Tower
 
@@ -38,7 +39,7 @@ class Springs(Group):
 class Initial(Group):
     """Joint coordinates at t = 0, in joint order; boom and jib are elevations from the horizontal."""
 
-    q: tuple[Angle, Angle, Angle, Positive, Angle, Angle]  # rad, slew, boom, jib, rope [m], swing_tangential,
+    q: tuple[Angle, Angle, Angle, Positive, Tilt, Tilt]  # rad, slew, boom, jib, rope [m], swing_tangential,
     # swing_radial; angles may be text such as `30 deg`
     v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s, of the same joints; of the
     # rope [m/s]
@@ -137,6 +138,7 @@ class KnuckleFile(HardwareGroups):
         Raises:
             SceneError: groups contradict each other.
         """
+        check_rods(self.boom, self.jib)
         support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib)
         crane = Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
         moves, given = self.base_motion, self.payload_force

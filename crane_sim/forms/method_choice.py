@@ -30,6 +30,7 @@ GENTLE = 0.08
 """Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce hardcases`)."""
 
 COARSEST = 0.1  # relative tolerance, beyond which digits mean nothing
+FINEST = 2.3e-14  # relative tolerance, a hundred times the rounding of a double: below, rounding passes for an error
 SHORTEST_STEP = 1e-9  # s, the resolution of stamps
 
 
@@ -75,9 +76,13 @@ def check_fit(method: Any, model: Any, continuous: bool) -> None:
 
 
 def _check_range(method: Any) -> None:
-    rtol, step = getattr(method, "rtol", 0.0), getattr(method, "step", SHORTEST_STEP)
+    rtol, step = getattr(method, "rtol", COARSEST), getattr(method, "step", SHORTEST_STEP)
     if rtol > COARSEST:
         raise SceneError(f"integrator.rtol = {rtol:g}: must be at most {COARSEST:g}")
+    if rtol < FINEST:
+        raise SceneError(f"integrator.rtol = {rtol:g}: must be at least {FINEST:g}: a double has 16 digits")
+    if getattr(method, "atol", 1.0) == 0.0:
+        raise SceneError("integrator.atol = 0: must be greater than 0: what is zero has no relative error")
     if step < SHORTEST_STEP:
         raise SceneError(f"integrator.step = {step:g}: must be at least {SHORTEST_STEP:g} s")
 

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.forms.groups import Channel, Group, Profile
 from crane_sim.overhead.axes import Friction
-from crane_sim.quantities import Angle, NonNegative, Positive, Real
+from crane_sim.quantities import NonNegative, Positive, Real, Tilt
 from crane_sim.sources import Constant
 
 
@@ -100,7 +100,7 @@ class Start(Group):
     vy: Place = 0.0  # m/s, of the bridge
     length: Size | None = None  # m, of a force-driven hoist; left out: its link's
     length_rate: Place = 0.0  # m/s, of a force-driven hoist
-    angles: Annotated[tuple[Angle, ...], BeforeValidator(_listed)] | None = None  # rad, of the links from the downward
+    angles: Annotated[tuple[Tilt, ...], BeforeValidator(_listed)] | None = None  # rad, of the links from the downward
     # vertical (2D); left out: they hang
     rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
     directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang

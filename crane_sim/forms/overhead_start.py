@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, ...]
 HEAVY = 1e3  # payload / heaviest node above it, from which a straight cable is taken for a rod by model: auto
+UNIT = 1e-6  # how far a unit vector may be from one, and its rate from being across it
+APART = 1e-9  # of a link's length: the least distance of its ends, below which it has no direction
 SHORTEST = 1e-3  # m, where a first link without limits of its own ends a run: its swing rate grows without bound
 
 
@@ -54,7 +56,22 @@ def cable_of(file: "OverheadFile") -> Cable:
         masses[-1] = file.payload.mass
     if masses[-1] == 0.0:
         raise SceneError("cable.node_masses: the last one is the payload and must be greater than 0")
-    return _merged(Cable(lengths, tuple(masses), _turns(file, n), _rates(file, n)))
+    turns, rates = _turns(file, n), _rates(file, n)
+    if file.dimensions == 3:
+        _check_across(turns, rates)
+    return _merged(Cable(lengths, tuple(masses), turns, rates))
+
+
+def _check_across(directions: tuple[Any, ...], rates: tuple[Any, ...]) -> None:
+    """Raise SceneError when a link's direction changes along itself, which would change its length."""
+    for k, (direction, rate) in enumerate(zip(directions, rates, strict=True)):
+        along = float(np.dot(direction, rate))
+        if abs(along) > UNIT * (1.0 + max(map(abs, rate))):
+            across = [round(v - along * n, 6) for v, n in zip(rate, direction, strict=True)]
+            raise SceneError(
+                f"initial.rates[{k}] = {list(rate)}: {along:g} of it is along link {k + 1}; "
+                f"the rate of a direction must be across it: {across}"
+            )
 
 
 def _turns(file: "OverheadFile", n: int) -> tuple[Any, ...]:
@@ -67,7 +84,7 @@ def _turns(file: "OverheadFile", n: int) -> tuple[Any, ...]:
         raise SceneError("initial.angles: belong to 2 dimensions; 3 take directions, unit vectors down the links")
     given = filled(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
     for k, direction in enumerate(given):
-        if not abs(np.linalg.norm(direction) - 1.0) < 1e-6:
+        if not abs(np.linalg.norm(direction) - 1.0) < UNIT:
             raise SceneError(f"initial.directions[{k}] = {list(direction)}: must be a unit vector")
     return tuple(tuple(map(float, np.array(d) / np.linalg.norm(d))) for d in given)
 
@@ -178,7 +195,19 @@ def _nodes(file: "OverheadFile", top: list[float], rates: list[float]) -> tuple[
         if len(rows) != n or any(len(row) != d for row in rows):
             raise SceneError(f"initial.{name}: must be {n} vectors of {d}")
         found.append(tuple(float(x) for row in rows for x in row))
+    _check_apart([(*top[: d - 1], 0.0), *start.positions], file.parts.lengths)
     return found[0], found[1]
+
+
+def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
+    """Raise SceneError when the ends of a link are at one place: it has no direction to pull in."""
+    for k, length in enumerate(lengths):
+        if np.linalg.norm(np.subtract(points[k + 1], points[k])) < APART * length:
+            upper = f"node {k}" if k else "the trolley"
+            raise SceneError(
+                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the place of {upper}; "
+                "the link between them needs a direction"
+            )
 
 
 def _hanging(file: "OverheadFile", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:

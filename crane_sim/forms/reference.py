@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, TypeAdapter, model_validator
 
 from crane_sim.explain import SceneError, no_group
 from crane_sim.forms.groups import Group, Inline, picked
-from crane_sim.quantities import Angle
+from crane_sim.quantities import Real
 from crane_sim.references import Path, path_of
 from crane_sim.references.arcs import Arc, Line
 from crane_sim.references.minimum_jerk import MinimumJerk
@@ -63,7 +63,7 @@ def _path(value: Any) -> Any:
 class ReferenceGroup(Group):
     """Where the actuated joints should end, and the path that joints or payload should follow; at least one of them."""
 
-    q: tuple[Angle, ...] | None = None  # joint's unit, where the actuated joints should end, in their order; left out:
+    q: tuple[Real, ...] | None = None  # joint's unit, where the actuated joints should end, in their order; left out:
     # where a path of the joints ends
     path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # how they, or the payload, get there
 

@@ -12,10 +12,10 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_sim.quantities import Angle, Positive, Real
+from crane_sim.quantities import Angle, Coordinate, Positive, Real
 from crane_sim.references.pieces import BRIEFEST, Array, Pieces, at_rest_around, shifted
 
-Coordinates = Annotated[tuple[Angle, ...], Field(min_length=1)]
+Coordinates = Annotated[tuple[Coordinate, ...], Field(min_length=1)]
 Profile = Literal["sine", "smooth"]
 Duration = Annotated[Positive, Field(ge=BRIEFEST)]
 DEGREE = 12
@@ -50,7 +50,8 @@ class Arc(NamedTuple):
 
     centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, place of the centre
     radius: Positive  # coordinate's unit, of the circle
-    begin: Angle  # rad, from the first coordinate's axis towards the second's; more than a turn is possible
+    begin: Angle  # rad, from the first coordinate's axis towards the second's; more than a turn is text, such as
+    # `720 deg`
     end: Angle  # rad, likewise
     duration: Duration  # s, of the way
     start: Real = 0.0  # s, when it begins
