@@ -45,9 +45,23 @@ def in_a_line(text: str) -> str:
     return text
 
 
+def increasing(value: tuple[float, float]) -> tuple[float, float]:
+    """Return (low, high) if low is less than high.
+
+    Raises:
+        ValueError: it is not.
+    """
+    if not value[0] < value[1]:
+        raise ValueError("must be [low, high] with low < high")
+    return value
+
+
 Name = Annotated[str, AfterValidator(in_a_line)]
 Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, allow_inf_nan=False)]
 Seed = Annotated[int, BeforeValidator(no_switch), Field(ge=0, le=2**63 - 1)]
 Angle = Annotated[float, BeforeValidator(to_radians), BeforeValidator(no_switch), Field(allow_inf_nan=False)]
+Range = Annotated[tuple[Real, Real], AfterValidator(increasing)]
+AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(increasing)]
+LengthRange = Annotated[tuple[NonNegative, Positive], AfterValidator(increasing)]

@@ -13,6 +13,7 @@ from crane_sim import system
 from crane_sim.explain import SceneError, one_line, one_word
 from crane_sim.forms.hardware_parts import acts, equipment_of
 from crane_sim.forms.knuckle import KnuckleFile
+from crane_sim.forms.limits import check_limits
 from crane_sim.forms.method_choice import check_fit, chosen
 from crane_sim.forms.overhead import OverheadFile
 from crane_sim.forms.pendulum import PendulumFile
@@ -114,6 +115,7 @@ def _build(document: dict[str, Any]) -> Scene:
     file = _validated(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
+    check_limits(file, same["reference"])
     same |= {"name": file.name or "unnamed", "period": _period(file)}
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None

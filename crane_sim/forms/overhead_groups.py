@@ -80,6 +80,7 @@ class HoistGroup(Group):
     drive: Literal["prescribed", "force"]
     profile: Profile = None  # m, of a prescribed hoist
     inertia: SizeOrZero | None = None  # kg, of a force-driven one
+    push: bool = False  # of a force-driven one: efforts that pay out are applied too, not as zero
     limits: tuple[NonNegative, Positive] | None = None  # m; a run ends where one is reached
 
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, ...]
 HEAVY = 1e3  # payload / heaviest node above it, from which a straight cable is taken for a rod by model: auto
-SHORTEST = 1e-3  # m, where a first link without limits of its own ends a run: its swing rate grows without bound
 
 
 @dataclass(frozen=True)
