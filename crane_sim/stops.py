@@ -57,13 +57,13 @@ def length_story(rope: str, key: str, end: int, shortest: float) -> tuple[str, s
     """Return (what happened, what a user can change) where a rope came to its shortest (end 0) or longest (1) length.
 
     Args:
-        rope: its name.
+        rope: its name in longer words.
         key: the group of the scene that has its limits.
         end: which one.
         shortest: its shortest length [m].
     """
     if end == 0 and shortest <= SHORTEST:
-        return f"the {rope} is reeled in to nothing", f"give {key}.limits, or change what drives the {key}"
+        return "the rope is reeled in to nothing", f"give {key}.limits, or change what drives the {key}"
     which = ("shortest", "longest")[end]
     return f"the {rope} reached its {which} length", f"change {key}.limits, or what drives the {key}"
 
