@@ -101,6 +101,13 @@ PUSHING: dict[str, tuple[Any, dict[str, Any], str]] = {
         "cable.slack",
     ),
 }
+FAR_DOWN = {"integrator": FIXED, "duration": 0.3}
+LQR = {"law": "lqr", "period": "continuous"}
+LAWS: dict[str, tuple[Any, dict[str, Any], int]] = {  # laws in the equations that want the rope to push, and its joint
+    "knuckle": ("knuckle_continuous", FAR_DOWN | {"reference.q": [0, "30 deg", "-10 deg", 40.0]}, 3),
+    "overhead": ("overhead_hoist_energy", FAR_DOWN | {"reference.q": [0.0, 40.0]}, 1),
+    "lqr": ("overhead_hoist_energy", FAR_DOWN | {"reference.q": [0.0, 80.0], "control": LQR}, 1),
+}
 PULLED = {"drum": {"inertia": 5.0}, "massless winch": {}}
 
 
@@ -112,6 +119,7 @@ def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
     asked |= {f"winding {name}": case for name, case in WINDING.items()}
     for name, (scene, changes, key) in PUSHING.items():
         asked |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
+    asked |= {f"law {name}": case[:2] for name, case in LAWS.items()}
     for name, hoist in PULLED.items():
         asked |= {f"pulled {name} {push}": (hoisted(500.0, **hoist, push=push), {}) for push in (False, True)}
     return asked
@@ -222,6 +230,14 @@ def test_a_hoist_by_force_only_pulls(runs: dict[str, Run], name: str) -> None:
     share = 10.0 / (10.0 + PULLED[name].get("inertia", 0.0))  # the drum falls along
     assert pulled.q[-1, 1] == pytest.approx(2.0 + 0.5 * 9.81 * share, abs=1e-9)  # exact for a parabola
     assert pushed.q[-1, 1] > pulled.q[-1, 1] + 10.0
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_laws_in_the_equations_only_pull(runs: dict[str, Run], name: str) -> None:
+    """A continuous law that wants to push its load to a target far below has zero applied in place of that."""
+    run, joint = runs[f"law {name}"], LAWS[name][2]
+    assert run.error == "" and np.all(run.u[:, joint] <= 0.0) and np.any(run.u[:, joint] == 0.0)
+    assert run.tension.min() >= 0.0
 
 
 def test_demands_that_push_are_counted() -> None:
