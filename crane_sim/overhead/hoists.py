@@ -102,4 +102,5 @@ def _(hoist, u):
 @kernel
 def pulling(push, u):
     """Return the efforts with the last one, which pays out where it is positive, at most 0 unless `push` is 1."""
-    return (*u[:-1], u[-1] if push > 0.0 else min(u[-1], 0.0))
+    last = u[-1] if push > 0.0 else min(u[-1], 0.0)
+    return (*u[:-1], last)
