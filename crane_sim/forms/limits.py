@@ -28,7 +28,7 @@ def check_limits(file: "KnuckleFile | OverheadFile | PendulumFile", target: Sequ
         target: where the actuated joints should end (nu,), None where nothing says so.
     """
     for limit in file.limits:
-        i, told = file.joint_names.index(limit.joint), f"{limit.key} = [{limit.low:g}, {limit.high:g}]"
+        i, told = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
         start, unit = file.initial_q[i], file.joint_units[i]
         if not limit.low < limit.high:
             raise SceneError(f"{told}: must increase")
