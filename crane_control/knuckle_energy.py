@@ -114,7 +114,7 @@ def _(law, t, q, v):
 @system.effort.register(EnergyLaw)
 def _(u, p, t, x):
     q, v = system.actuated(p, x)
-    return act(u.action, q, v)
+    return system.limited(p, act(u.action, q, v))
 
 
 @entry

@@ -98,7 +98,7 @@ def _(u, p, t, x):
 def observed(law, p, t, x):
     """Return the efforts (nu,) of the law in state x of model p at t; one piece, which the stages of a step call."""
     q, v = system.joints(p, x)
-    return feedback(law.channels, law, t, q, v)
+    return system.limited(p, feedback(law.channels, law, t, q, v))
 
 
 @entry

@@ -128,7 +128,7 @@ def _(law, t, q, v):
 @system.effort.register(OverheadEnergyLaw)
 def _(u, p, t, x):
     q, v = system.joints(p, x)
-    return act(u, q, v)
+    return system.limited(p, act(u, q, v))
 
 
 @entry

@@ -82,7 +82,7 @@ def check(file: str) -> None:
     loaded = loaded_scene(file)
     drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
     print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
-    report.print_notes(loaded.notes, Console())
+    report.print_notes(loaded.notes, report.Console())
 
 
 @app.command()

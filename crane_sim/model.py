@@ -35,6 +35,7 @@ from crane_sim.jit import generic, kernel
 from crane_sim.loads.point import PointLoad
 from crane_sim.meter import Meter, metered_like, with_meter
 from crane_sim.sources import value_at
+from crane_sim.stops import Stops, story
 from crane_sim.supports import (
     drive_power,
     knuckle_base,  # noqa: F401  registers what a moving base does to a knuckle crane
@@ -62,12 +63,17 @@ class Crane(NamedTuple):
     meter: Meter | None = None
     base: Base | SplineBase | None = None
     force: PayloadForce | None = None
+    stops: Stops | None = None
 
     def metered(self, held: bool) -> "Crane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         lossy = self.swing_friction is not None or self.drag is not None or self.force is not None
         imposed = isinstance(self.cable, RateRope) or isinstance(self.support, Point) or self.base is not None
         return self._replace(meter=Meter()) if lossy or imposed or not held else self
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(self.support, self.stops or Stops(), which)
 
 
 class Motion(NamedTuple):

@@ -2,6 +2,7 @@
 
 from math import atan2, cos, sin
 
+from crane_sim import crane_modes as _modes  # noqa: F401  registers what ends a run
 from crane_sim import system
 from crane_sim.base import BaseState, added_energy, base_state, pose_at, to_world
 from crane_sim.cables.rope import LockedRope, add_rope_energy, span, swing

@@ -64,6 +64,17 @@ def in_a_line(text: str) -> str:
     return text
 
 
+def increasing(value: tuple[float, float]) -> tuple[float, float]:
+    """Return (low, high) if low is less than high.
+
+    Raises:
+        ValueError: it is not.
+    """
+    if not value[0] < value[1]:
+        raise ValueError("must be [low, high] with low < high")
+    return value
+
+
 Name = Annotated[str, AfterValidator(in_a_line)]
 Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
@@ -75,3 +86,6 @@ TURN, HALF_TURN = 6.29, 3.15  # rad, with room for rounding
 Angle = Annotated[Coordinate, BeforeValidator(bare_within(TURN, "a turn"))]
 Tilt = Annotated[Coordinate, BeforeValidator(bare_within(HALF_TURN, "half a turn"))]
 """An angle from the vertical or the level."""
+Range = Annotated[tuple[Real, Real], AfterValidator(increasing)]
+AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(increasing)]
+LengthRange = Annotated[tuple[NonNegative, Positive], AfterValidator(increasing)]

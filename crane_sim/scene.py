@@ -13,6 +13,7 @@ from crane_sim import system
 from crane_sim.explain import SceneError, nearest, one_line, one_word, shortened
 from crane_sim.forms.hardware_parts import CLOSE, acts, equipment_of
 from crane_sim.forms.knuckle import KnuckleFile
+from crane_sim.forms.limits import check_limits
 from crane_sim.forms.method_choice import check_fit, chosen
 from crane_sim.forms.overhead import OverheadFile
 from crane_sim.forms.pendulum import PendulumFile
@@ -146,6 +147,7 @@ def _build(document: dict[str, Any], period: float | None = None) -> Scene:
     period = _period(file) if period is None else period
     duration, rounded = _whole(file.duration, period)
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
+    check_limits(file, same["reference"])
     same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None

@@ -74,10 +74,16 @@ def placed(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -
     flow, *shown = begin(scene.model, np.array(place), np.array(speed))
     for what, wanted, found in zip(("positions", "velocities"), (place, speed), shown, strict=True):
         _check_held(scene, what, wanted, as_tuple(found))
-    status = first_status(scene.model, flow, np.zeros(len(scene.actuated)))
+    status = first_status(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
     if status >= STOPPED:
         raise SceneError(f"positions: {scene.model.story(status - STOPPED)[0]} there")
     return start
+
+
+def _free_to_push(model: Any) -> Any:
+    """Return the model without the guard of a rope that pushes: without efforts a boom may outrun its falling load."""
+    stops = getattr(model, "stops", None)
+    return model if stops is None else model._replace(stops=stops._replace(taut=0.0))
 
 
 def _numbers(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = sorted(file for package in ("crane_sim", "crane_control") for file in (ROOT / package).rglob("*.py"))
 KERNELS = """supports cables loads overhead integrators frames effects model outputs sources stepping system
 state_algebra array_algebra lane_algebra angles linear_systems meter jit compiled quantities references
-base base_motions""".split()
+base base_motions stops crane_modes""".split()
 ABOVE = """hardware passage outcome starts batch batch_scenes batch_lanes batch_loops scene scene_document forms
 lagrange reproduce description laws plant rollout functions averaging metrics tracking report cli
 run_options scene_options help_lines orchestration ros recording bench league soak documentation commands

@@ -68,7 +68,13 @@ def test_a_force_driven_hoist() -> None:
     ("groups", "line"),
     [
         ({"bridge": {"drive": "force", "mass": 0.0, "limits": [-0.2, 0.2]}}, "the bridge reached its travel limit"),
-        ({"inputs": {"trolley": sine(), "bridge": sine(), "hoist": sine({"offset": 200.0})}}, "went slack"),
+        (
+            {
+                "hoist": {"drive": "force", "inertia": 15.0, "push": True},
+                "inputs": {"trolley": sine(), "bridge": sine(), "hoist": sine({"offset": 200.0})},
+            },
+            "went slack",
+        ),
     ],
     ids=["limit", "slack"],
 )

@@ -1,5 +1,6 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
+from math import inf
 from typing import Any, ClassVar, Literal
 
 from crane_sim.cables.rope import ForceRope, LockedRope, RateRope
@@ -9,13 +10,15 @@ from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
 from crane_sim.forms.hardware import HardwareGroups
 from crane_sim.forms.knuckle_checks import check_rods
+from crane_sim.forms.limits import Limit, limits_of
 from crane_sim.forms.method_choice import Demands
 from crane_sim.forms.reference import ReferenceGroup
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
-from crane_sim.quantities import Angle, Name, NonNegative, Positive, Real, Seed, Tilt
+from crane_sim.quantities import Angle, LengthRange, Name, NonNegative, Positive, Real, Seed, Tilt
 from crane_sim.sources import Constant, Inputs
+from crane_sim.stops import LEAD, SHORTEST, Stops
 from crane_sim.supports.knuckle import Knuckle, Rod, Tower
 
 
@@ -26,6 +29,8 @@ class Rope(Group):
     # out; the rope's acceleration [m/s²]; or nothing, the length stays
     time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
     # lag; left out: the input is an acceleration
+    limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
+    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
 
 
 class Springs(Group):
@@ -126,11 +131,22 @@ class KnuckleFile(HardwareGroups):
         """Length of the rope at t = 0 [m]."""
         return self.initial.q[3]
 
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        return limits_of(
+            ("slew", "tower.limits", self.tower.limits),
+            ("boom", "boom.limits", self.boom.limits),
+            ("jib", "jib.limits", self.jib.limits),
+            ("rope", "rope.limits", self.rope.limits),
+        )
+
     notes: ClassVar[dict[str, Any]] = {}
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""
-        return Demands(None, 0.0, elastic=False, smooth=not sampled, duration=self.duration)
+        smooth = not sampled and self._stops() is None
+        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def model(self) -> Crane:
         """Return the parameters of the crane.
@@ -145,7 +161,22 @@ class KnuckleFile(HardwareGroups):
         return crane._replace(
             base=moves.base(self.seed, self.duration) if moves is not None else None,
             force=given.force() if given is not None else None,
+            stops=self._stops(),
         )
+
+    def _stops(self) -> Stops | None:
+        """Return what ends a run, None where nothing does."""
+        rope, moves = self.rope, self.rope.drive == "rate"  # such a winch reels in to nothing, whatever hangs there
+        if rope.limits is not None and rope.drive == "locked":
+            raise SceneError("rope.limits: belong to a rope that a winch moves, this drive is 'locked'")
+        if moves and not self.initial.q[3] >= SHORTEST:
+            raise SceneError(f"initial.q[3] = {self.initial.q[3]}: a rope by rate is at least {SHORTEST:g} m long")
+        if not (self.limits or moves or rope.slack == "stop"):
+            return None
+        taut, (low, high) = float(rope.slack == "stop"), rope.limits or (0.0, inf)
+        if low > SHORTEST or not (moves or rope.limits is not None):
+            return Stops(low, high, taut=taut)
+        return Stops(SHORTEST, high, LEAD, taut)
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive

@@ -7,6 +7,7 @@ from typing import Any, Literal
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Control, Method
 from crane_sim.forms.hardware import HardwareGroups
+from crane_sim.forms.limits import Limit, limits_of
 from crane_sim.forms.method_choice import Demands, asks_frequency
 from crane_sim.forms.overhead_base import on_base
 from crane_sim.forms.overhead_checks import check, check_start
@@ -132,6 +133,12 @@ class OverheadFile(HardwareGroups):
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""
         return self._start[1]
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
+        return limits_of(*((name, f"{name}.limits", group.limits) for name, group in groups if group is not None))
 
     @cached_property
     def _start(self) -> tuple[tuple[float, ...], tuple[float, ...]]:

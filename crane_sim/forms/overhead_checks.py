@@ -30,11 +30,8 @@ def check(file: "OverheadFile") -> None:
 
 
 def check_start(file: "OverheadFile") -> None:
-    """Raise SceneError when a scene starts outside its limits, or a hoist where its cable does not."""
+    """Raise SceneError when a hoist starts where its cable does not."""
     q = file.initial_q
-    for i, group in enumerate((file.trolley, file.bridge)[: len(file.axes)]):
-        if group is not None:
-            _check_limits(file.axes[i], group.limits, q[i])
     if file.hoist is None:
         return
     length, first = q[len(file.axes)], file.parts.lengths[0]
@@ -42,16 +39,6 @@ def check_start(file: "OverheadFile") -> None:
         raise SceneError(f"hoist.profile: starts at {length:g} m, must start greater than 0")
     if file.hoist.profile is not None and abs(length - first) > SAME_LENGTH * first:
         raise SceneError(f"cable.lengths[0] = {first}: hoist.profile starts at {length!r} m; both must be the same")
-    _check_limits("hoist", file.hoist.limits, length)
-
-
-def _check_limits(name: str, limits: tuple[float, float] | None, start: float) -> None:
-    if limits is None:
-        return
-    if not limits[0] < limits[1]:
-        raise SceneError(f"{name}.limits = {list(limits)}: must increase")
-    if not limits[0] <= start <= limits[1]:
-        raise SceneError(f"{name}.limits = {list(limits)}: the {name} starts outside of them, at {start:g} m")
 
 
 def _check_plane(file: "OverheadFile") -> None:
@@ -143,6 +130,8 @@ def _check_hoist(file: "OverheadFile") -> None:
                 f"initial.{name} = {getattr(file.initial, name)}: belongs to a hoist driven by force, "
                 f"here is {'none' if drive is None else f'a {drive} one'}"
             )
+    if file.hoist is not None and file.hoist.push and drive != "force":
+        raise SceneError(f"hoist.push = True: belongs to a drive by force, here it is {drive!r}")
     if file.hoist is not None:
         _check_finite("hoist.profile", file.hoist.profile)
 

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.forms.overhead_start import SHORTEST, filled
+from crane_sim.forms.overhead_start import filled
 from crane_sim.overhead.motions import Shape
+from crane_sim.stops import SHORTEST
 
 if TYPE_CHECKING:
     from crane_sim.forms.overhead import OverheadFile

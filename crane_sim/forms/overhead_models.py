@@ -8,7 +8,7 @@ from crane_sim.explain import SceneError
 from crane_sim.forms.method_choice import implicit
 from crane_sim.forms.overhead_elastic import refuse_springs, springs_of
 from crane_sim.forms.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
-from crane_sim.forms.overhead_start import SHORTEST, filled
+from crane_sim.forms.overhead_start import filled
 from crane_sim.overhead import base_energies as _base_energies  # noqa: F401  registers what the models answer
 from crane_sim.overhead import elastic_linear as _springs  # noqa: F401
 from crane_sim.overhead import elastic_modes as _elastic  # noqa: F401
@@ -29,6 +29,7 @@ from crane_sim.overhead.rod import Line, RodCrane
 from crane_sim.overhead.spatial import SpatialCrane
 from crane_sim.overhead.spring import Spring, SpringCrane
 from crane_sim.overhead.switches import Switches
+from crane_sim.stops import SHORTEST
 
 if TYPE_CHECKING:
     from crane_sim.forms.overhead import OverheadFile
@@ -160,7 +161,8 @@ def hoist_of(file: "OverheadFile") -> Hoist | None:
         if inertia is not None:
             raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
         return PrescribedHoist(profile.motion())
-    return ForceHoist(inertia) if inertia else MasslessHoist()
+    push = float(file.hoist.push)
+    return ForceHoist(inertia, push) if inertia else MasslessHoist(push)
 
 
 def forces_of(file: "OverheadFile") -> NodeForces | None:
@@ -192,7 +194,7 @@ def switches_of(file: "OverheadFile") -> Switches | None:
     return Switches(
         lower=(ends[0][0], ends[1][0]),
         upper=(ends[0][1], ends[1][1]),
-        shortest=hoist[0] if hoist else SHORTEST,
+        shortest=max(hoist[0], SHORTEST) if hoist else SHORTEST,
         longest=hoist[1] if hoist else np.inf,
         taut=float(file.cable.slack == "stop"),
         times=np.array([event.at for event in events]),

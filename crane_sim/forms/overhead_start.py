@@ -16,7 +16,6 @@ Vector = tuple[float, ...]
 HEAVY = 1e3  # payload / heaviest node above it, from which a straight cable is taken for a rod by model: auto
 UNIT = 1e-6  # how far a unit vector may be from one, and its rate from being across it
 APART = 1e-9  # of a link's length: the least distance of its ends, below which it has no direction
-SHORTEST = 1e-3  # m, where a first link without limits of its own ends a run: its swing rate grows without bound
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from crane_sim.explain import SceneError
 from crane_sim.forms.base_motion import BaseMotion
 from crane_sim.forms.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
 from crane_sim.forms.hardware import HardwareGroups
+from crane_sim.forms.limits import Limit, limits_of
 from crane_sim.forms.method_choice import Demands
 from crane_sim.forms.reference import ReferenceGroup, target_of
 from crane_sim.integrators.dop853 import DOP853
@@ -16,7 +17,8 @@ from crane_sim.loads.point import PointLoad
 from crane_sim.model import Crane
 from crane_sim.quantities import Name, NonNegative, Positive, Real, Seed
 from crane_sim.sources import Constant, Inputs
-from crane_sim.supports.point import Lift, Point, Servo
+from crane_sim.stops import Stops
+from crane_sim.supports.point import Box, Lift, Point, Servo
 
 Vector = tuple[Real, Real, Real]
 UNIT = 1e-6  # how far from 1 the length of a unit vector may be
@@ -30,13 +32,16 @@ class Suspension(Group):
     kp: Positive | None = None  # 1/s², of a servo, which needs one
     kd: NonNegative | None = None  # 1/s, of a servo, which needs one
     height: Literal["fixed", "driven"] = "fixed"  # whether z of the point is driven, too
+    limits: Box | None = None  # m, by axis, of the point relative to the base; a run ends where one is reached
 
     def point(self) -> Point:
         """Return the support.
 
         Raises:
-            SceneError: gains are missing, or belong to another drive.
+            SceneError: gains are missing, or belong to another drive; or limits to a height that is fixed.
         """
+        if self.limits is not None and self.limits.z is not None and self.height == "fixed":
+            raise SceneError("suspension.limits.z: the height is fixed; take suspension.height: driven")
         lift = Lift() if self.height == "driven" else None
         for name, gain in (("kp", self.kp), ("kd", self.kd)):
             if self.drive == "servo" and gain is None:
@@ -44,14 +49,15 @@ class Suspension(Group):
             if self.drive != "servo" and gain is not None:
                 raise SceneError(f"suspension.{name}: only a servo has one, this drive is {self.drive!r}")
         if self.kp is None or self.kd is None:
-            return Point(None, lift)
-        return Point(Servo(self.kp, self.kd), lift)
+            return Point(None, lift, self.limits)
+        return Point(Servo(self.kp, self.kd), lift, self.limits)
 
 
 class Rope(Group):
     """The rope, which stays as long as it is."""
 
     length: Positive  # m, from the suspension point to the payload
+    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
 
 
 class Initial(Group):
@@ -155,9 +161,25 @@ class PendulumFile(HardwareGroups):
         """Length of the rope [m]."""
         return self.rope.length
 
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        box = self.suspension.limits or Box()
+        return limits_of(
+            ("tip_x", "suspension.limits.x", box.x),
+            ("tip_y", "suspension.limits.y", box.y),
+            ("tip_z", "suspension.limits.z", box.z),
+        )
+
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""
-        return Demands(None, 0.0, elastic=False, smooth=not sampled, duration=self.duration)
+        smooth = not sampled and self._stops() is None
+        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def _stops(self) -> Stops | None:
+        """Return what ends a run, None where nothing does."""
+        taut = self.rope.slack == "stop"
+        return Stops(taut=float(taut)) if taut or self.limits else None
 
     def model(self) -> Crane:
         """Return the parameters of the crane.
@@ -175,6 +197,7 @@ class PendulumFile(HardwareGroups):
             self.payload_drag,
             base=moves.base(self.seed, self.duration) if moves is not None else None,
             force=self.payload_force.force() if self.payload_force is not None else None,
+            stops=self._stops(),
         )
 
     def open_loop(self) -> Inputs | tuple[float, ...]:

@@ -63,7 +63,7 @@ def _(s, mass):
 @reloaded.register(Crane)
 def _(p, mass):
     load, friction = PointLoad(mass), p.swing_friction
-    return Crane(p.support, p.cable, load, p.gravity, friction, p.drag, p.meter, p.base, p.force)
+    return Crane(p.support, p.cable, load, p.gravity, friction, p.drag, p.meter, p.base, p.force, p.stops)
 
 
 @reloaded.register(RodCrane)

@@ -48,11 +48,26 @@ def fill_ends(board, p, u, flow, positions, work):
 
 @kernel
 def coasting(x, positions):
-    """Return the derivative of a flat tuple whose velocities, which follow its positions, do not change."""
+    """Return the derivative of a state whose velocities do not change.
+
+    It is a flat tuple of so many positions and their velocities; or two of these, each half positions.
+    """
+    return coasted(x[0], x, positions)
+
+
+@generic
+def coasted(first, x, positions):
+    """Return what `coasting` does, for a state whose first entry is `first`."""
     rate = scale(0.0, x)
     for i in range(positions):
         rate = replaced(rate, i, x[positions + i])
     return rate
+
+
+@coasted.register(tuple)
+def _(first, x, positions):
+    second, rest = x[1], scale(0.0, x)
+    return (coasted(first[0], first, len(first) // 2), coasted(second[0], second, len(second) // 2), *rest[2:])
 
 
 @lean_generic

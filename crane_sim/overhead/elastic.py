@@ -55,7 +55,7 @@ class ElasticCrane(NamedTuple):
     def story(self, which: int) -> tuple[str, str]:
         """Return (what event number `which` tells, what a user can change) in words."""
         if which < LINK:
-            return story(which)
+            return story(self.switches, which)
         return f"link {(which - LINK) // 2 + 1} {'pulls' if which % 2 else 'went slack'}", ""
 
 

@@ -9,7 +9,7 @@ from crane_sim.overhead.carried import show
 from crane_sim.overhead.efforts import efforts_both, pushed, wound
 from crane_sim.overhead.elastic import ElasticCrane, layout, link, mass_of, pull, tautness, vector
 from crane_sim.overhead.elastic_motion import move
-from crane_sim.overhead.hoists import drum_inertia
+from crane_sim.overhead.hoists import drum_inertia, hoist_limited
 from crane_sim.overhead.switches import changes_before, mode_count
 
 
@@ -65,6 +65,11 @@ def driven_from(p, x, i):
 @system.held.register(ElasticCrane)
 def _(p, row):
     return efforts_both(p.trolley, p.bridge, p.hoist, row)
+
+
+@system.limited.register(ElasticCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
 
 
 @system.acceleration.register(ElasticCrane)

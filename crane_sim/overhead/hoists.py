@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from crane_sim.jit import lean_generic
+from crane_sim.jit import generic, kernel, lean_generic
 from crane_sim.overhead.motions import Motion, moved_at
 from crane_sim.quantities import Positive
 
@@ -17,10 +17,13 @@ class ForceHoist(NamedTuple):
     """A winch with inertia that takes a force command; positive pays out."""
 
     inertia: Positive  # kg, drum inertia over radius squared
+    push: float = 0.0  # 1: efforts that pay out are applied, 0: as zero, since a rope cannot push
 
 
 class MasslessHoist(NamedTuple):
     """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
+
+    push: float = 0.0  # as of `ForceHoist`
 
 
 Hoist = PrescribedHoist | ForceHoist | MasslessHoist
@@ -78,3 +81,26 @@ def drum_power(hoist, tau, rate, tension):
 @drum_power.register(ForceHoist)
 def _(hoist, tau, rate, tension):
     return tau[len(tau) - 1] * rate
+
+
+@generic
+def hoist_limited(hoist, u):
+    """Return the efforts (nu,) with the hoist's, the last one, replaced by what it can apply."""
+    return u
+
+
+@hoist_limited.register(ForceHoist)
+def _(hoist, u):
+    return pulling(hoist.push, u)
+
+
+@hoist_limited.register(MasslessHoist)
+def _(hoist, u):
+    return pulling(hoist.push, u)
+
+
+@kernel
+def pulling(push, u):
+    """Return the efforts with the last one, which pays out where it is positive, at most 0 unless `push` is 1."""
+    last = u[-1] if push > 0.0 else min(u[-1], 0.0)
+    return (*u[:-1], last)

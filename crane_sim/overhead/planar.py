@@ -59,7 +59,7 @@ class PlanarCrane(NamedTuple):
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(which)
+        return story(self.switches, which)
 
 
 class Solved(NamedTuple):

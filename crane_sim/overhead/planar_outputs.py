@@ -10,7 +10,7 @@ from crane_sim.overhead.axes import axis_mass
 from crane_sim.overhead.carried import show
 from crane_sim.overhead.chain import BELOW, COS, LENGTH, TENSION
 from crane_sim.overhead.efforts import driven, efforts
-from crane_sim.overhead.hoists import drum_inertia
+from crane_sim.overhead.hoists import drum_inertia, hoist_limited
 from crane_sim.overhead.joints import joint_energy
 from crane_sim.overhead.planar import PlanarCrane, first_link, layout, links_of, node_velocities, solved, supply
 from crane_sim.overhead.rods import rod_energy
@@ -43,6 +43,11 @@ def _(p, x):
 @system.held.register(PlanarCrane)
 def _(p, row):
     return efforts(p.trolley, p.hoist, row)
+
+
+@system.limited.register(PlanarCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
 
 
 @system.acceleration.register(PlanarCrane)

@@ -54,7 +54,7 @@ class RodCrane(NamedTuple):
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(which)
+        return story(self.switches, which)
 
 
 class Swing(NamedTuple):

@@ -8,7 +8,7 @@ from crane_sim import system
 from crane_sim.jit import generic, kernel, routine
 from crane_sim.overhead.axes import axis_guard, axis_mass, freed, rubs
 from crane_sim.overhead.efforts import driven, efforts
-from crane_sim.overhead.hoists import drum_inertia
+from crane_sim.overhead.hoists import drum_inertia, hoist_limited
 from crane_sim.overhead.rod import DISTANCE, MASS, RodCrane, layout, moments, on_meter, supply, swing_of, upper
 from crane_sim.overhead.switches import (
     FRICTION,
@@ -69,6 +69,11 @@ def _(p, x):
 @system.held.register(RodCrane)
 def _(p, row):
     return efforts(p.trolley, p.hoist, row)
+
+
+@system.limited.register(RodCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
 
 
 @system.acceleration.register(RodCrane)

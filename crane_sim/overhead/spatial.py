@@ -42,7 +42,7 @@ class SpatialCrane(NamedTuple):
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(which)
+        return story(self.switches, which)
 
 
 class Work(NamedTuple):

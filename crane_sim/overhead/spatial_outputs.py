@@ -8,7 +8,7 @@ from crane_sim.overhead.axes import axis_mass
 from crane_sim.overhead.carried import show
 from crane_sim.overhead.directions import node_velocities
 from crane_sim.overhead.efforts import driven_both, efforts_both
-from crane_sim.overhead.hoists import drum_inertia
+from crane_sim.overhead.hoists import drum_inertia, hoist_limited
 from crane_sim.overhead.spatial import SpatialCrane, first_link, layout, links_of, solved, supply
 from crane_sim.overhead.switches import changes_before, mode_count
 
@@ -39,6 +39,11 @@ def _(p, x):
 @system.held.register(SpatialCrane)
 def _(p, row):
     return efforts_both(p.trolley, p.bridge, p.hoist, row)
+
+
+@system.limited.register(SpatialCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
 
 
 @system.acceleration.register(SpatialCrane)

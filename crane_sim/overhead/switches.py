@@ -7,6 +7,7 @@ how many changes of the payload have passed. Guards have numbers by which a run'
 from typing import Any, NamedTuple
 
 from crane_sim.jit import generic, lean_generic, lean_kernel
+from crane_sim.stops import length_story, lesser
 from crane_sim.system import Switching
 
 FRICTION, LIMIT, HOIST, PAYLOAD, LINK = 0, 10, 20, 30, 1000
@@ -98,12 +99,6 @@ def friction_event(axis, mode):
 
 
 @lean_kernel
-def lesser(best, value, which):
-    """Return the smaller one of two (guard, number)."""
-    return (value, which) if value < best[0] else best
-
-
-@lean_kernel
 def limits_guard(switches, best, axis, q):
     """Return the smallest guard, the travel limits of an axis at q counted in."""
     return lesser(best, min(q - switches.lower[axis], switches.upper[axis] - q), LIMIT + axis)
@@ -132,8 +127,8 @@ def slack_guard(switches, best, tensions, n):
     return best
 
 
-def story(which: int) -> tuple[str, str]:
-    """Return (what guard number `which` tells, what a user can change) in words."""
+def story(switches: Switches | None, which: int) -> tuple[str, str]:
+    """Return (what guard number `which` of these switches tells, what a user can change) in words."""
     axis = ("trolley", "bridge")[which % 2]
     if which >= LINK:
         return (
@@ -143,8 +138,8 @@ def story(which: int) -> tuple[str, str]:
     if which >= PAYLOAD:
         return "the payload changed", ""
     if which >= HOIST:
-        end = ("shortest", "longest")[which - HOIST]
-        return f"the hoisted link reached its {end} length", "change hoist.limits, or what drives the hoist"
+        shortest = switches.shortest if switches is not None else 0.0
+        return length_story("hoisted link", "hoist", which - HOIST, shortest)
     if which >= LIMIT:
         return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
     way = {_FORWARDS: "slips forwards", _BACKWARDS: "slips backwards"}.get(which - which % 2, "sticks")

@@ -88,6 +88,12 @@ def support_base_energy(support, now, pose, gravity):
 
 
 @generic
+def support_guard(support, best, xs):
+    """Return the smallest (guard, number) of `crane_sim.stops`, the travel limits of the support counted in."""
+    return best
+
+
+@generic
 def corners(support):
     """Return the number of points of the support's polyline."""
     raise NotImplementedError

@@ -19,11 +19,13 @@ from crane_sim.effects import (
     add_spring_energy,
 )
 from crane_sim.jit import generic, kernel
-from crane_sim.quantities import NonNegative, Positive
+from crane_sim.quantities import AngleRange, NonNegative, Positive
+from crane_sim.stops import LIMIT, travel_guard
 from crane_sim.supports import (
     posture,
     skeleton,
     support_acceleration,
+    support_guard,
     support_kinetic,
     support_potential,
     tip_acceleration,
@@ -40,12 +42,14 @@ class Rod(NamedTuple):
     mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
     axial_inertia: NonNegative | None = None  # kg m², about the rod; left out: the inertia does not turn with the slew
+    limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
 
 
 class Tower(NamedTuple):
     """What slews besides boom and jib."""
 
     inertia: Positive  # kg m², about the vertical
+    limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
 
 
 class Knuckle(NamedTuple):
@@ -56,6 +60,10 @@ class Knuckle(NamedTuple):
     tower: Tower
     boom_spring: BoomSpring | None = None
     jib_spring: JibSpring | None = None
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return (("slew", "tower.limits"), ("boom", "boom.limits"), ("jib", "jib.limits"))[i]
 
 
 class KnucklePosture(NamedTuple):
@@ -169,6 +177,13 @@ def _(support, pose, n):
 @with_couple.register(Knuckle)
 def _(support, tau, couple):
     return (tau[0] + couple, *tau[1:])
+
+
+@support_guard.register(Knuckle)
+def _(support, best, xs):
+    best = travel_guard(support.tower.limits, best, xs[0], LIMIT)
+    best = travel_guard(support.boom.limits, best, xs[1], LIMIT + 1)
+    return travel_guard(support.jib.limits, best, xs[2], LIMIT + 2)
 
 
 @yaw.register(Knuckle)

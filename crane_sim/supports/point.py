@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from crane_sim.cables.rope import span
 from crane_sim.jit import generic, kernel
-from crane_sim.quantities import NonNegative, Positive
+from crane_sim.quantities import NonNegative, Positive, Range
+from crane_sim.stops import LIMIT, travel_guard
 from crane_sim.supports import (
     corners,
     demanded,
@@ -23,6 +24,7 @@ from crane_sim.supports import (
     shown_acceleration,
     skeleton,
     support_acceleration,
+    support_guard,
     support_kinetic,
     support_potential,
     tip_acceleration,
@@ -45,11 +47,24 @@ class Lift(NamedTuple):
     """The presence of a vertical drive."""
 
 
+class Box(NamedTuple):
+    """Travel limits of the point relative to the base; a run ends where one is reached."""
+
+    x: Range | None = None  # m
+    y: Range | None = None  # m
+    z: Range | None = None  # m, of a point with a vertical drive
+
+
 class Point(NamedTuple):
     """Parameters of the support."""
 
     servo: Servo | None = None  # None: efforts are accelerations
     lift: Lift | None = None  # None: the point keeps its height
+    limits: Box | None = None
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return f"suspension point along {'xyz'[i]}", f"suspension.limits.{'xyz'[i]}"
 
 
 class PointPosture(NamedTuple):
@@ -113,6 +128,24 @@ def _(support, tau, couple):
 def _(support, tau, pose, pull):
     vx, vy, vz = pose.tip_velocity
     return -pull[0] * vx - pull[1] * vy - pull[2] * vz
+
+
+@support_guard.register(Point)
+def _(support, best, xs):
+    return box_guard(support.limits, best, xs)
+
+
+@generic
+def box_guard(limits, best, xs):
+    """Return what `support_guard` does for a point with these limits."""
+    return best
+
+
+@box_guard.register(Box)
+def _(limits, best, xs):
+    best = travel_guard(limits.x, best, xs[0], LIMIT)
+    best = travel_guard(limits.y, best, xs[1], LIMIT + 1)
+    return travel_guard(limits.z, best, xs[2], LIMIT + 2)
 
 
 @yaw.register(Point)
