@@ -61,6 +61,7 @@ class Batch:
     lanes: int  # cranes that moved in step
     setup_time: float  # s, to check the scenes and to compile what moves them
     wall_time: float  # s, to move them
+    notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
 
     def __repr__(self) -> str:
         """Return how many cranes there are, and how many failed, in one line."""
@@ -160,6 +161,7 @@ def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times:
         lanes=lanes,
         setup_time=times[0],
         wall_time=times[1],
+        notes=tuple(scene.notes for scene in scenes),
     )
 
 

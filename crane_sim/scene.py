@@ -144,8 +144,7 @@ def _build(document: dict[str, Any], period: float | None = None) -> Scene:
     """Return the scene of a document, with the control period [s] of another one where that is given."""
     file = _validated(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
-    period = _period(file) if period is None else period
-    duration, rounded = _whole(file.duration, period)
+    period, duration, rounded = _clock(file, period)
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
     check_limits(file, same["reference"])
     same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
@@ -183,13 +182,14 @@ def _base_notes(file: File, crane: Any) -> dict[str, Any]:
     return file.base_motion.notes(crane.base, file.duration) if file.base_motion is not None else {}
 
 
-def _whole(duration: float, period: float) -> tuple[float, dict[str, Any]]:
-    """Return (a duration [s] in whole periods, at least one, a note when it was another one)."""
+def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, Any]]:
+    """Return (period [s], duration [s] in whole periods, at least one, a note when the file has another one)."""
+    period, duration = _period(file) if period is None else period, file.duration
     wanted = duration / period
     steps = max(1, round(wanted))
     if abs(steps - wanted) <= CLOSE:
-        return duration, {}
-    return steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
+        return period, duration, {}
+    return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
 
 
 def _goal(file: File) -> dict[str, Any]:

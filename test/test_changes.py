@@ -41,6 +41,13 @@ def test_simulate_takes_changes_by_dotted_key(source: Any) -> None:
     assert np.array_equal(run.q, changed.q) and not np.array_equal(run.q, crane_sim.simulate(SWING).q)
 
 
+def test_a_batch_says_what_was_rounded() -> None:
+    """A batch whose duration is no multiple of the period says of every crane how long it was taken to be."""
+    batch = crane_sim.simulate_batch(SWING, {"trolley.mass": [90.0, 99.0]}, 0.054)
+    assert batch.t.tolist() == [0.05, 0.05]
+    assert [notes["rounded"] for notes in batch.notes] == [["duration: 0.054 s is taken as 0.05 s"]] * 2
+
+
 @pytest.mark.parametrize(
     ("call", "line"),
     [
