@@ -53,12 +53,12 @@ def _links(robot: ElementTree.Element, crane: Crane) -> None:
     for name in ("boom_level_link", "jib_level_link", "swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
     add_link(robot, "base_link", _pedestal(pedestal_height(crane), unit))
-    lent, part = turning_parts(support)
-    add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * lent, 0.5 * lent, lent)))
+    left, part = turning_parts(support)
+    add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * left, 0.5 * left, left)))
     add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod(support.boom, part))
     add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod(support.jib, part))
     add_link(robot, "payload_link", crate(0.55 * unit), point_mass(load.mass))
-    add_comment(robot, _about_tower(support, lent))
+    add_comment(robot, _about_tower(support, left))
 
 
 def turning_parts(support: Knuckle) -> tuple[float, float]:

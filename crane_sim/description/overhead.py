@@ -37,7 +37,7 @@ def describe(robot: ElementTree.Element, scene: Scene) -> None:
     add_cable(robot, scene.joint_names, hang, room)
     _nodes(robot, hang, room)
     if form.hoist is not None and form.hoist.inertia:
-        _tell_drum(robot, form.hoist.inertia)
+        _comment_drum(robot, form.hoist.inertia)
 
 
 def _nodes(robot: ElementTree.Element, hang: Hang, room: Room) -> None:
@@ -50,7 +50,7 @@ def _nodes(robot: ElementTree.Element, hang: Hang, room: Room) -> None:
             add_link(robot, name, [gantry.node(radius)], point_mass(mass) if mass > 0.0 else None)
 
 
-def _tell_drum(robot: ElementTree.Element, inertia: float) -> None:
+def _comment_drum(robot: ElementTree.Element, inertia: float) -> None:
     """Say at the hoist's joint which inertia [kg] no link of a URDF can have."""
     joint = next(joint for joint in robot.iter("joint") if joint.get("name") == "hoist")
     add_comment(joint, f"hoist.inertia = {inertia:g} kg, of the drum: adds to this joint's own term, and to no link")

@@ -53,11 +53,11 @@ REQUIRED = object()
 @cache
 def fields(group: Any) -> tuple[Field, ...]:
     """Return the keys of a pydantic model or a NamedTuple, in the order of their declaration."""
-    hints, told = get_type_hints(group, include_extras=True), comments(group)
+    hints, descriptions = get_type_hints(group, include_extras=True), comments(group)
     words = {field: word for word, field in WORDS.items()} if hasattr(group, "_fields") else {}
     found, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
     for name in names:
-        unit, text = parted(told.get(name, ""))
+        unit, text = parted(descriptions.get(name, ""))
         inline = next((part for part in plain(hints[name])[1] if isinstance(part, Inline)), None)
         key = words.get(name, name) if inline is None else inline.choice[0]
         found.append(Field(key, hints[name], unit, default(group, name), text))

@@ -11,6 +11,7 @@ from crane_sim.catalogue import scene_files
 from crane_sim.documentation import signs
 from crane_sim.documentation.fields import REQUIRED, Choice, Field, fields, in_words, subgroup
 from crane_sim.explain import SceneError
+from crane_sim.forms.hardware import HardwareGroups
 from crane_sim.laws import law_names, law_of
 from crane_sim.scene import FORMS
 
@@ -57,6 +58,7 @@ def scene_format() -> str:
     """Return the page in Markdown."""
     forms = {crane: list(fields(form)) for crane, form in FORMS.items()}
     common = [field for field in forms["knuckle"] if all(field in own for own in forms.values())]
+    common.sort(key=lambda field: field.key in HardwareGroups.model_fields)  # these are inherited, hence first
     sections = sections_of(forms)
     links = {_identity(section.group): section.title for section in sections}
     shared = [section for section in sections if len(section.cranes) == len(FORMS)]

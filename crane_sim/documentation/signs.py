@@ -36,12 +36,8 @@ SIGNS = (
     Sign("knuckle", "boom", "rad", "horizontal", "upwards: its elevation"),
     Sign("knuckle", "jib", "rad", "horizontal, whatever the boom's elevation", "upwards: its elevation"),
     Sign("knuckle", "rope", "m", "the payload at the jib's end", "longer"),
-    Sign(
-        "knuckle", "swing_tangential", "rad", "the rope in the plane of boom and jib", "to where a positive slew goes"
-    ),
-    Sign(
-        "knuckle", "swing_radial", "rad", "the rope at right angles to that plane's horizontal", "away from the tower"
-    ),
+    Sign("knuckle", "swing_tangential", "rad", "the rope in the boom's plane", "to where a positive slew goes"),
+    Sign("knuckle", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
     Sign("pendulum", "tip_x", "m", "the origin", "along x"),
     Sign("pendulum", "tip_y", "m", "the origin", "along y"),
     Sign("pendulum", "tip_z", "m", "the origin", "along z"),

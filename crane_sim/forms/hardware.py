@@ -81,8 +81,8 @@ class ActuatorGroup(Group):
 class BrakeGroup(Group):
     """The brakes of all actuated joints: of one that is stuck, and of a run without commands (`--on-silence brake`).
 
-    An acceleration drive is decelerated and held, a winch by rate is told zero, a servo its place. Under a light
-    trolley whose payload swings widely the default capacity slips.
+    An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo the place where it is.
+    Under a light trolley whose payload swings widely the default capacity slips.
     """
 
     capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest hold of each actuated joint; left out:
@@ -160,7 +160,8 @@ class HardwareGroups(Group):
     brake: BrakeGroup | None = None  # brakes of all actuated joints, for silent controllers and stuck joints
     sensors: dict[str, SensorGroup] = {}  # by joint, or `all`: what `joint_states`, and so every law, sees
     actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: what becomes of a demand
-    faults: Annotated[dict[str, Fault], AfterValidator(_named)] = {}  # by a name of your own, in small letters
+    faults: Annotated[dict[str, Fault], AfterValidator(_named)] = {}  # by a name of your own, in small
+    # letters; a fault is there in every period that begins at or after its time; a slack cable is no fault
 
 
 def source(groups: dict[str, Fitted], joint: str, key: str) -> str:
