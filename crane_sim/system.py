@@ -20,7 +20,7 @@ class Switching(NamedTuple):
     """The model's equations switch."""
 
     capacity: int = 1000  # so many events are kept
-    positions: int = 0  # guards need t and only so many first floats of a flat x, whose rates are the next; 0: all
+    positions: int = 0  # guards need t and so many positions, which stand in x before their rates; 0: all of x
 
 
 @generic
