@@ -71,7 +71,8 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
     summary = orchestration.run(SCENE, record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["state_sha256"] == whole[0].summary()["state_sha256"]
-    assert summary["demands"]["received"] == 61 and summary["demands"]["late"] == 0  # the final state asks, too
+    assert summary["demands"]["received"] in (60, 61)  # the final state asks, too: the servo may have ended before
+    assert summary["demands"]["late"] == 0
     assert summary["demands"]["longest_hold"] == pytest.approx(8 * PERIOD)  # 33 ms are 8 steps and a third
     assert 0.0 < summary["law_us"]["p50"] <= summary["law_us"]["max"]
     assert 0.0 < summary["tracker_us"]["p50"] <= summary["tracker_us"]["max"]
@@ -170,6 +171,7 @@ def test_lockstep_waits_for_the_demand_of_the_very_state() -> None:
     assert demands.given_to(half, state(9)) and not demands.given_to(half, state(10))
     node.callback(message(10, 2.0))
     assert answered == [state(0), state(10)] and demands.given_to(half, state(10)) and half.demand[0] == 2.0
+    node.callback(message(10, 2.0))  # the answer to a state that lockstep has sent again counts once
     assert not demands.given_to(half, state(0))  # the plant began anew: what is there is of the run before
     assert demands.figures() == {"received": 2, "late": 0, "longest_hold": 0.036}
 
