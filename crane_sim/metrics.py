@@ -69,7 +69,7 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
         scalars[i, 0] = system.kinetic(p, x)
         scalars[i, 1] = system.potential(p, x)
         scalars[i, 2], scalars[i, 3] = system.base_energy(p, t[i], x)
-        system.tensions(p, t[i], x, system.held(p, u[i]), tensions[i])
+        system.tensions(p, t[i], x, system.held(p, u[i]), tensions, i, 0)
 
 
 @entry

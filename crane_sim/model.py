@@ -190,8 +190,8 @@ def _(p, x):
 
 
 @system.tensions.register(Crane)
-def _(p, t, x, u, out):
-    out[0] = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+def _(p, t, x, u, rows, i, first):
+    rows[i, first] = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
 
 
 @system.limited.register(Crane)

@@ -44,7 +44,7 @@ def write(rows, i, p, t, x, u):
     store(rows, i, 2 * len(q), tau)
     after = 2 * len(q) + len(tau)
     rows[i, after] = system.supplied(p, x)
-    system.tensions(p, t, x, tau, rows[i, after + 1 :])
+    system.tensions(p, t, x, tau, rows, i, after + 1)
 
 
 @routine

@@ -157,8 +157,11 @@ def link_count(p):
 
 
 @generic
-def tensions(p, t, x, u, out):
-    """Write the tension of every link from the top to the payload into out (L,) [N], positive where a link pulls."""
+def tensions(p, t, x, u, rows, i, first):
+    """Write the tension of every link, from the top to the payload, into row i of `rows` from column `first` on [N].
+
+    A link that pulls has a positive one. The place comes as for `store`: a slice of the row would slow the whole loop.
+    """
     raise NotImplementedError
 
 

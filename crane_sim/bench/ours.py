@@ -44,9 +44,9 @@ def passed(method, p, source, q, v, end, times):
 def shown(p, t, x, source):
     """Return (q, v, tensions (L,)) at a state."""
     q, v = system.joints(p, x)
-    tensions = np.empty(system.link_count(p))
-    system.tensions(p, t, x, source, tensions)
-    return q, v, tensions
+    tensions = np.empty((1, system.link_count(p)))
+    system.tensions(p, t, x, source, tensions, 0, 0)
+    return q, v, tensions[0]
 
 
 class Ours:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from crane_sim import system
 from crane_sim.angles import sincos
+from crane_sim.array_algebra import store
 from crane_sim.jit import kernel
 from crane_sim.meter import Meter
 from crane_sim.overhead.audit import metered
@@ -115,8 +116,8 @@ def _(p):
 
 
 @system.tensions.register(DoubleCrane)
-def _(p, t, x, u, out):
-    out[0], out[1] = solved(p, t, x, system.effort(u, p, t, x))[1]
+def _(p, t, x, u, rows, i, first):
+    store(rows, i, first, solved(p, t, x, system.effort(u, p, t, x))[1])
 
 
 @system.power.register(DoubleCrane)

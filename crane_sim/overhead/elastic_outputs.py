@@ -113,9 +113,9 @@ def _(p):
 
 
 @system.tensions.register(ElasticCrane)
-def _(p, t, x, u, out):
-    for k in range(len(out)):
-        out[k] = pull(p, x, k)[1]
+def _(p, t, x, u, rows, i, first):
+    for k in range(len(p.cable.masses)):
+        rows[i, first + k] = pull(p, x, k)[1]
 
 
 @system.power.register(ElasticCrane)

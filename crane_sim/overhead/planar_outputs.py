@@ -89,11 +89,11 @@ def _(p):
 
 
 @system.tensions.register(PlanarCrane)
-def _(p, t, x, u, out):
+def _(p, t, x, u, rows, i, first):
     w = system.workspace(p)
     solved(p, t, x, system.effort(u, p, t, x), w)
-    for k in range(len(out)):
-        out[k] = w[TENSION, k]
+    for k in range(w.shape[1] - 1):
+        rows[i, first + k] = w[TENSION, k]
 
 
 @system.power.register(PlanarCrane)

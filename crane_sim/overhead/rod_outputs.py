@@ -105,13 +105,14 @@ def _(p):
 
 
 @system.tensions.register(RodCrane)
-def _(p, t, x, u, out):
+def _(p, t, x, u, rows, i, first):
     nq, _ = layout(p)
-    now, (length, _), nodes = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x), p.cable.nodes
+    now, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
     fall, square = p.gravity * now.c - now.trolley * now.s - now.paid, x[2 * nq - 1] * x[2 * nq - 1]
-    out[0] = now.tension
-    for k in range(1, len(out)):  # each link carries what the one above it does, less the node between them
-        out[k] = out[k - 1] - nodes[MASS, k - 1] * (fall + (length + nodes[DISTANCE, k - 1]) * square)
+    rows[i, first] = now.tension
+    for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
+        reach = length + p.cable.nodes[DISTANCE, k - 1]
+        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (fall + reach * square)
 
 
 @system.power.register(RodCrane)

@@ -85,11 +85,11 @@ def _(p):
 
 
 @system.tensions.register(SpatialCrane)
-def _(p, t, x, u, out):
+def _(p, t, x, u, rows, i, first):
     work = system.workspace(p)
     solved(p, t, x, system.effort(u, p, t, x), work)
-    for k in range(len(out)):
-        out[k] = work.tension[k]
+    for k in range(len(work.tension)):
+        rows[i, first + k] = work.tension[k]
 
 
 @system.power.register(SpatialCrane)

@@ -110,8 +110,8 @@ def _(p, x):
 
 
 @system.tensions.register(SpringCrane)
-def _(p, t, x, u, out):
-    out[0] = pull(p, x)[1]
+def _(p, t, x, u, rows, i, first):
+    rows[i, first] = pull(p, x)[1]
 
 
 @system.power.register(SpringCrane)
