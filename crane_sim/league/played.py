@@ -18,7 +18,7 @@ from crane_sim.plant import SimulationError
 from crane_sim.references import Array, references
 from crane_sim.rollout import Rollout, simulate
 from crane_sim.scene import Scene, load_scene
-from crane_sim.settling import SETTLED
+from crane_sim.settling import HELD, RESOLUTION, SETTLED
 from crane_sim.tracking import LOOK, in_base, tip_accelerations
 
 LEVEL = 90.0  # deg: a rope that swings so far is not under control
@@ -91,7 +91,7 @@ def measured(run: Rollout, on_path: bool) -> Figures:
     error = np.linalg.norm(aboard(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
     way = np.linalg.norm(goal[-1] - goal[0]) if on_path else error[0]
     begin = scene.path.starts[-1] if on_path and scene.path is not None else 0.0
-    outside = run.t[error > SETTLED * way].max(initial=begin)
+    outside = run.t[error > max(SETTLED * way, RESOLUTION)].max(initial=begin)
     accelerations = np.empty(len(run.t))
     tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), LOOK, accelerations)
     return Figures(
@@ -101,7 +101,7 @@ def measured(run: Rollout, on_path: bool) -> Figures:
         residual_error=float(np.max(error[3 * len(error) // 4 :])),
         peak_swing=run.summary["peak_swing_deg"],
         residual_swing=run.summary["residual_swing_deg"],
-        settling=None if outside >= run.t[-1] else float(outside - begin),
+        settling=float(outside - begin) if outside <= (1.0 - HELD) * run.t[-1] else None,
         tip_acceleration=float(np.max(accelerations)),
         effort=run.summary["peak_effort"],
         saturated=run.summary["saturated_steps"] / scene.steps,
