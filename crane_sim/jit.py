@@ -36,7 +36,7 @@ intrinsic: Any = _intrinsic
 """Marks a function that returns (signature, generator of LLVM instructions)."""
 
 
-class _LinkedLibrary(JITCodeLibrary):
+class LinkedLibrary(JITCodeLibrary):
     """Code that callers link in: it is never called by itself, so no machine code is made of it."""
 
     _final_module: Any
@@ -62,14 +62,14 @@ class _LinkedLibrary(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _LinkedLowering(NativeLowering):
-    """Numba's lowering into a `_LinkedLibrary`."""
+    """Numba's lowering into a `LinkedLibrary`."""
 
     _name = "linked_lowering"
 
     def run_pass(self, state: Any) -> Literal[True]:
         """Lower the function, and register it under a key that stands for its address."""
         name = state.func_id.func_qualname
-        state.library = _LinkedLibrary(state.targetctx.codegen(), name)
+        state.library = LinkedLibrary(state.targetctx.codegen(), name)
         state.flags.no_compile = True
         super().run_pass(state)
         lowered = state.cr

@@ -4,6 +4,7 @@ import os
 import shutil
 import sys
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from process_helpers import completed
 import crane_sim
 from crane_sim import jit
 from crane_sim.effects import PayloadDrag, add_drag
+from crane_sim.frames import inertial_velocity
 from crane_sim.rollout import simulate
 from crane_sim.state_algebra import add, add_scaled, combine, dimension, leaves, scale, weighted_square
 
@@ -135,6 +137,19 @@ def test_a_generic_function_chooses_by_type() -> None:
     expected = (1.0 - 7.5, 2.0, 3.0 - 10.0)
     assert dragged(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
     assert add_drag.knows(PayloadDrag) and not add_drag.knows(int)
+
+
+@jit.entry
+def velocity_in_a_frame(position, velocity, rate):
+    """Compiled `inertial_velocity`."""
+    return inertial_velocity(position, velocity, rate)
+
+
+def test_a_kernel_is_code_of_its_callers_only() -> None:
+    """A kernel computes what its Python source does, and no machine code is made of it beside that of its callers."""
+    position, velocity, kernel = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), cast(Any, inertial_velocity)
+    assert velocity_in_a_frame(position, velocity, 0.5) == kernel.py_func(position, velocity, 0.5)
+    assert {type(compiled.library) for compiled in kernel.overloads.values()} == {jit.LinkedLibrary}
 
 
 @pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])
