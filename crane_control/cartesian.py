@@ -71,15 +71,18 @@ class Forward(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """Gains of the payload's error and what carries the suspension point; for the pendulum and the knuckle boom."""
+    """Gains of the payload's error and what carries the suspension point.
+
+    For the pendulum and, by joint efforts, for the knuckle boom (`knuckle_tracking`).
+    """
 
     kp: NonNegative | None = None  # 1/s², of the payload's error; left out: as of the pendulum's own frequency
     kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
     servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
     feedforward: Forward = Forward()  # to the suspension point
     vision: Vision | None = None  # a camera; left out: the law sees every state
-    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates in the README; left
-    # out: it is asked every period
+    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates in `ros.md`;
+    # left out: it is asked every period
 
 
 SETTINGS = {"control": Settings}

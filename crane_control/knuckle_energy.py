@@ -153,8 +153,8 @@ class Settings(NamedTuple):
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
     reach: Positive | None = None  # rad, beyond which the slew is pulled no harder; left out: a linear spring
-    adaptation: Adaptation | None = None  # the law weighs a load that it does not know; left out: it believes
-    # `payload.mass`
+    adaptation: Adaptation | None = None  # the law weighs a load that it does not know
+    # (`knuckle_unknown_load`); left out: it believes `payload.mass`
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:

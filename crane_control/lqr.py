@@ -108,7 +108,11 @@ def demanded(law, t, q, v):
 
 
 class Settings(NamedTuple):
-    """Weights; for any crane. It goes to `reference.q`, or follows a `reference.path` of the joints."""
+    """Weights; for any crane. It goes to `reference.q` or follows a `reference.path` of joints (`overhead_shaped`).
+
+    The equations are linearised at the mean of what disturbs the crane: the base at the mean of its motion, constant
+    forces and the offsets of sines, no other gusts; `nominal` says what to believe instead.
+    """
 
     q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # -, weights of positions, then of
     # velocities, one of each joint; left out: Bryson's rule, 0.2 m or 0.05 rad, 0.2 m/s or 0.1 rad/s weigh 1

@@ -7,7 +7,11 @@ from test_cli import crane
 
 from crane_sim.bench.page import page as performance
 from crane_sim.bench.store import stored
+from crane_sim.commands import app
 from crane_sim.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
+from crane_sim.report import WITHOUT_ROS
+from crane_sim.rollout import simulate
+from crane_sim.ros.plant_node import PARAMETERS
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -38,6 +42,25 @@ def test_a_page_has_the_rows_of_its_command(name: str) -> None:
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
     """The page of the benchmark is, to the last letter, what its command makes of the data beside it."""
     assert text("performance") == performance(stored(DOCS))
+
+
+def test_commands_and_their_options_are_described() -> None:
+    """The page of the commands has a row for each of them, and one for each option of `crane run`."""
+    page = text("commands")
+    assert {name for name in app.commands if f"\n| `./crane {name}" not in page} == set()
+    options = {name for option in app.commands["run"].params for name in option.opts if name.startswith("--")}
+    assert {name for name in options if f"`{name}" not in page} == set()
+
+
+def test_figures_are_described() -> None:
+    """The page of the summary has each figure of a run, over ROS or not."""
+    found = simulate("overhead_energy", duration=0.1).summary.keys() | WITHOUT_ROS.keys()
+    assert {name for name in found if f"`{name}`" not in text("summary")} == set()
+
+
+def test_parameters_are_described() -> None:
+    """The page on ROS has each parameter of the plant."""
+    assert {name for name in PARAMETERS if f"`{name}`" not in text("ros")} == set()
 
 
 def test_rows_are_read_from_pages() -> None:

@@ -16,7 +16,7 @@ from crane_sim.league.cases import names as trials
 from crane_sim.reproduce import NAMES
 from crane_sim.soak.page import PARTS as SOAKS
 
-HAND_WRITTEN = ("bench_top", "profiling")
+HAND_WRITTEN = ("bench_top", "commands", "profiling", "ros", "summary")
 """Pages that people write."""
 
 

@@ -31,7 +31,9 @@ unit* that of what a path is of: m, or rad of joints that turn. Places and paths
 that a scene names is looked for beside the scene.
 
 **Where a model stops being valid** (a slack rigid link, a limit of travel, a hoisted link that is wound up) the run
-ends with the time, the cause and what to change, and exit code 1; the recording up to there is whole.
+ends with the time, the cause and what to change, and exit code 1; the recording up to there is whole. Scenes
+`overhead_slack` and `overhead_limits` show it. A fixed step that the stiffest motion cannot bear is refused with the
+largest safe one.
 """
 TITLES = {"knuckle": "Knuckle crane", "overhead": "Overhead crane", "pendulum": "Pendulum"}
 EXAMPLES = {"knuckle": "knuckle_setpoint", "overhead": "overhead_hoist_energy", "pendulum": "pendulum_offshore"}

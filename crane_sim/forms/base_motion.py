@@ -94,7 +94,8 @@ class SeaGroup(Group):
     """A sea, and how the vessel answers it; without a response the base heaves as the water does."""
 
     spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"  # shape of the spectrum
-    significant_height: NotNegative  # m, of the waves, from trough to crest
+    significant_height: NotNegative  # m, of the waves, from trough to crest; refused above a seventh of the length of
+    # a wave of the peak period, where waves break; a warning above 1/15 (up to 8 s) to 1/25 (from 15 s on) of it
     peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s, of the waves that have the most energy
     gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # -, peak enhancement of `jonswap`; left out: 3.3
     components: Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=MOST)] = 60  # -, number of sinusoids, of
@@ -162,9 +163,10 @@ class BaseMotion(Group):
     yaw: Rolls = ()  # rad, about z
     sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
     file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
-    # keys; a quintic spline through the rows
-    cut_off: Positive | None = None  # Hz, of a low pass without phase that the file's rows go through first; left out:
-    # the spline goes through the rows as they are
+    # keys; a quintic spline through the rows; the summary has the largest accelerations that it means, and warns of
+    # more than 4.9 m/s² or 0.5 rad/s²
+    cut_off: Positive | None = None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
+    # of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out: the rows as they are
 
     def base(self, seed: int, duration: float) -> Base | SplineBase:
         """Return the motion of the base, for a run of `duration` [s]; a sea without its own seed takes `seed`.

@@ -40,7 +40,7 @@ class OverheadFile(HardwareGroups):
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue
     dimensions: Literal[2, 3] = 2  # `2`: the plane x-z; `3`: space, with a bridge
-    duration: Positive  # s, scene time of a run, a whole number of periods
+    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     gravity: SizeOrZero = 9.81  # m/s², acceleration of free fall
     seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
     trolley: AxisGroup  # runs along x, carried by the bridge

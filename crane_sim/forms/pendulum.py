@@ -83,7 +83,7 @@ class PendulumFile(HardwareGroups):
     crane: Literal["pendulum"]  # which form the file has
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue
-    duration: Positive  # s, scene time of a run, a whole number of periods
+    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     gravity: NonNegative = 9.81  # m/s², acceleration of free fall
     seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
     suspension: Suspension = Suspension()  # the suspension point

@@ -41,7 +41,8 @@ class Rod(NamedTuple):
     length: Positive  # m, between its joints
     mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
-    axial_inertia: NonNegative | None = None  # kg m², about the rod; left out: the inertia does not turn with the slew
+    axial_inertia: NonNegative | None = None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
+    # does not turn with the slew
     limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
 
 

@@ -50,9 +50,9 @@ class Lift(NamedTuple):
 class Box(NamedTuple):
     """Travel limits of the point relative to the base; a run ends where one is reached."""
 
-    x: Range | None = None  # m
-    y: Range | None = None  # m
-    z: Range | None = None  # m, of a point with a vertical drive
+    x: Range | None = None  # m, of `tip_x`
+    y: Range | None = None  # m, of `tip_y`
+    z: Range | None = None  # m, of `tip_z`, of a point with a vertical drive
 
 
 class Point(NamedTuple):
