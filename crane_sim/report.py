@@ -149,11 +149,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     _print_joints(console, summary, scene)
     _print_pushes(console, summary)
     print_notes(summary, console)
-    for event in summary.get("events", ()):
-        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
-    more = summary.get("event_count", 0) - len(summary.get("events", ()))
-    if more:
-        console.print(f"{'':14}and {more} events more", highlight=False)
+    _print_events(console, summary)
     if "state_sha256" in summary:
         console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
     _print_files(console, summary)
@@ -164,6 +160,14 @@ def print_notes(notes: Mapping[str, Any], console: Console) -> None:
     for key, word in (("rounded", "note"), ("warnings", "warning")):
         for line in notes.get(key, ()):
             console.print(f"{word + ':':<8} {line}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _print_events(console: Console, summary: dict[str, Any]) -> None:
+    for event in summary.get("events", ()):
+        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
+    more = summary.get("event_count", 0) - len(summary.get("events", ()))
+    if more:
+        console.print(f"{'':14}and {more} events more", highlight=False)
 
 
 def _print_files(console: Console, summary: dict[str, Any]) -> None:

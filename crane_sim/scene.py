@@ -146,7 +146,6 @@ def _build(document: dict[str, Any], period: float | None = None) -> Scene:
     crane = file.model()  # first: it refuses what nothing else can be computed from
     period, duration, rounded = _clock(file, period)
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
-    check_limits(file, same["reference"])
     same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
@@ -194,7 +193,9 @@ def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, An
 
 def _goal(file: File) -> dict[str, Any]:
     path = path_in(file.reference, file)
-    return {"path": path, "reference": aim(file.target, path)}
+    reference = aim(file.target, path)
+    check_limits(file, reference)
+    return {"path": path, "reference": reference}
 
 
 def _is_continuous(file: File) -> bool:
