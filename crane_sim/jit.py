@@ -39,11 +39,14 @@ intrinsic: Any = _intrinsic
 class LinkedLibrary(JITCodeLibrary):
     """Code that callers link in: it is never called by itself, so no machine code is made of it."""
 
+    optimized = False
     _final_module: Any
     _shared_module: Any
 
     def _optimize_final_module(self) -> None:
-        """Leave it to the entry: what is optimised here would be optimised again in every caller."""
+        """Leave it to the entry, which optimises all that is linked into it; of many copies, do it once before."""
+        if self.optimized:
+            super()._optimize_final_module()
 
     def _get_module_for_linking(self) -> Any:
         self._ensure_finalized()
@@ -60,16 +63,21 @@ class LinkedLibrary(JITCodeLibrary):
         self._finalized = True
 
 
+class _OptimizedLibrary(LinkedLibrary):
+    optimized = True
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _LinkedLowering(NativeLowering):
     """Numba's lowering into a `LinkedLibrary`."""
 
     _name = "linked_lowering"
+    _library = LinkedLibrary
 
     def run_pass(self, state: Any) -> Literal[True]:
         """Lower the function, and register it under a key that stands for its address."""
         name = state.func_id.func_qualname
-        state.library = LinkedLibrary(state.targetctx.codegen(), name)
+        state.library = self._library(state.targetctx.codegen(), name)
         state.flags.no_compile = True
         super().run_pass(state)
         lowered = state.cr
@@ -80,16 +88,30 @@ class _LinkedLowering(NativeLowering):
         return True
 
 
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _OptimizedLowering(_LinkedLowering):
+    _name = "optimized_lowering"
+    _library = _OptimizedLibrary
+
+
 class _LinkedCompiler(CompilerBase):
     """Numba's compiler for functions that only compiled code calls."""
+
+    _lowering: type = _LinkedLowering
 
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes with the lowering replaced."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         needed = [(step, why) for step, why in passes.passes if step is not AnnotateTypes]  # it keeps the source's tree
-        passes.passes[:] = [(_LinkedLowering if step is NativeLowering else step, why) for step, why in needed]
+        passes.passes[:] = [(self._lowering if step is NativeLowering else step, why) for step, why in needed]
         passes.finalize()
         return [passes]
+
+
+class _OptimizedCompiler(_LinkedCompiler):
+    """Numba's compiler for functions of which a caller holds many copies, such as the stages of a step."""
+
+    _lowering = _OptimizedLowering
 
 
 OPTIONS: Any = {
@@ -205,6 +227,11 @@ class Generic(Protocol):
 def lean_generic(f: Function) -> Generic:
     """Make `f` what `generic` makes of it, all bodies by the rules of LEAN."""
     return generic(f, LEAN)
+
+
+def stage_generic(f: Function) -> Generic:
+    """Make `f` what `generic` makes of it, all bodies optimised before they are copied into the stages of a step."""
+    return generic(f, OPTIONS | {"pipeline_class": _OptimizedCompiler})
 
 
 def generic(f: Function, options: Any = OPTIONS) -> Generic:

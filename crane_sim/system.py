@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import generic, lean_generic
+from crane_sim.jit import generic, lean_generic, stage_generic
 from crane_sim.linear_systems import factor_dense, solve_dense
 
 _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
@@ -23,7 +23,7 @@ class Switching(NamedTuple):
     positions: int = 0  # guards need t and so many positions, which stand in x before their rates; 0: all of x
 
 
-@generic
+@stage_generic
 def rhs(p, t, x, u):
     """Return the time derivative of the state, like x. A model whose state is an array answers `fill` instead."""
     out = np.empty_like(x)

@@ -106,7 +106,7 @@ def last_line(monkeypatch: pytest.MonkeyPatch, first: str, own: dict[str, Any] |
     monkeypatch.setattr(closing, "_finished", lambda *_: own)
     monkeypatch.setattr(closing, "recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5})
     conductor: Any = SimpleNamespace(left=1.0, plant=SimpleNamespace(step=9))
-    post: Any = SimpleNamespace(path="run.rrd", mcap="", vacant=vacant, holder=SimpleNamespace(fault=""))
+    post: Any = SimpleNamespace(path="run.rrd", mcap="", vacant=vacant, holder=SimpleNamespace(fault=""), began=0.0)
     summary = {"steps": 9} | ({"error": first} if first else {})
     return recorded(conductor, post, summary).get("error", "")
 

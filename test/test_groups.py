@@ -135,8 +135,12 @@ def outcome(document: dict[str, Any]) -> Any:
 
 
 def catalogue(crane: str) -> list[dict[str, Any]]:
-    """Return the documents of the catalogue with this kind of crane."""
-    return [document for name in scene_files() if (document := read(name))["crane"] == crane]
+    """Return the documents of the catalogue with this kind of crane, and of one within limits that none has."""
+    documents = [document for name in scene_files() if (document := read(name))["crane"] == crane]
+    if crane == "pendulum":
+        limits = {"x": [-9.0, 9.0], "y": [-9.0, 9.0], "z": [-9.0, 9.0]}
+        documents.append(read("pendulum_free") | {"suspension": {"height": "driven", "limits": limits}})
+    return documents
 
 
 @pytest.mark.parametrize("crane", FORMS)

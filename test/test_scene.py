@@ -137,7 +137,7 @@ def test_a_parameter_is_read_as_it_is_written() -> None:
     """The file's numbers arrive in the model, in SI, each drive as its own type, and absent groups are None."""
     scene = load_scene("knuckle_springs")
     model = scene.model
-    assert model.support.boom == (5.0, 2.0, 4.166666666666667, 0.01)
+    assert model.support.boom == (5.0, 2.0, 4.166666666666667, 0.01, None)
     assert model.support.jib_spring == (1000.0, math.radians(-60.0), True)
     assert isinstance(model.cable, ForceRope) and model.cable.spring == (200.0, 2.0)
     assert model.drag is None and model.swing_friction is None

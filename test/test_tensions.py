@@ -106,9 +106,9 @@ def test_periods_with_a_cable_that_pushes_are_counted_and_named(capsys: pytest.C
     run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 0.0, -3.0 * G if t < 0.0499 else 0.0))
     assert run.summary["negative_tension_steps"] == np.count_nonzero(run.tension < 0.0) == 5
     assert run.summary["min_rope_tension"] == pytest.approx(-4.0 * G)
-    print_summary(run.summary)
+    print_summary(run.summary, scene)
     assert "the cable pushed in 5 of 20 periods, with up to 39.24 N" in capsys.readouterr().out
-    print_summary(run.summary | {"negative_tension_steps": 0})
+    print_summary(run.summary | {"negative_tension_steps": 0}, scene)
     assert "pushed" not in capsys.readouterr().out
 
 
