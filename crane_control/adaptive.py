@@ -12,13 +12,13 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from crane_control.cartesian import CartesianLaw, Manner, Settings, tracking_law
-from crane_control.features import Features, Of, drawn, write_features
-from crane_control.tracking import Belief, Gains, believed
-from crane_sim.explain import SceneError
-from crane_sim.jit import generic, kernel, routine
+from crane_control.estimation.features import Features, Of, drawn, write_features
+from crane_control.tracking.tracker import Belief, Gains, believed
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative, Positive, Seed, no_switch
 from crane_sim.laws import read_group
-from crane_sim.quantities import NonNegative, Positive, Seed, no_switch
-from crane_sim.scene import Scene
+from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.scenes.scene import Scene
 
 Number = Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=10000)]
 

@@ -11,15 +11,15 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.drives import accelerated, hanging
-from crane_control.suspension import Positioned, drive_of, pendulum_of
+from crane_control.tracking.drives import accelerated, hanging
+from crane_control.tracking.suspension import Positioned, drive_of, pendulum_of
 from crane_sim import system
-from crane_sim.explain import SceneError
-from crane_sim.jit import entry, kernel
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative
 from crane_sim.laws import read_settings
-from crane_sim.quantities import NonNegative
-from crane_sim.references import Path, reference_at
-from crane_sim.scene import Scene
+from crane_sim.numerics.jit import entry, kernel
+from crane_sim.scenes.scene import Scene
+from crane_sim.trajectories.path import Path, reference_at
 
 FLAT = 1e-6  # of the rope's length, the least height of its upper end above or below the payload at the start
 

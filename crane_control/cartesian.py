@@ -4,16 +4,16 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.drives import Servo, hanging, suspension_effort
-from crane_control.pacing import Paced, paced, tip_demand
-from crane_control.suspension import drive_of, pendulum_of
-from crane_control.tracking import SOFT, Gains, Tracker
-from crane_control.vision import Vision, camera
+from crane_control.tracking.drives import Servo, hanging, suspension_effort
+from crane_control.tracking.multirate import Paced, paced, tip_demand
+from crane_control.tracking.suspension import drive_of, pendulum_of
+from crane_control.tracking.tracker import SOFT, Gains, Tracker
+from crane_control.tracking.vision import Vision, camera
 from crane_sim import system
-from crane_sim.jit import entry
+from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.scene import Scene
+from crane_sim.numerics.jit import entry
+from crane_sim.scenes.scene import Scene
 
 
 class Manner(NamedTuple):

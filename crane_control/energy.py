@@ -3,13 +3,13 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from crane_control import knuckle_energy, knuckle_weighing, overhead_energy
-from crane_sim.explain import SceneError
+from crane_control import knuckle_energy, knuckle_load_estimation, overhead_energy
+from crane_sim.files.errors import SceneError
 from crane_sim.laws import Law
-from crane_sim.scene import Scene
+from crane_sim.scenes.scene import Scene
 
 LAWS: dict[str, Callable[[Mapping[str, Any], Scene], Law]] = {
-    "knuckle": knuckle_weighing.build,
+    "knuckle": knuckle_load_estimation.build,
     "overhead": overhead_energy.build,
 }
 SETTINGS = {

@@ -13,13 +13,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_control.cartesian import CartesianLaw, Manner, Settings, tracking_law
-from crane_control.oscillator import BIAS, RATE, ROPE, THETA, D, Filter, V, Y, begun, blank, corrected, predicted
-from crane_control.tracking import Belief, Tracker, believed, ramped, stiffness
-from crane_sim.explain import SceneError
-from crane_sim.jit import kernel, routine
+from crane_control.estimation.oscillator import (
+    BIAS,
+    RATE,
+    ROPE,
+    THETA,
+    D,
+    Filter,
+    V,
+    Y,
+    begun,
+    blank,
+    corrected,
+    predicted,
+)
+from crane_control.tracking.tracker import Belief, Tracker, believed, ramped, stiffness
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_group
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.scene import Scene
+from crane_sim.numerics.jit import kernel, routine
+from crane_sim.scenes.scene import Scene
 
 SEEING, WATCHING = Manner(1.25, 0.65, 1.6, True), Manner(2.0, 0.65, 0.6, True)
 """How the law tracks, without a camera and with one: beside a camera's noise its own start makes no harder jerks."""

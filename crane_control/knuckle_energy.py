@@ -15,14 +15,14 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field
 
 from crane_sim import system
-from crane_sim.cables.rope import RateRope, add_rope_energy, span
-from crane_sim.explain import SceneError
-from crane_sim.jit import entry, generic, kernel
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.model import Crane
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.scene import Scene
-from crane_sim.supports import posture, support_potential
+from crane_sim.models.cables.rope import RateRope, add_rope_energy, span
+from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.supports import posture, support_potential
+from crane_sim.numerics.jit import entry, generic, kernel
+from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=3, max_length=4)]
 

@@ -20,15 +20,15 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from crane_control.linear import Array, equilibrium, linearised, regulator, without_dry_friction
-from crane_control.sight import seen
+from crane_control.linearisation import Array, equilibrium, linearised, regulator, without_dry_friction
+from crane_control.reduced_state import seen
 from crane_sim import system
-from crane_sim.explain import SceneError
-from crane_sim.jit import entry, generic, routine
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.references import Path, reference_at
-from crane_sim.scene import Scene
+from crane_sim.numerics.jit import entry, generic, routine
+from crane_sim.scenes.scene import Scene
+from crane_sim.trajectories.path import Path, reference_at
 
 DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
 """Deviation and velocity that weigh 1, by unit of the joint."""

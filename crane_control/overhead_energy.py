@@ -29,16 +29,16 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_control.sight import seen
+from crane_control.reduced_state import seen
 from crane_sim import system
-from crane_sim.explain import SceneError
-from crane_sim.jit import entry, generic, kernel
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.overhead.axes import ForceAxis, Friction, lost
-from crane_sim.overhead.hoists import ForceHoist
-from crane_sim.overhead.rod import RodCrane
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.scene import Scene
+from crane_sim.models.overhead.rod import RodCrane
+from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.rails import ForceAxis, Friction, lost
+from crane_sim.numerics.jit import entry, generic, kernel
+from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=2)]
 

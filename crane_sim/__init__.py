@@ -16,24 +16,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from crane_sim.batch import Batch, simulate_batch
-    from crane_sim.explain import SceneError
-    from crane_sim.functions import acceleration, energy
-    from crane_sim.plant import SimulationError
-    from crane_sim.rollout import Rollout, simulate
-    from crane_sim.scene import Scene, load_scene
+    from crane_sim.files.errors import SceneError
+    from crane_sim.scenes.scene import Scene, load_scene
+    from crane_sim.simulation.batch import Batch, simulate_batch
+    from crane_sim.simulation.dynamics import acceleration, energy
+    from crane_sim.simulation.plant import SimulationError
+    from crane_sim.simulation.rollout import Rollout, simulate
 
 _HOMES = {
-    "Batch": "batch",
-    "simulate_batch": "batch",
-    "SceneError": "explain",
-    "acceleration": "functions",
-    "energy": "functions",
-    "SimulationError": "plant",
-    "Scene": "scene",
-    "load_scene": "scene",
-    "Rollout": "rollout",
-    "simulate": "rollout",
+    "Batch": "simulation.batch",
+    "simulate_batch": "simulation.batch",
+    "SceneError": "files.errors",
+    "acceleration": "simulation.dynamics",
+    "energy": "simulation.dynamics",
+    "SimulationError": "simulation.plant",
+    "Scene": "scenes.scene",
+    "load_scene": "scenes.scene",
+    "Rollout": "simulation.rollout",
+    "simulate": "simulation.rollout",
 }
 __all__ = [
     "Batch",

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from crane_sim.explain import SceneError, foreign_key, no_group, one_line, shortened, unknown_key
+from crane_sim.files.errors import SceneError, foreign_key, no_group, one_line, shortened, unknown_key
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.jit import generic, lean_generic, stage_generic
-from crane_sim.linear_systems import factor_dense, solve_dense
+from crane_sim.numerics.jit import generic, lean_generic, stage_generic
+from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 
 _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
 

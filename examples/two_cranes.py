@@ -57,7 +57,7 @@ def main() -> int:
         for number, (crane, log) in enumerate(logs.items()):
             others = ",".join(other for other in CRANES if other != crane)
             plants.append(node("crane_sim.ros.plant_node", crane, log, beside=others, clock=number == 0))
-            controllers.append(node("crane_control.controller_node", crane))
+            controllers.append(node("crane_control.nodes.controller_node", crane))
         try:
             while any(plant.poll() is None for plant in plants) and not (stopped or failed(*plants, *controllers)):
                 time.sleep(0.05)

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import session_guard
 
-from crane_sim.orchestration.children import environment, reserved_domain
+from crane_sim.orchestration.ros_environment import environment, reserved_domain
 
 _AGAIN = 60.0  # s from a test's limit until what it does in the end is interrupted, too
 

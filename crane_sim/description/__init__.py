@@ -13,7 +13,7 @@ from crane_sim.description.limits import add_limits
 from crane_sim.description.robot import UNBOUNDED, add_comment
 
 if TYPE_CHECKING:
-    from crane_sim.scene import Scene
+    from crane_sim.scenes.scene import Scene
 
 
 ABOUT = (

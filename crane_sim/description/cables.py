@@ -16,16 +16,16 @@ import numpy as np
 
 from crane_sim.description import gantry
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RAISE, UP, add_joint, add_link
-from crane_sim.description.room import form_of
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
-from crane_sim.forms.overhead_start import filled
-from crane_sim.metrics import polyline
+from crane_sim.description.workspace import form_of
+from crane_sim.scenes.schema.overhead_cable import filled
+from crane_sim.simulation.metrics import polyline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from crane_sim.description.room import Room
-    from crane_sim.scene import Scene
+    from crane_sim.description.workspace import Room
+    from crane_sim.scenes.scene import Scene
 
 ALONG = {"x": FORWARD, "y": LEFT, "z": UP}
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from crane_sim.description.solids import ACROSS, DARK, GREY, ORIGIN, STEEL, YELLOW, Shape, crate
 
 if TYPE_CHECKING:
-    from crane_sim.description.room import Room
+    from crane_sim.description.workspace import Room
 
 LOAD_DENSITY, NODE_DENSITY = 2400.0, 7800.0  # kg/m³, of concrete and of steel
 STRAND = 0.0035  # radius of the cable, of the depth

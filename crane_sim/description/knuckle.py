@@ -32,8 +32,8 @@ from crane_sim.description.solids import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from crane_sim.model import Crane
-    from crane_sim.supports.knuckle import Knuckle, Rod
+    from crane_sim.models.single_rope.crane import Crane
+    from crane_sim.models.supports.knuckle_boom import Knuckle, Rod
 
 
 def describe(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
 from crane_sim.description.robot import UNBOUNDED, add_limit
+from crane_sim.files.document import present
 from crane_sim.hardware.drives import HIGH, LOW
-from crane_sim.scene import FORMS
-from crane_sim.scene_document import present
+from crane_sim.scenes.scene import FORMS
 
 if TYPE_CHECKING:
-    from crane_sim.scene import File, Scene
+    from crane_sim.scenes.scene import File, Scene
 
 GROUPS = {"slew": "tower"}  # joints whose group of the scene file has another name
 LENGTHS = ("rope", "hoist")  # joints that are never below zero

@@ -12,13 +12,13 @@ from xml.etree import ElementTree
 from crane_sim.description import gantry
 from crane_sim.description.cables import Hang, add_cable
 from crane_sim.description.robot import FORWARD, LEFT, add_comment, add_joint, add_link
-from crane_sim.description.room import expected, form_of
 from crane_sim.description.solids import Body, point_mass
+from crane_sim.description.workspace import expected, form_of
 
 if TYPE_CHECKING:
-    from crane_sim.description.room import Room
-    from crane_sim.forms.overhead_groups import AxisGroup
-    from crane_sim.scene import Scene
+    from crane_sim.description.workspace import Room
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.scenes.schema.overhead_groups import AxisGroup
 
 
 def describe(robot: ElementTree.Element, scene: Scene) -> None:

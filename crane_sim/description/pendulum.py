@@ -14,7 +14,7 @@ from crane_sim.description.robot import add_joint, add_link
 from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, point_mass
 
 if TYPE_CHECKING:
-    from crane_sim.scene import Scene
+    from crane_sim.scenes.scene import Scene
 
 
 def describe(robot: ElementTree.Element, scene: Scene) -> None:

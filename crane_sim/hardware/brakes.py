@@ -9,7 +9,7 @@ Where an effort is no force the same element serves: it is an acceleration for a
 drive that follows a rate is told zero; one that follows a position is told the one where it was (`FOLLOWS`).
 """
 
-from crane_sim.jit import lean_kernel
+from crane_sim.numerics.jit import lean_kernel
 
 STIFFNESS, DAMPING, CAPACITY, FOLLOWS, REFERENCE, HELD = 0, 1, 2, 3, 4, 5
 """Rows of the board of drives: of brakes; 1 for a drive told its reference; joint's; 1 while the brake holds it."""

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.array_algebra import store
 from crane_sim.hardware.brakes import EFFORT, HELD, POSITION, VELOCITY, braked
-from crane_sim.jit import lean_kernel, routine
+from crane_sim.numerics.arrays import store
+from crane_sim.numerics.jit import lean_kernel, routine
 
 ORIGIN, TARGET, FACTOR = 9, 10, 11
 """Rows: effort where the period began, effort that is approached, what part of its effort the drive delivers."""

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from crane_sim.hardware.brakes import HELD, engage
 from crane_sim.hardware.drives import FACTOR, ORIGIN
 from crane_sim.hardware.sensors import LOST, STUCK
-from crane_sim.jit import routine
+from crane_sim.numerics.jit import routine
 
 KINDS = ("sensor_stuck", "sensor_loss", "effort_loss", "stuck", "payload")
 """Names of the kinds of faults; kernels know them by their places here."""

@@ -2,17 +2,17 @@
 
 from typing import NamedTuple
 
-from crane_sim.jit import generic
-from crane_sim.loads.point import PointLoad
-from crane_sim.model import Crane
-from crane_sim.overhead.chain import Chain
-from crane_sim.overhead.double import DoubleCrane, Pair
-from crane_sim.overhead.elastic import ElasticCrane, Springs
-from crane_sim.overhead.planar import PlanarCrane
-from crane_sim.overhead.rod import Line, RodCrane
-from crane_sim.overhead.spatial import SpatialCrane
-from crane_sim.overhead.spring import Spring, SpringCrane
-from crane_sim.overhead.switches import Switches
+from crane_sim.models.cables.chain import Chain
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.overhead.double import DoubleCrane, Pair
+from crane_sim.models.overhead.elastic import ElasticCrane, Springs
+from crane_sim.models.overhead.modes import Switches
+from crane_sim.models.overhead.planar import PlanarCrane
+from crane_sim.models.overhead.rod import Line, RodCrane
+from crane_sim.models.overhead.spatial import SpatialCrane
+from crane_sim.models.overhead.spring import Spring, SpringCrane
+from crane_sim.models.single_rope.crane import Crane
+from crane_sim.numerics.jit import generic
 
 
 class Reload(NamedTuple):

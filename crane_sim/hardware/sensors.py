@@ -7,8 +7,8 @@ one stays. What is shown is `DELAY` periods old. Chance is drawn by the number o
 
 from math import floor
 
-from crane_sim.hardware.chance import normal, uniform
-from crane_sim.jit import lean_kernel, routine
+from crane_sim.hardware.random import normal, uniform
+from crane_sim.numerics.jit import lean_kernel, routine
 
 NOISE, BIAS, QUANTUM, DELAY, EVERY, DROPOUT = 0, 1, 2, 3, 4, 5
 """Rows: standard deviation, offset, step of the digits (0: none), periods, periods, chance that a sample is lost."""

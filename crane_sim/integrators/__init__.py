@@ -5,7 +5,7 @@ size) and, when it controls its error, `advance` (one accepted step of a size it
 """
 
 from crane_sim.integrators.events import CHATTER, STOPPED, Seen, located, record, settled
-from crane_sim.integrators.flow import (
+from crane_sim.integrators.integration import (
     ENDLESS,
     NOT_FINITE,
     OK,
@@ -21,7 +21,7 @@ from crane_sim.integrators.flow import (
     step,
     stopped,
 )
-from crane_sim.jit import kernel
+from crane_sim.numerics.jit import kernel
 from crane_sim.system import switching
 
 __all__ = [

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.adaptive import MOST_STEPS, accepted_step, attempt, error_order
-from crane_sim.integrators.flow import Scratch, advance, found, horizon, patience, stages, stride
+from crane_sim.files.types import NonNegative, Positive
+from crane_sim.integrators.integration import Scratch, advance, found, horizon, patience, stages, stride
 from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
-from crane_sim.jit import lean_generic
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import dimension, error_square, moved
+from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.states import dimension, error_square, moved
 
 B = (35 / 384, None, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, None)
 A = (

@@ -7,10 +7,10 @@ rounding stops them, so that what is left of the method's symmetry is not spoilt
 from math import nan, sqrt
 from typing import NamedTuple
 
-from crane_sim.integrators.flow import advance, even_step, stages, step, stepped
-from crane_sim.jit import kernel, routine
-from crane_sim.quantities import Positive
-from crane_sim.state_algebra import add, add_scaled, scale, weighted_square
+from crane_sim.files.types import Positive
+from crane_sim.integrators.integration import advance, even_step, stages, step, stepped
+from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.states import add, add_scaled, scale, weighted_square
 from crane_sim.system import project, rhs
 
 ROOT = sqrt(15.0)

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.flow import Scratch, stages, stride
+from crane_sim.files.types import Positive
+from crane_sim.integrators.integration import Scratch, stages, stride
 from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
-from crane_sim.jit import lean_generic
-from crane_sim.quantities import Positive
-from crane_sim.state_algebra import moved
+from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.states import moved
 
 A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
 C = (1 / 2, 1 / 2, 1.0)

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.adaptive import MOST_STEPS, accepted_step, attempt, error_order
-from crane_sim.integrators.flow import advance, horizon, patience, stages, step
+from crane_sim.files.types import NonNegative, Positive
+from crane_sim.integrators.integration import advance, horizon, patience, stages, step
 from crane_sim.integrators.runge_kutta import dense
-from crane_sim.jit import kernel, routine
-from crane_sim.quantities import NonNegative, Positive
-from crane_sim.state_algebra import weighted_square
+from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.states import weighted_square
 from crane_sim.system import factored, fill, linearised, project, rhs, solve_shifted, workspace
 
 # fmt: off

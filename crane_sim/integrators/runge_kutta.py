@@ -7,10 +7,10 @@ the rows of one array, filled in a loop.
 
 import numpy as np
 
-from crane_sim.array_algebra import weigh
-from crane_sim.integrators.flow import Scratch
-from crane_sim.jit import kernel, lean_generic, lean_routine
-from crane_sim.state_algebra import add, combine
+from crane_sim.integrators.integration import Scratch
+from crane_sim.numerics.arrays import weigh
+from crane_sim.numerics.jit import kernel, lean_generic, lean_routine
+from crane_sim.numerics.states import add, combine
 from crane_sim.system import fill, rhs
 
 

@@ -7,16 +7,16 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from crane_sim.interruption import collected
 from crane_sim.laws import slow_half
-from crane_sim.orchestration.children import environment, reserved_domain
-from crane_sim.orchestration.closing import recorded, told
-from crane_sim.orchestration.conductor import READY, Conductor, RunError, Telling
-from crane_sim.orchestration.crew import Crew
-from crane_sim.orchestration.posts import Place, Post, RecorderPost
+from crane_sim.orchestration.process_group import Crew
+from crane_sim.orchestration.roles import Place, Post, RecorderPost
+from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.orchestration.shutdown import recorded, told
+from crane_sim.orchestration.supervisor import READY, Conductor, RunError, Telling
+from crane_sim.process_signals import collected
 
 if TYPE_CHECKING:
-    from crane_sim.scene import Scene
+    from crane_sim.scenes.scene import Scene
 
 
 class _Wishes(NamedTuple):
@@ -116,10 +116,10 @@ def _started(crew: Crew, scene: "Scene", folder: Path, wishes: _Wishes) -> list[
     posts = [Post(crew, place("plant", "crane_sim.ros", common | wishes.plant | {"expected_trackers": int(split)}))]
     if wishes.controller:
         answering = common | {"mode": wishes.plant["mode"]}
-        posts.append(Post(crew, place("controller", "crane_control", answering), wishes.replaced))
+        posts.append(Post(crew, place("controller", "crane_control.nodes", answering), wishes.replaced))
     if split:
         heard = file | {"expected_recorders": int(bool(wishes.recorder.get("mcap")))}
-        posts.append(Post(crew, place("tracker", "crane_control", heard), wishes.replaced))
+        posts.append(Post(crew, place("tracker", "crane_control.nodes", heard), wishes.replaced))
     if wishes.recorder:
         recorder = place("recorder", "crane_sim.ros", file | wishes.recorder)
         posts.append(RecorderPost(crew, recorder, wishes.replaced))

@@ -1,29 +1,161 @@
-"""What a recording holds: the fixed facts of a run, and the arrays of one block of its steps."""
+"""What a recording holds: the fixed facts of a run, and the arrays of one block of its steps.
+
+Between the world and a base that moves in it: what is drawn aboard turns and heaves with the base.
+
+What the derived curves of a recording are computed from, where that is not the truth.
+
+What a recording shows of an overhead crane's cable: which angles are plotted, what stands for its tension.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import yaml
+from scipy.spatial.transform import Rotation
 
 from crane_sim import system
 from crane_sim.description import urdf
-from crane_sim.description.room import form_of
-from crane_sim.recording.aboard import BASE, base_of
-from crane_sim.recording.cast import WORLD
-from crane_sim.recording.framing import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
-from crane_sim.recording.provenance import provenance
-from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension, tension_name
+from crane_sim.description.cables import Hang
+from crane_sim.description.workspace import Room, expected, form_of
+from crane_sim.hardware.faults import SENSOR_LOSS
+from crane_sim.hardware.settings import sensor_board
+from crane_sim.recording.camera import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
-    from crane_sim.scene import Scene
+    from crane_sim.hardware.settings import Equipment
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.trajectories.base_motion import Base, SplineBase
 
     Numbers = NDArray[np.float64]
+
+
+WORLD = "world"  # the frame of everything that is not part of the crane
+
+
+BASE = "base_link"  # the frame of a base that moves
+
+
+def base_of(scene: Scene) -> Base | SplineBase | None:
+    """Return how the base of a scene's crane moves; not every model can stand on one that does."""
+    return getattr(scene.model, "base", None)
+
+
+def turns(base: Numbers) -> Rotation:
+    """Return the turns (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
+    return Rotation.from_euler("ZYX", base[:, :2:-1])
+
+
+def aboard(points: Numbers, base: Numbers | None) -> Numbers:
+    """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
+    if base is None:
+        return points
+    return np.einsum("kji,knj->kni", turns(base).as_matrix(), points - base[:, None, :3])
+
+
+def ashore(points: Numbers, base: Numbers | None) -> Numbers:
+    """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
+    if base is None:
+        return points
+    return np.einsum("kij,knj->kni", turns(base).as_matrix(), points) + base[:, None, :3]
+
+
+def provenance(scene: Scene) -> str:
+    """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
+
+    A recorder hears the joint states that everybody hears, and knows the scene's payload.
+    """
+    found = scene.hardware
+    if found is None:
+        return ""
+    parts = ("from what the sensors show",) if _is_sensed(found, len(scene.joint_names)) else ()
+    parts += ("for the payload of the start",) if found.reload is not None else ()
+    return " and ".join(parts)
+
+
+def _is_sensed(found: Equipment, nq: int) -> bool:
+    """Return whether sensors show something else than the truth, or may come to do so."""
+    return bool((found.signals != sensor_board(nq)).any() or (found.faults.kind <= SENSOR_LOSS).any())
+
+
+CURVES = 4  # so many links of a cable are plotted
+
+
+COORDINATES = ("swing_", "link_", "node_")  # beginnings of the names of a cable's joints
+
+
+class Suspension(NamedTuple):
+    """The fixed facts of an overhead crane's cable."""
+
+    hang: Hang
+    room: Room  # as far as it is known before the run
+    shape: str  # what its coordinates are: "angles", "rod" (one angle), "vectors" or "positions"
+
+    @property
+    def planar(self) -> bool:
+        """Return whether the cable stays in the x-z plane: its angles have a sign."""
+        return not self.room.spatial
+
+    @property
+    def elastic(self) -> bool:
+        """Return whether the cable's length is not given."""
+        return self.shape == "positions"
+
+    @property
+    def links(self) -> list[int]:
+        """Return the numbers, from 1 for the uppermost, of the links whose angles are plotted: of many only a few."""
+        if not self.planar:
+            return []
+        count = 1 if self.shape == "rod" else len(self.hang.lengths)
+        return [int(k) for k in np.unique(np.linspace(1, count, CURVES).round())]
+
+
+def suspension(scene: Scene) -> Suspension | None:
+    """Return a scene's, None for a crane whose cable is a single rope below a boom."""
+    if scene.crane != "overhead":
+        return None
+    return Suspension(Hang.of(scene), expected(scene), _shape(scene.joint_names))
+
+
+def _shape(joints: Sequence[str]) -> str:
+    for shape, sign in (("positions", "node_1_x"), ("vectors", "link_1_x"), ("angles", "swing_2")):
+        if sign in joints:
+            return shape
+    return "rod"
+
+
+def tension_name(found: Suspension | None) -> str:
+    """Return what the recorded tension is."""
+    several = found is not None and len(found.hang.lengths) > 1
+    return "tension of the top link" if several else "rope tension"
+
+
+def effort_scales(scene: Scene, hang: Hang) -> tuple[float, ...]:
+    """Return the efforts (nu,) that are drawn as arrows of a seventh of an overhead crane's size.
+
+    They bring all up to speed at 0.5 m/s², and hold what hangs on the hoist.
+    """
+    form = form_of(scene)
+    pushed = sum(hang.masses) + sum(group.mass or 0.0 for group in (form.trolley, form.bridge) if group is not None)
+    scales = {"trolley": 0.5 * pushed, "bridge": 0.5 * pushed, "hoist": 9.81 * sum(hang.masses)}
+    return tuple(scales[name] for name in scene.actuated)
+
+
+def hanging_still(actuated: Sequence[str], reference: Numbers, nodes: Numbers) -> Numbers:
+    """Return the nodes (K, N+1, 3) at rest where the references (K, nu) are, each link as long as in `nodes`."""
+    target = dict(zip(actuated, reference.T, strict=True))
+    lengths = np.linalg.norm(np.diff(nodes, axis=1), axis=2)
+    lengths[:, 0] = target.get("hoist", lengths[:, 0])
+    still = np.repeat(nodes[:, :1], nodes.shape[1], axis=1)
+    for axis, joint in enumerate(("trolley", "bridge")):
+        still[:, :, axis] = target.get(joint, nodes[:, 0, axis])[:, None]
+    still[:, 1:, 2] -= np.cumsum(lengths, axis=1)
+    return still
 
 
 class Way(NamedTuple):
@@ -35,7 +167,11 @@ class Way(NamedTuple):
 
 
 ROPE = Way("shown/rope_m", "Rope length [m]", ("rope",))
+
+
 TIP = "shown/tip_m", "Position of the suspension point [m]"
+
+
 HOIST = Way("shown/hoist_m", "Length of the first link [m]", ("hoist",))
 
 

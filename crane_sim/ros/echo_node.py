@@ -9,10 +9,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
-from crane_sim.ros import messages, process
-from crane_sim.ros.parameters import Option
-from crane_sim.ros.process import Host
-from crane_sim.ros.wire import JointWire
+from crane_sim.ros.common import messages, node_host
+from crane_sim.ros.common.node_host import Host
+from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.common.serialization import JointWire
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
@@ -114,7 +114,7 @@ def serve(host: Host, settings: SimpleNamespace) -> None:
 
 def main() -> int:
     """Run the node; see `process.main` for the exit code."""
-    return process.main("echo", PARAMETERS, serve)
+    return node_host.main("echo", PARAMETERS, serve)
 
 
 if __name__ == "__main__":

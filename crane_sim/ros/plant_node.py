@@ -7,22 +7,21 @@ from types import SimpleNamespace
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
-from crane_sim.plant import Plant
-from crane_sim.ros import process
-from crane_sim.ros.braking import brake_to_rest
-from crane_sim.ros.fault_services import FaultServices
-from crane_sim.ros.lifecycle import ENDINGS
-from crane_sim.ros.limits import largest_efforts
-from crane_sim.ros.lockstep import Lockstep
-from crane_sim.ros.pacing import OpenLoop, Pace
-from crane_sim.ros.parameters import Option
-from crane_sim.ros.plant_services import PlantServices
-from crane_sim.ros.plant_topics import PlantTopics
-from crane_sim.ros.process import Fault, Host
-from crane_sim.ros.realtime import Realtime
-from crane_sim.ros.stepper import Stepper
-from crane_sim.ros.warming import warm_up
-from crane_sim.silence import WAYS
+from crane_sim.ros.common import node_host
+from crane_sim.ros.common.command_filter import largest_efforts
+from crane_sim.ros.common.lifecycle import ENDINGS
+from crane_sim.ros.common.node_host import Fault, Host
+from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.plant.braking import brake_to_rest
+from crane_sim.ros.plant.lockstep import Lockstep
+from crane_sim.ros.plant.realtime import Realtime
+from crane_sim.ros.plant.scheduler import OpenLoop, Pace
+from crane_sim.ros.plant.services import FaultServices, PlantServices
+from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.topics import PlantTopics
+from crane_sim.ros.plant.warm_up import warm_up
+from crane_sim.ros.plant.watchdog import WAYS
+from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
@@ -143,7 +142,7 @@ class PlantNode:
 
 def main() -> int:
     """Run the node; see `process.main` for the exit code."""
-    return process.main("plant", PARAMETERS, lambda host, settings: PlantNode(host, settings).run(), managed=True)
+    return node_host.main("plant", PARAMETERS, lambda host, settings: PlantNode(host, settings).run(), managed=True)
 
 
 if __name__ == "__main__":

@@ -11,16 +11,16 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from crane_sim import load_scene
-from crane_sim.ros import process
-from crane_sim.ros.hearing import NAMES, Hearing
-from crane_sim.ros.outputs import Handover, Outputs, read_handover
-from crane_sim.ros.parameters import Option
-from crane_sim.ros.process import Fault, Host
-from crane_sim.ros.tail import Tail
-from crane_sim.ros.transcript import TOPICS
+from crane_sim.ros.common import node_host
+from crane_sim.ros.common.node_host import Fault, Host
+from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.recorder.decoder import TOPICS
+from crane_sim.ros.recorder.outputs import Handover, Outputs, read_handover
+from crane_sim.ros.recorder.replay_buffer import Tail
+from crane_sim.ros.recorder.subscriptions import NAMES, Hearing
 
 if TYPE_CHECKING:
-    from crane_sim.scene import Scene
+    from crane_sim.scenes.scene import Scene
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
@@ -80,7 +80,7 @@ def _stood_by(
     tail = Tail(NAMES if settings.mcap else TOPICS, settings.passes)
     hearing = Hearing(host.node, [tail.takers()])
     if settings.path:
-        from crane_sim.recording.recorder import warm_up  # imports Rerun now, not when every second counts
+        from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun now, not when every second counts
 
         warm_up(scene)
     host.wait(hearing.missing)
@@ -166,7 +166,7 @@ def main() -> int:
     """Run the node; see `process.main` for the exit code."""
     kept: list[object] = []
     _give_way()
-    code = process.main("recorder", PARAMETERS, lambda host, settings: serve(host, settings, kept))
+    code = node_host.main("recorder", PARAMETERS, lambda host, settings: serve(host, settings, kept))
     if code:  # Rerun waits for ever, at interpreter exit and where its stream is freed, for a file it could not write
         os._exit(code)
     return code

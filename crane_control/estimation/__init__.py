@@ -1,0 +1,1 @@
+"""Estimators that laws are made of."""

@@ -1,0 +1,68 @@
+"""What tracking laws ask of whatever carries the suspension point: where all of it is, and efforts that move it.
+
+Vectors are in the axes of the base and relative to it. The bodies given here are those of the crane `pendulum`.
+"""
+
+from typing import Any, NamedTuple
+
+from crane_sim.files.types import NonNegative, Positive
+from crane_sim.numerics.jit import generic, kernel
+
+
+class Servo(NamedTuple):
+    """How the suspension point is driven by a law that commands its acceleration: 26 rad/s, 0.7 of critical damping."""
+
+    kp: Positive = 676.0  # 1/s², of the suspension point
+    kd: NonNegative = 36.4  # 1/s, of the suspension point
+
+
+class Hanging(NamedTuple):
+    """A payload and the suspension point above it."""
+
+    tip: tuple[float, float]  # m, horizontal
+    dtip: tuple[float, float]  # m/s
+    y: tuple[float, float]  # m, the payload, horizontal
+    dy: tuple[float, float]  # m/s
+    n: tuple[float, float, float]  # unit vector from the point to the payload
+    dn: tuple[float, float, float]  # 1/s, its rate
+    state: Any  # of the crane that carries the point, where one does
+
+
+@generic
+def hanging(drive, length, q, v):
+    """Return the Hanging at joint positions q and velocities v (nq,) on a rope that is believed to be so long [m].
+
+    Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
+    """
+    n, dn = (q[3], q[4], q[5]), (v[3], v[4], v[5])
+    y = (q[0] + length * n[0], q[1] + length * n[1])
+    return Hanging((q[0], q[1]), (v[0], v[1]), y, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
+
+
+@generic
+def accelerated(drive, t, seen, a):
+    """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
+
+    `seen` is the Hanging at that time. A point whose efforts are accelerations takes a as it is.
+    """
+    return a
+
+
+@generic
+def suspension_effort(drive, t, demand, seen):
+    """Return the efforts (nu,) that bring the suspension point of a Hanging to a Demand at time t [s], eq. 64."""
+    raise NotImplementedError
+
+
+@kernel
+def pulled(drive, demand, seen):
+    """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a drive."""
+    x, v, a = demand
+    ax = a[0] - drive.kd * (seen.dtip[0] - v[0]) - drive.kp * (seen.tip[0] - x[0])
+    ay = a[1] - drive.kd * (seen.dtip[1] - v[1]) - drive.kp * (seen.tip[1] - x[1])
+    return ax, ay
+
+
+@suspension_effort.register(Servo)
+def _(drive, t, demand, seen):
+    return pulled(drive, demand, seen)

@@ -1,0 +1,53 @@
+"""The command `crane`: from its first statement on Ctrl-C ends it in one line, so what it can do is imported later."""
+
+import os
+import sys
+
+from crane_sim import process_signals
+
+
+def main() -> int:
+    """Run the command; return its exit code: 0 done, 1 a fault while running, 2 bad input."""
+    process_signals.end_at_once(_interrupted)
+    import click
+
+    from crane_sim.cli.commands import app
+    from crane_sim.files.errors import SceneError
+
+    try:
+        return app(standalone_mode=False) or 0
+    except SceneError as error:
+        return _fail(str(error), 2)
+    except click.ClickException as error:
+        if type(error).__name__ == "NoArgsIsHelpError":  # older versions of click print the usage themselves
+            print(error.format_message(), file=sys.stderr)
+            return 2
+        return _fail(error.format_message(), 2)
+    except click.Abort:  # a RuntimeError as well
+        return _fail("interrupted", 1)
+    except (RuntimeError, OSError) as error:
+        return _fail(str(error), 1)
+    except MemoryError:
+        return _fail("the run does not fit into memory; shorten its duration", 1)
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a gap in the checks: still one line
+        return _fail(f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1)
+
+
+def _fail(message: str, code: int) -> int:
+    """Tell a failure in one line, as JSON too where that was asked for, and return the exit code."""
+    if "--json" in sys.argv:
+        import json
+
+        try:
+            print(json.dumps({"error": message}), flush=True)
+        except OSError:  # no room there: what is still to be written at exit must not fail once more
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    print(f"crane: {message}", file=sys.stderr, flush=True)
+    return code
+
+
+def _interrupted() -> None:
+    """End the process, whatever its other threads do."""
+    if sys.stderr.isatty():
+        print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # what a progress display leaves: its line, no cursor
+    os._exit(_fail("interrupted", 1))

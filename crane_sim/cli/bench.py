@@ -1,0 +1,94 @@
+"""The command `crane bench`."""
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.cli.help_lines import HELP
+from crane_sim.evaluation.bench import scenes
+from crane_sim.evaluation.bench.cases import LEVELS
+from crane_sim.evaluation.bench.crane_sim_engine import METHODS
+from crane_sim.evaluation.bench.page import page
+from crane_sim.evaluation.bench.parts import PARTS
+from crane_sim.evaluation.bench.results import best, points_of
+from crane_sim.evaluation.bench.store import merged, save, stored
+from crane_sim.files.errors import SceneError, unknown_key
+
+EVERY = ("scenes", *PARTS, "page")
+
+
+@click.command(context_settings=HELP)
+@click.argument("part", default="scenes")
+@click.option("--quick", is_flag=True, help="Four scenes and three methods.")
+@click.option("--scene", "ids", multiple=True, metavar="ID", help="Only this one (S1, S3a, ... or a catalogue name).")
+@click.option("--method", "methods", multiple=True, metavar="NAME", help=f"Only this one: {', '.join(METHODS)}.")
+@click.option("--peers", is_flag=True, help="Beside every other engine that is installed, interleaved.")
+@click.option("--save", "folder", default="runs/bench", show_default=True, metavar="FOLDER", help="Where results go.")
+def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], peers: bool, folder: str) -> None:
+    """Measure speed against error, and the whole path; PART: scenes (default), lockstep, realtime, ..., page.
+
+    Data, figure and page go to FOLDER; parts and scenes that are not measured keep what FOLDER has of them.
+    """
+    if part not in EVERY:
+        raise SceneError(unknown_key(part, EVERY, "PART"))
+    if part != "scenes" and (quick or ids or methods or peers):
+        raise SceneError(f"bench {part}: --quick, --scene, --method and --peers belong to scenes")
+    data = stored(_made(folder))
+    if part == "page" and not data:
+        raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
+    if part == "scenes":
+        cases = scenes.chosen_cases(ids, quick)
+        with Console(stderr=True).status("measuring") as status:
+            found = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
+        data = merged(data, part, found)
+        for case in found["scenes"]:
+            Console().print(_table(case, data["scenes"]["scenes"][case]))
+    elif part != "page":
+        with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
+            data = merged(data, part, PARTS[part].measure())
+        print("\n".join(PARTS[part].told(data[part])))
+    _write(data, Path(folder))
+
+
+def _made(folder: str) -> Path:
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError(f"--save {folder!r}: {error.strerror}") from None
+    return Path(folder)
+
+
+def _write(data: dict[str, Any], folder: Path) -> None:
+    """Write data, figure and page."""
+    from crane_sim.evaluation.bench.figure import draw
+
+    written, told = ["performance.json", "performance.md"], Console(stderr=True)
+    try:
+        save(data, folder)
+        (folder / "performance.md").write_text(page(data))
+        if "scenes" in data and find_spec("matplotlib") is None:
+            told.print("no figure: it needs matplotlib, which is not installed")
+        elif "scenes" in data:
+            draw(data["scenes"]["scenes"], folder / "performance.png")
+            written.append("performance.png")
+    except OSError as error:
+        raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
+    told.print(f"written to {folder}: {', '.join(written)}")
+
+
+def _table(case: str, scene: dict[str, Any]) -> Table:
+    """Return the cheapest setting of every engine, and of every method of this simulator."""
+    table = Table(
+        title=f"{case}: {scene['title']}\nµs of wall time per simulated second, at errors of", title_justify="left"
+    )
+    table.add_column("engine")
+    for level in LEVELS:
+        table.add_column(f"{level:.0e} m", justify="right")
+    for engine, points in best(points_of(scene)).items():
+        table.add_row(engine, *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points))
+    return table

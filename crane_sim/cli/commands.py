@@ -1,0 +1,184 @@
+"""The subcommands of `crane`."""
+
+import json
+import os
+import sys
+from dataclasses import replace
+from typing import Any
+
+import click
+import yaml
+
+from crane_sim import process_signals
+from crane_sim.cli import report
+from crane_sim.cli.help_lines import HELP, Group
+from crane_sim.cli.run_options import RunOptions, check_folder, run_options
+from crane_sim.cli.scene_options import as_json_option, loaded_scene, scene_options
+from crane_sim.files.catalogue import config_folder, scene_files
+from crane_sim.files.errors import SceneError
+
+
+@click.group(cls=Group, context_settings=HELP)
+@click.version_option(None, "-V", "--version", package_name="crane_sim", message="crane_sim %(version)s")
+def app() -> None:
+    """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
+
+    SCENE is a name of the catalogue (crane scenes) or a file.
+    """
+
+
+@app.command()
+@scene_options
+@run_options
+def run(scene: str, as_json: bool, **given: Any) -> None:
+    """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
+    from crane_sim import orchestration
+
+    options = RunOptions(**{name: given.pop(name) for name in RunOptions._fields})
+    options.check()
+    loaded = loaded_scene(scene, **given)
+    arguments = options.arguments(loaded.name)
+    with report.compiling(hidden=as_json):
+        _warm_plant(loaded)
+    with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
+        summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
+    process_signals.leave(_told(dict(loaded.notes) | summary, loaded, as_json))
+
+
+@app.command()
+@scene_options
+def simulate(scene: str, as_json: bool, **changes: Any) -> None:
+    """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
+    from crane_sim.simulation.plant import SimulationError
+    from crane_sim.simulation.rollout import simulate as roll_out
+
+    loaded = loaded_scene(scene, **changes)
+    with report.compiling(hidden=as_json):
+        roll_out(replace(loaded, duration=loaded.period))
+    ended = {}
+    try:
+        result = roll_out(loaded)
+    except SimulationError as error:
+        if error.run is None:
+            raise
+        result, ended = error.run, {"error": str(error)}
+    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, loaded, as_json))
+
+
+@app.command()
+@as_json_option
+def scenes(as_json: bool) -> None:
+    """List the catalogue, one line each."""
+    found = {name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()}
+    if as_json:
+        print(json.dumps(found))
+    else:
+        report.print_scenes(found)
+
+
+@app.command()
+@click.argument("file")
+def check(file: str) -> None:
+    """Validate a scene file."""
+    loaded = loaded_scene(file)
+    drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
+    print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
+    report.print_notes(loaded.notes, report.Console())
+
+
+@app.command()
+@click.argument("pages", nargs=-1)
+def docs(pages: tuple[str, ...]) -> None:
+    """List the pages in docs that commands write; PAGES: write these anew, all for every one."""
+    from crane_sim.evaluation.documentation.command import docs as command
+
+    command(pages)
+
+
+@app.command()
+@click.option("--save", "folder", metavar="FOLDER", help="Write the page there instead of printing it.")
+def describe(folder: str | None) -> None:
+    """Describe the format of scene files: every key, its unit, default and meaning (Markdown)."""
+    from crane_sim.evaluation.documentation.scene_format import save, scene_format
+
+    check_folder(folder)
+    if folder is None:
+        print(scene_format(), end="")
+    else:
+        save(folder)
+
+
+@app.command()
+@click.argument("item", required=False)
+@click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
+@as_json_option
+def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
+    """Put what the papers print, and references, beside what is measured here.
+
+    ITEM: overhead, hardcases, knuckle, offshore, observer; all when left out.
+    """
+    from crane_sim.evaluation.reproduce import show
+
+    check_folder(folder)
+    show(item, as_json, folder)
+
+
+@app.command()
+@click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
+@as_json_option
+def league(folder: str | None, as_json: bool) -> None:
+    """Try every law on every scene that suits it: errors, swing, efforts (some minutes)."""
+    from crane_sim.cli.league import league as played
+
+    check_folder(folder)
+    played(as_json, folder)
+
+
+@app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def bench(arguments: tuple[str, ...]) -> None:
+    """Measure speed against error on the benchmark's scenes, and the whole path (crane bench -h)."""
+    from crane_sim.cli.bench import bench as command  # here: it imports every part
+
+    command.main(list(arguments), prog_name="crane bench", standalone_mode=False)
+
+
+@app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def soak(arguments: tuple[str, ...]) -> None:
+    """Let a run survive for a long time, and print what that did (crane soak -h)."""
+    from crane_sim.cli.soak import soak as command
+
+    command.main(list(arguments), prog_name="crane soak", standalone_mode=False)
+
+
+@app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def test(arguments: tuple[str, ...]) -> None:
+    """Run the test suite; arguments are pytest's."""
+    tree = config_folder().parent
+    if not (tree / "test").is_dir():
+        raise SceneError(f"{tree}: has no tests; run this in the source tree")
+    os.chdir(tree)
+    os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
+
+
+def _warm_plant(scene: Any) -> None:
+    """Compile what the nodes need once, before they would all compile it side by side."""
+    from crane_sim.simulation.plant import Plant
+
+    plant = Plant(scene)
+    demand = scene.law(0.0, plant.q, plant.v) if scene.law else (0.0,) * len(scene.actuated)
+    plant.advance(demand if scene.sampled else None)
+    plant.summary()
+
+
+def _told(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
+    """Print the summary and return the exit code it asks for."""
+    if as_json:
+        print(json.dumps(report.plain(summary)))
+    elif summary.get("steps"):
+        report.print_summary(summary, scene)
+    if "error" in summary:
+        print(f"crane: {summary['error']}", file=sys.stderr)
+    return int("error" in summary)

@@ -1,0 +1,253 @@
+"""What a person sees at the terminal: the progress bar, the summary, the catalogue."""
+
+import math
+import os
+import re
+import shlex
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
+
+_GROUPS = {
+    "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
+    "motion": (
+        "peak_swing_deg",
+        "residual_swing_deg",
+        "min_rope_tension",
+        "max_rope_tension",
+        "saturated_steps",
+        "energy_audit_error",
+        "energy_audit_max",
+    ),
+    "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
+    "base": ("peak_base_acceleration", "peak_base_angular_acceleration"),
+    "chosen": ("method", "model", "model_error_estimate", "left_out"),
+}
+_UNITS = {
+    "wall_time": "s",
+    "real_time_factor": "x",
+    "peak_swing_deg": "deg",
+    "residual_swing_deg": "deg",
+    "min_rope_tension": "N",
+    "max_rope_tension": "N",
+    "sim_time": "s",
+    "model_error_estimate": "m",
+    "tracking_mse": "m²",
+    "tracking_mae": "m",
+    "tracking_peak": "m",
+    "peak_tip_acceleration": "m/s²",
+    "peak_base_acceleration": "m/s²",
+    "peak_base_angular_acceleration": "rad/s²",
+}
+
+_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
+
+_NOTHING = 1e-20  # in any unit: what is smaller is the rounding of something that is zero
+
+WITHOUT_ROS: dict[str, Any] = {
+    "deadline_misses": 0,
+    "commands": None,
+    "recording": None,
+    "recorded_steps": 0,
+    "lost_steps": 0,
+}
+"""What a run without ROS has to say of topics and recordings."""
+
+
+def speed(run: "Rollout") -> dict[str, float]:
+    """Return what the summary says of a run's speed."""
+    wall, summary = run.stats["wall_time"], run.summary
+    return {
+        "wall_time": wall,
+        "real_time_factor": summary["sim_time"] / wall,
+        "steps_per_second": summary["steps"] / wall,
+    }
+
+
+def plain(value: Any) -> Any:
+    """Return the value with non-finite numbers as None, which JSON can carry."""
+    if isinstance(value, dict):
+        return {key: plain(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+class Teller(NamedTuple):
+    """How a run tells a person where it is: `move(steps done, steps in all)`, and `say(line)` on what happens."""
+
+    move: Callable[[int, int], None]
+    say: Callable[[str], None]
+
+
+@contextmanager
+def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
+    """Yield a teller with a progress bar that shows the real-time factor; hidden, only lines are told."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %  {task.fields[factor]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), disable=hidden, transient=True) as bar:
+        task = bar.add_task(scene.name, total=scene.steps, factor="")
+
+        def move(done: int, _: int) -> None:
+            elapsed = bar.tasks[0].elapsed or 0.0
+            factor = f"{done * scene.period / elapsed:.1f} x real time" if elapsed > 0.0 and done else "starting"
+            bar.update(task, completed=done, factor=factor)
+
+        def say(line: str) -> None:
+            bar.console.print(f"crane: {line}", highlight=False, markup=False, soft_wrap=True)
+
+        yield Teller(move, say)
+
+
+@contextmanager
+def compiling(hidden: bool) -> Iterator[None]:
+    """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
+    from crane_sim.numerics.jit import watched
+
+    console = Console(stderr=True, quiet=hidden)
+    status = console.status("compiling this kind of scene (the first time only, up to a minute)")
+    try:
+        with watched(status.start):
+            yield
+    finally:
+        status.stop()
+
+
+def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
+    """Print the figures of a scene's run as tables of what a person asks first."""
+    console = Console()
+    law = summary.get("law") or "none"
+    title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
+    table = Table(title=title, show_header=False, title_justify="left")
+    seconds = f"{_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
+    table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
+    for keys in _GROUPS.values():
+        table.add_section()
+        for key in keys:
+            if key in summary:
+                table.add_row(
+                    key.removesuffix("_deg").replace("_", " "), f"{_number(summary[key])} {_UNITS.get(key, '')}"
+                )
+    _add_commands(table, summary)
+    console.print(table)
+    _print_joints(console, summary, scene)
+    _print_pushes(console, summary)
+    print_notes(summary, console)
+    _print_events(console, summary)
+    if "state_sha256" in summary:
+        console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
+    _print_files(console, summary)
+
+
+def print_notes(notes: Mapping[str, Any], console: Console) -> None:
+    """Print what of a scene was rounded, and what is possible but unlikely to be meant, a line each."""
+    for key, word in (("rounded", "note"), ("warnings", "warning")):
+        for line in notes.get(key, ()):
+            console.print(f"{word + ':':<8} {line}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _print_events(console: Console, summary: dict[str, Any]) -> None:
+    for event in summary.get("events", ()):
+        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
+    more = summary.get("event_count", 0) - len(summary.get("events", ()))
+    if more:
+        console.print(f"{'':14}and {more} events more", highlight=False)
+
+
+def _print_files(console: Console, summary: dict[str, Any]) -> None:
+    for key in ("recording", "mcap"):
+        if summary.get(key):
+            console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
+    for key, title in (("parts", "part"), ("bag_parts", "bag part"), ("before_reset", "before reset")):
+        for part in summary.get(key, ()):
+            console.print(f"{title:<13} {part}", highlight=False, soft_wrap=True)
+    if summary.get("recording"):
+        command = f"{_viewer()} {shlex.quote(str(summary['recording']))}"
+        console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True)
+
+
+def _viewer() -> str:
+    """Return the command of the Rerun viewer: its name where the shell finds it, else its path as seen from here."""
+    if shutil.which("rerun"):
+        return "rerun"
+    program, here = Path(sys.executable).with_name("rerun"), Path.cwd()
+    return shlex.quote(os.path.relpath(program, here) if program.is_relative_to(here) else str(program))
+
+
+def _add_commands(table: Table, summary: dict[str, Any]) -> None:
+    commands = summary.get("commands")
+    if commands:
+        table.add_section()
+        table.add_row("commands", ", ".join(f"{count} {name}" for name, count in commands.items()))
+    if demands := summary.get("demands"):
+        held = f"held for up to {_number(demands['longest_hold'])} s"
+        table.add_row("demands", f"{demands['received']} received, {demands['late']} late, {held}")
+    for key, title in _TIMES.items():
+        if key in summary:
+            table.add_row(title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs")
+    if summary.get("recording"):
+        table.add_row("recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost")
+    if restarts := summary.get("restarts"):
+        table.add_row("replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items()))
+
+
+def _print_pushes(console: Console, summary: dict[str, Any]) -> None:
+    """Warn of a cable that pushed: no rope does."""
+    if pushed := summary.get("negative_tension_steps", 0):
+        periods, most = f"{pushed} of {summary.get('steps')} periods", _number(-summary["min_rope_tension"])
+        line = f"warning: the cable pushed in {periods}, with up to {most} N, and no rope can"
+        console.print(line, highlight=False, soft_wrap=True)
+
+
+def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
+    if not summary.get("peak_effort"):
+        return
+    table = Table("joint", "final error", r"settled after \[s]", "peak effort")
+    units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
+    effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
+    for name, peak in summary["peak_effort"].items():
+        error = summary.get("final_error", {}).get(name)
+        settled = summary.get("settling_time", {}).get(name)
+        table.add_row(name, _with(error, units[name]), _number(settled), _with(peak, effort_units[name]))
+    console.print(table)
+
+
+def _with(value: Any, unit: str) -> str:
+    return "-" if value is None else f"{_number(value)} {unit}"
+
+
+def _number(value: Any) -> str:
+    """Return a figure in four digits, and zero, whatever its sign, for what is smaller than any figure means."""
+    if isinstance(value, float):
+        return f"{0.0 if abs(value) < _NOTHING else value:.4g}"
+    return "-" if value is None else str(value)
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<=[.!?])\s", " ".join(text.split()), maxsplit=1)[0]
+
+
+def print_scenes(found: dict[str, str]) -> None:
+    """Print scene names and the first sentences of their descriptions, a line each."""
+    width = max(map(len, found), default=0)
+    console = Console()
+    for name, description in found.items():
+        console.print(
+            f"[bold]{name:<{width}}[/bold]  {escape(_first_sentence(description))}", highlight=False, soft_wrap=True
+        )

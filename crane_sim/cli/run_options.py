@@ -1,0 +1,173 @@
+"""The options of `crane run`: what is possible and what goes together, told before anything starts."""
+
+import math
+import socket
+import tempfile
+from collections.abc import Callable
+from datetime import datetime
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from crane_sim.files.errors import SceneError
+from crane_sim.recording.files import held, unfinished
+from crane_sim.ros.plant.watchdog import WAYS
+
+VIEWER_PORT = 9876  # where a Rerun viewer looks when it is told nothing
+
+_OPTIONS = (
+    click.option("--mode", default="lockstep", help="lockstep | realtime"),
+    click.option("--rate", type=float, help="realtime: simulated seconds per second."),
+    click.option("--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."),
+    click.option("--no-record", is_flag=True, help="Write no recording."),
+    click.option("--mcap", type=click.Path(path_type=Path), help="Write the ROS messages, too: FILE.mcap."),
+    click.option("--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."),
+    click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
+    click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
+    click.option(
+        "--wait",
+        type=float,
+        help="s without your own node until the run ends (two minutes); 0: never.",
+    ),
+    click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
+    click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(WAYS)}."),
+    click.option("--fifo", type=int, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
+)
+
+
+class RunOptions(NamedTuple):
+    """The options of one run; what is None was not given, and its default is that of `orchestration.run`."""
+
+    mode: str
+    rate: float | None
+    record: Path | None
+    no_record: bool
+    mcap: Path | None
+    live: bool
+    domain_id: int | None
+    no_controller: bool
+    wait: float | None
+    restart: bool
+    on_silence: str | None
+    fifo: int | None
+
+    def check(self) -> None:
+        """Raise SceneError, one line, for what is not possible."""
+        if self.mode not in ("lockstep", "realtime"):
+            raise SceneError(f"--mode = {self.mode!r}: possible: lockstep, realtime")
+        if self.rate is not None and not (self.rate > 0.0 and math.isfinite(self.rate)):
+            raise SceneError(f"--rate = {self.rate}: must be a positive number")
+        if self.domain_id is not None and not 0 <= self.domain_id <= 232:
+            raise SceneError(f"--domain-id = {self.domain_id}: possible: 0 .. 232")
+        if self.on_silence is not None and self.on_silence not in WAYS:
+            raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(WAYS)}")
+        if self.fifo is not None and not 0 <= self.fifo <= 99:
+            raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
+        if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
+            raise SceneError(f"--wait = {self.wait}: must be a number of seconds, 0 or more")
+        self._check_use()
+        self._check_files()
+
+    def _check_use(self) -> None:
+        """Refuse what the run would have no use for."""
+        timed = {"--rate": self.rate, "--on-silence": self.on_silence, "--fifo": self.fifo}
+        for option, value in timed.items():
+            if self.mode == "lockstep" and value is not None:
+                raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
+        if self.wait is not None and not self.no_controller:
+            raise SceneError(f"--wait = {self.wait:g}: only with --no-controller, which lets a node of yours command")
+
+    def _check_files(self) -> None:
+        if self.record is not None and self.no_record:
+            raise SceneError("--record and --no-record: only one of the two is possible")
+        if self.live and self.no_record:
+            raise SceneError("--live and --no-record: only one of the two is possible, viewers see the recording grow")
+        if self.mcap is not None:
+            _check_mcap(self.mcap)
+        if self.mcap is not None and self.mcap == self.record:
+            raise SceneError(f"--mcap and --record: both are {self.mcap}")
+
+    def arguments(self, scene: str) -> dict[str, Any]:
+        """Return the arguments of `orchestration.run` for a scene of this name.
+
+        Raises:
+            SceneError: a file cannot be written.
+        """
+        record = None if self.no_record else self.record or _default_recording(scene)
+        for option, path in (("--record", record), ("--mcap", self.mcap)):
+            if path is not None:
+                _check_writable(option, path)
+        chosen = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
+        chosen["wait"] = math.inf if self.wait == 0.0 else self.wait
+        return {name: value for name, value in chosen.items() if value is not None} | {
+            "mode": self.mode,
+            "record": record,
+            "mcap": self.mcap,
+            "live_port": _free_port() if self.live else None,
+            "domain_id": self.domain_id,
+            "controller": not self.no_controller,
+            "restart": self.restart,
+        }
+
+
+def check_folder(folder: str | None) -> None:
+    """Raise SceneError, one line, when pages cannot be written into the folder of `--save`, which is made."""
+    if folder is None:
+        return
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(f"--save {folder!r}: cannot be written: {error.strerror}") from None
+
+
+def run_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of `RunOptions`."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def _default_recording(scene: str) -> Path:
+    return Path("runs") / f"{scene}-{datetime.now():%Y%m%d-%H%M%S}.rrd"
+
+
+def _check_mcap(path: Path) -> None:
+    if find_spec("rosbags") is None:
+        raise SceneError("--mcap: needs the Python package rosbags, which is not installed")
+    if path.suffix != ".mcap":
+        raise SceneError(f"--mcap {path}: must end in .mcap, by which its readers know it")
+    part = unfinished(path)
+    if not part.exists():
+        return
+    with held(part) as free:  # what a killed run left is recovered when this one begins
+        if not free or not part.is_dir():
+            raise SceneError(f"--mcap {path}: {part} is in the way{'' if free else ', another run is writing it'}")
+
+
+def _check_writable(option: str, path: Path) -> None:
+    if path.is_dir():
+        raise SceneError(f"{option} {path}: is a folder")
+    if path.exists() and not path.is_file():
+        raise SceneError(f"{option} {path}: is no ordinary file")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):  # not the file itself: what is there stays until the end
+            pass
+    except OSError as error:
+        raise SceneError(f"{option} {path}: cannot be written: {error.strerror}") from None
+
+
+def _free_port() -> int:
+    """Return the viewers' usual port, or another one where that is taken."""
+    for port in (VIEWER_PORT, 0):
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return probe.getsockname()[1]
+    raise SceneError("--live: no free port on this machine")

@@ -1,0 +1,135 @@
+"""The command `crane soak`."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.cli.help_lines import HELP, Group
+from crane_sim.cli.run_options import check_folder
+from crane_sim.evaluation.soak.figures import Figure
+
+_OUTPUT = ("as_json", "folder")  # options that change no figure
+_Command = Callable[..., None]
+_Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
+
+
+@click.group(cls=Group, context_settings=HELP)
+def soak() -> None:
+    """Let a run survive for a long time, and print what that did; exit code 1 where a promise was not kept."""
+
+
+_seed = click.option("--seed", type=int, default=0, help="Of the random instants.")
+
+
+def _output(command: _Command) -> _Command:
+    """Add the options of what becomes of the figures."""
+    command = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data there.")(command)
+    return click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")(command)
+
+
+@soak.command()
+@click.option("--count", type=click.IntRange(2), default=200, help="Kills.")
+@_seed
+@_output
+def kill(count: int, seed: int, **output: Any) -> None:
+    """SIGKILL on controller and recorder in turn, at random instants of one run with --restart."""
+    from crane_sim.evaluation.soak.kill import soak as measure
+
+    _tell(lambda: measure(count, seed=seed), **output)
+
+
+@soak.command()
+@click.option("--count", type=click.IntRange(1), default=50, help="Runs.")
+@_seed
+@_output
+def signals(count: int, seed: int, **output: Any) -> None:
+    """SIGINT and SIGTERM at random instants of the start, the run and the shutdown of `crane run`."""
+    from crane_sim.evaluation.soak.signals import soak as measure
+
+    _tell(lambda: measure(count, seed=seed), **output)
+
+
+@soak.command()
+@click.option("--minutes", type=click.FloatRange(0.1), default=30.0, help="Of wall time.")
+@_output
+def memory(minutes: float, **output: Any) -> None:
+    """Resident memory of the nodes, and their rate, over a long lockstep run."""
+    from crane_sim.evaluation.soak.memory import soak as measure
+
+    _tell(lambda: measure(minutes * 60.0), **output)
+
+
+@soak.command()
+@click.option("--steps", type=click.FloatRange(1e4), default=1e7, help="Control periods.")
+@_output
+def inprocess(steps: float, **output: Any) -> None:
+    """Resident memory and rate of `Plant.advance` and `simulate`, without ROS."""
+    from crane_sim.evaluation.soak.inprocess import soak as measure
+
+    _tell(lambda: measure(int(steps)), **output)
+
+
+@soak.command()
+@click.option("--count", type=click.IntRange(2), default=50, help="Runs.")
+@_output
+def determinism(count: int, **output: Any) -> None:
+    """One scene over processes, executors and load: every run has the same state_sha256."""
+    from crane_sim.evaluation.soak.determinism import soak as measure
+
+    _tell(lambda: measure(count), **output)
+
+
+@soak.command()
+@click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Of real time.")
+@_output
+def realtime(seconds: float, **output: Any) -> None:
+    """1 kHz in real time: rate, overruns against a subscriber's count, punctuality against a loop that only sleeps."""
+    from crane_sim.evaluation.soak.realtime import soak as measure
+
+    _tell(lambda: measure(seconds), **output)
+
+
+@soak.command()
+@click.option("--save", "folder", metavar="FOLDER", required=True, help="Where the data are.")
+def page(folder: str) -> None:
+    """Write page and plots anew from the data that are there."""
+    from crane_sim.evaluation.soak.store import write_page
+
+    write_page(Path(folder))
+
+
+def _tell(measure: _Measure, as_json: bool, folder: str | None) -> None:
+    """Print and keep what a soak found; exit with 1 where a promise was not kept."""
+    part = str(click.get_current_context().info_name)
+    check_folder(folder)
+    with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
+        figures, data = measure()
+    if folder is not None:
+        from crane_sim.evaluation.soak.store import save
+
+        save(part, _command_line(part), figures, data, Path(folder))
+    if as_json:
+        print(json.dumps({"part": part, "figures": [figure._asdict() for figure in figures], "data": data}))
+    else:
+        Console().print(_table(part, figures))
+    if not all(figure.kept for figure in figures):
+        raise SystemExit(1)
+
+
+def _command_line(part: str) -> str:
+    """Return the line by which this soak can be repeated."""
+    asked = {name: value for name, value in click.get_current_context().params.items() if name not in _OUTPUT}
+    return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in asked.items())])
+
+
+def _table(part: str, figures: Sequence[Figure]) -> Table:
+    table = Table("figure", "", "promised", title=f"soak: {part}", title_justify="left")
+    for figure in figures:
+        broken = "" if figure.kept else "  not kept"
+        table.add_row(figure.what, figure.told(), figure.promise + broken)
+    return table

@@ -1,0 +1,1 @@
+"""Measurements of the simulator and of laws: reproduce, bench, league, soak, documentation."""

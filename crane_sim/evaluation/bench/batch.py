@@ -1,0 +1,148 @@
+"""Thousands of cranes at once, in vector lanes and one by one, on one core and on all, beside MuJoCo's rollout.
+
+`crane bench batch` lets cranes of different payloads go: how many steps a second they take, and what a simulated second
+of a crane costs at equal error. A batch's error is that of its
+worst crane. MuJoCo's rollout passes the same crane many times, on all cores; its row is missing where it is not there.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.evaluation.bench.engine import Missing, ladder
+from crane_sim.evaluation.bench.measurement import machine, spread
+from crane_sim.evaluation.bench.peers import mujoco_engine
+from crane_sim.evaluation.bench.problem import problem_of
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.batch import Batch, moved, scenes_of
+from crane_sim.simulation.plant import Plant
+
+Array = npt.NDArray[np.float64]
+SCENES = {"overhead_swing": (5.0, 20.0), "knuckle_springs": (0.5, 2.0)}
+"""Scenes of the catalogue, and the range of payload masses [kg]."""
+METHODS, ERRORS = ("rk4", "rk8"), (1e-4, 1e-6)  # m
+STEP = 1e-3  # s, of the steps that are counted
+PARTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)  # of a period, by which steps are tried
+PEER_STEPS = ladder(0.05, 1e-4, 8)  # s
+NOTHING = np.empty(0)
+
+
+def cranes(name: str, method: str, step: float, count: int) -> list[Scene]:
+    """Return the scenes of a batch."""
+    scene = load_scene(name, {"integrator": {"method": method, "step": step}})
+    return scenes_of(scene, {"payload.mass": np.linspace(*SCENES[name], count)}, None)
+
+
+def rates(name: str, count: int, rounds: int) -> dict[str, Any]:
+    """Return millions of steps a second by RK4: in lanes and one by one, on one core and on all; the ways take turns.
+
+    `scenes_us` is what the checks of one crane's scene take; `compile_s` what compilation takes, or its cache.
+    """
+    began = time.perf_counter()
+    scenes = cranes(name, "rk4", STEP, count)
+    checked = time.perf_counter() - began
+    ways = {f"{kind}_{n}": (kind == "lanes", n) for kind in ("lanes", "one_by_one") for n in (1, cores())}
+    compiled = {way: moved(scenes[:1], NOTHING, 1, wide).setup_time for way, (wide, n) in ways.items() if n == 1}
+    found: dict[str, list[float]] = {way: [] for way in ways}
+    for _ in range(rounds):
+        for way, (wide, threads) in ways.items():
+            batch = moved(scenes, NOTHING, threads, wide)
+            found[way].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
+    speeds = {way: spread(values) for way, values in found.items()}
+    return {"million_steps_per_s": speeds, "scenes_us": checked / count * 1e6, "compile_s": compiled}
+
+
+def costs(name: str, count: int, rounds: int) -> dict[str, Any]:
+    """Return, by error and method, the coarsest step [s] that keeps it and µs per crane and simulated second."""
+    fine = [moved(cranes(name, "rk8", STEP / n, count), NOTHING, cores(), True).payload for n in (1, 2)]
+    found: dict[str, Any] = {"reference_doubt_m": _apart(*fine)}
+    for error in ERRORS:
+        found[f"{error:g}"] = {method: _cheapest(name, method, count, error, fine[1], rounds) for method in METHODS}
+    return found
+
+
+def _cheapest(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
+    for part in PARTS:
+        scenes = cranes(name, method, 0.01 / part, count)
+        if (off := _apart(moved(scenes, NOTHING, cores(), True).payload, exact)) <= error:
+            taken = _repeated(lambda scenes=scenes: moved(scenes, NOTHING, cores(), True), rounds)
+            per_second = [1e6 * batch.wall_time / (count * scenes[0].duration) for batch in taken]
+            return {"step": 0.01 / part, "error_m": off, "us_per_crane_second": spread(per_second)}
+    return None
+
+
+def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
+    """Return what `rates` and `costs` return, of MuJoCo's RK4 on all cores; why not, where it is not installed."""
+    scene = load_scene(name, {"integrator": {"method": "rk8", "step": STEP / 2}})
+    plant = Plant(scene)
+    problem = problem_of(scene, np.array(plant.payload))
+    assert problem is not None, name
+    for _ in range(scene.steps):
+        plant.advance()
+    found: dict[str, Any] = {}
+    try:
+        for step in PEER_STEPS:
+            ends, _ = mujoco_engine.batch(problem, 1, step, 1)
+            off, left = _apart(ends, np.array(plant.payload)), [e for e in ERRORS if f"{e:g}" not in found]
+            reached = [error for error in left if off <= error]
+            if reached:
+                times = [mujoco_engine.batch(problem, count, step, cores())[1] for _ in range(rounds)]
+                steps, seconds = round(scene.duration / step), count * scene.duration
+                cost = spread([1e6 * taken / seconds for taken in times])
+                speed = spread([count * steps / taken / 1e6 for taken in times])
+                row = {"step": step, "error_m": off, "us_per_crane_second": cost, "million_steps_per_s": speed}
+                found |= {f"{error:g}": row for error in reached}
+            if len(reached) == len(left):
+                break
+    except Missing as missing:
+        return {"missing": str(missing)}
+    return found
+
+
+def _apart(ends: Array, others: Array) -> float:
+    """Return the largest distance [m] between payloads (n, 3); infinite where one is not a number."""
+    distance = np.linalg.norm(ends - others, axis=-1).max()
+    return float(distance) if np.isfinite(distance) else float("inf")
+
+
+def _repeated(run: Callable[[], Batch], rounds: int) -> list[Batch]:
+    return [run() for _ in range(rounds)]
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[str, Any]:
+    """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
+    found: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
+    for name in SCENES:
+        ours = {"rates": rates(name, count, rounds), "costs": costs(name, count, rounds)}
+        found[name] = ours | {"mujoco": peer(name, peer_count, rounds)}
+    return found | {"machine": machine()}
+
+
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the rates and costs in lines."""
+    lines = [f"{found['cranes']} cranes of {found['cores']} cores against {found['peer_cranes']} of MuJoCo's rollout"]
+    for name in SCENES:
+        lines += _told_scene(name, found[name])
+    return lines
+
+
+def _told_scene(name: str, found: dict[str, Any]) -> list[str]:
+    ours, theirs = found["rates"], found["mujoco"]
+    lines = [f"{name}: {ours['scenes_us']:.0f} µs to check a crane's scene"]
+    for way, speed in ours["million_steps_per_s"].items():
+        lines.append(f"  {way.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
+    for error in (f"{error:g}" for error in ERRORS):
+        rows = found["costs"][error] | {"MuJoCo": theirs.get(error)}
+        for method, row in rows.items():
+            cost = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
+            lines.append(f"  error {error} m  {method:<7} {cost} per crane and simulated second")
+    return lines + ([f"  {theirs['missing']}"] if "missing" in theirs else [])

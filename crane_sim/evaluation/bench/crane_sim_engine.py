@@ -1,0 +1,85 @@
+"""This simulator as an engine of the benchmark: its methods, each over a ladder of steps or tolerances."""
+
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.evaluation.bench.engine import Outcome, Run, ladder
+from crane_sim.integrators import horizon, reach, record, settled, start, state_at
+from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.numerics.jit import entry
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.metrics import polyline
+from crane_sim.stepping.periods import begin
+
+NAME, VERSION = "crane_sim", version("crane_sim")
+STEPS = ladder(1.0, 1e-5, 8)  # s
+TOLERANCES = ladder(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
+FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3}
+ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "rodas": Rodas}
+METHODS = (*FIXED, *ADAPTIVE)
+
+
+@entry
+def passed(method, p, source, q, v, end, times):
+    """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
+    x = system.project(p, system.state(p, 0.0, q, v))
+    flow = start(p, 0.0, x, record(system.switching(p)))
+    for _ in range(times):
+        fresh = start(p, 0.0, x, record(system.switching(p)))
+        flow = reach(method, p, source, settled(system.switching(p), p, source, fresh), end, horizon(method, end))
+    return flow, state_at(method, p, source, flow, end)
+
+
+@entry
+def shown(p, t, x, source):
+    """Return (q, v, tensions (L,)) at a state."""
+    q, v = system.joints(p, x)
+    tensions = np.empty((1, system.link_count(p)))
+    system.tensions(p, t, x, source, tensions, 0, 0)
+    return q, v, tensions[0]
+
+
+class Ours:
+    """The runs of one scene."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Take the scene's crane, source and duration; methods are the benchmark's."""
+        self.scene, self.p, self.source = scene, scene.model, scene.source
+        self.q, self.v = np.array(scene.initial_q), np.array(scene.initial_v)
+        self.compiling: dict[str, float] = {}
+
+    def methods(self) -> list[str]:
+        """Return the names of the methods that fit the scene."""
+        arrays = system.fill.knows(type(self.p))
+        smooth = begin(self.p, self.q, self.v)[0].seen is None
+        return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
+
+    def runs(self, method: str) -> list[Run]:
+        """Return the sweep of one method, coarsest first; compiles it, and keeps how long that took [s]."""
+        kind = FIXED.get(method) or ADAPTIVE[method]
+        settings = STEPS if method in FIXED else TOLERANCES
+        made = [(value, kind(value) if method in FIXED else kind(value, 0.01 * value)) for value in settings]
+        began = time.perf_counter()
+        self._go(made[0][1])(1)
+        self.compiling[method] = time.perf_counter() - began
+        return [Run(NAME, method, value, self._go(settings)) for value, settings in made]
+
+    def _go(self, method: Any) -> Callable[[int], Outcome]:
+        end = self.scene.duration
+
+        def go(times: int) -> Outcome:
+            flow, x = passed(method, self.p, self.source, self.q, self.v, end, times)
+            q, v, tensions = shown(self.p, end, x, self.source)
+            points, _ = polyline(self.p, end, np.array(q), np.array(v))
+            return Outcome(points[-1], flow.evaluations, flow.steps, float(tensions[-1]))
+
+        return go

@@ -1,0 +1,118 @@
+"""Lockstep speed against a bare echo of the same two messages: `crane bench lockstep`."""
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from crane_sim import load_scene
+from crane_sim.evaluation.bench.measurement import machine, ratio, spread
+from crane_sim.orchestration import run
+from crane_sim.orchestration.process_group import Crew
+from crane_sim.orchestration.ros_environment import environment, reserved_domain
+
+if TYPE_CHECKING:
+    from crane_sim.scenes.scene import Scene
+
+KINDS = ("echo", "packed echo", "lockstep", "lockstep, recorded")
+_LIMIT = 120.0  # s of silence until an echo counts as failed
+
+
+def echo(scene: "Scene", packed: bool = False) -> float:
+    """Return the steps per second of a bare echo that exchanges as many messages as a run of `scene`.
+
+    Args:
+        scene: gives joint names, period and number of steps.
+        packed: pack and unpack the messages as plant and controller do, not by the generated classes.
+
+    Raises:
+        RuntimeError: the two processes did not meet, or died.
+    """
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        reserved_domain() as domain,
+        Crew(environment(domain, Path(folder))) as crew,
+    ):
+        scene_file = Path(folder, "scene.yaml")
+        scene.dump(scene_file)
+        common = {"scene": str(scene_file), "steps": scene.steps, "packed": packed}
+        ping = crew.start("ping", "crane_sim.ros.echo_node", scene.crane, common | {"role": "ping"})
+        pong = crew.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
+        while not (ping.ready and pong.ready):
+            _hear(crew)
+        ping.order("go")
+        while ping.summary is None:
+            _hear(crew)
+        return ping.summary["steps_per_second"]
+
+
+def _hear(crew: Crew) -> None:
+    heard = crew.listen(_LIMIT)
+    if lost := [child.name for child in crew.children if child.fault]:
+        raise RuntimeError(f"the echo failed: {lost[0]} is gone")
+    if not heard:
+        raise RuntimeError(f"the echo failed: nothing heard for {_LIMIT:g} s")
+
+
+def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = None) -> float:
+    """Return the steps per second of a lockstep run of `scene`, recorded where a file is named.
+
+    Raises:
+        RuntimeError: the run failed; one line.
+    """
+    summary = run(scene, record=record, mcap=mcap)
+    if "error" in summary:
+        raise RuntimeError(summary["error"])
+    return summary["steps_per_second"]
+
+
+def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
+    """Return steps per second by kind, one number per round; the kinds take turns, so that drift hits all."""
+    found: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
+        for _ in range(rounds):
+            found["echo"].append(echo(scene))
+            found["packed echo"].append(echo(scene, packed=True))
+            found["lockstep"].append(lockstep(scene))
+            if recorder:
+                found["lockstep, recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
+    return found
+
+
+def measure(
+    name: str = "knuckle_setpoint", duration: float = 100.0, rounds: int = 5, recorder: bool = True
+) -> dict[str, Any]:
+    """Return steps per second of echoes and runs, and their ratios to both echoes, taken round by round.
+
+    Args:
+        name: scene of the catalogue, with a sampled law.
+        duration: simulated seconds per round.
+        rounds: of every kind, interleaved.
+        recorder: measure runs with a recorder, too.
+
+    Raises:
+        RuntimeError: an echo or a run failed; one line.
+    """
+    scene = load_scene(name, {"duration": duration})
+    found = speeds(scene, rounds, recorder)
+    return {
+        "scene": name,
+        "steps_per_round": scene.steps,
+        "rounds": rounds,
+        "steps_per_second": {kind: spread(values) for kind, values in found.items()},
+        "ratio_to_echo": {kind: ratio(values, found["echo"]) for kind, values in found.items()},
+        "ratio_to_packed_echo": {kind: ratio(values, found["packed echo"]) for kind, values in found.items()},
+        "machine": machine(),
+    }
+
+
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the medians and their ratios to the echo in lines."""
+    steps, rounds = found["steps_per_round"], found["rounds"]
+    lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]
+    for kind, speed in found["steps_per_second"].items():
+        times, span = found["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
+        lines.append(f"  {kind:<20} {speed['median']:6.0f}  {span:<16} {times:5.2f} x the echo")
+    return [
+        *lines,
+        "echo: bare publish and answer of the same two messages; packed: coded as plant and controller code them",
+    ]

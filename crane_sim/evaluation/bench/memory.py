@@ -1,0 +1,128 @@
+"""Resident memory of the processes of a long lockstep run: `crane bench memory`."""
+
+import os
+import signal
+import statistics
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from crane_sim import load_scene
+from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.orchestration import run
+
+INTERVAL = 1.0  # s between two looks
+MODULES = {"plant": "plant_node", "controller": "controller_node", "recorder": "recorder_node"}
+_FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is told to
+_MB = 1e6
+
+
+def nodes() -> dict[str, int]:
+    """Return the process ids of the nodes that this process has started, by name."""
+    found: dict[str, int] = {}
+    for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
+        command = Path(f"/proc/{child}/cmdline").read_bytes().decode()
+        found |= {name: int(child) for name, module in MODULES.items() if module in command}
+    return found
+
+
+def resident(pid: int) -> float:
+    """Return the resident memory [MB] of a process."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
+
+
+class Watch:
+    """Looks at the nodes of a run once a second, and ends it after its time.
+
+    Attributes:
+        times: s of the run, one per look.
+        samples: resident memory [MB] by node, one per look.
+        steps: of the run, one number per look.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        """Watch the run that this process is about to start, from its first step on."""
+        self.times: list[float] = []
+        self.samples: dict[str, list[float]] = {}
+        self.steps: list[int] = []
+        self._seconds, self._began, self._pids = seconds, 0.0, dict[str, int]()
+
+    def __call__(self, step: int, steps: int) -> None:
+        """Look, if it is time; called about ten times a second by the run."""
+        if step == 0:
+            return
+        if not self._pids:
+            self._began, self._pids = time.monotonic(), nodes()
+        elapsed = time.monotonic() - self._began
+        if elapsed >= len(self.times) * INTERVAL:
+            self.times.append(elapsed)
+            self.steps.append(step)
+            for name, pid in self._pids.items():
+                self.samples.setdefault(name, []).append(resident(pid))
+        if elapsed >= self._seconds:
+            signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
+
+
+def measure(
+    name: str = "knuckle_setpoint", seconds: float = 600.0, warm_up: float = 60.0, recorder: bool = True
+) -> dict[str, Any]:
+    """Return the resident memory [MB] of plant, controller and recorder over a lockstep run, and how it grows.
+
+    To be called from the main thread, which the interrupt that ends the run is for.
+
+    Args:
+        name: scene of the catalogue, with a sampled law.
+        seconds: of wall time.
+        warm_up: s of it in which memory may grow without being counted.
+        recorder: record, to a file that is then removed (about 1 kB per step).
+
+    Raises:
+        RuntimeError: the run failed; one line.
+    """
+    watch = Watch(seconds)
+    period = load_scene(name).period
+    scene = load_scene(name, {"duration": _FASTEST * period * max(seconds, 1.0)})
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
+        summary = run(scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=watch)
+    if summary.get("error") != "interrupted":
+        raise RuntimeError(summary.get("error", "the run ended before its time"))
+    if not watch.times or watch.times[-1] < seconds - 2.0 * INTERVAL:
+        raise RuntimeError("interrupted")  # by somebody else
+    return {
+        "scene": name,
+        "seconds": seconds,
+        "warm_up_s": warm_up,
+        "steps": summary["steps"],
+        "recorded_steps": summary.get("recorded_steps"),  # None: nobody recorded
+        "sample_times_s": [round(t, 3) for t in watch.times],
+        "sample_steps": watch.steps,
+        "resident": {node: _figures(watch.times, found, warm_up) for node, found in watch.samples.items()},
+        "machine": machine(),
+    }
+
+
+def _figures(times: list[float], found: list[float], warm_up: float) -> dict[str, Any]:
+    warm = [mb for t, mb in zip(times, found, strict=True) if t >= warm_up] or found[-1:]
+    since = [t for t in times if t >= warm_up]
+    slope = statistics.linear_regression(since, warm).slope if len(since) > 1 else 0.0
+    return {
+        "start_MB": found[0],
+        "after_warm_up_MB": warm[0],
+        "end_MB": warm[-1],
+        "most_MB": max(found),
+        "growth_MB": warm[-1] - warm[0],
+        "slope_MB_per_hour": slope * 3600.0,
+        "samples_MB": [round(mb, 3) for mb in found],
+    }
+
+
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the memory of every process in lines."""
+    lines = [f"resident memory over {found['seconds']:g} s of lockstep, {found['steps']} steps, MB"]
+    for node, figures in found["resident"].items():
+        start, warm, end = (figures[f"{key}_MB"] for key in ("start", "after_warm_up", "end"))
+        growth = f"growth {figures['growth_MB']:+.2f} ({figures['slope_MB_per_hour']:+.1f} per hour)"
+        warmed = f"{warm:6.1f} after {found['warm_up_s']:g} s"
+        lines.append(f"  {node:<11} {start:6.1f} at the start, {warmed}, {end:6.1f} at the end: {growth}")
+    return lines

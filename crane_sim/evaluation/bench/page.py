@@ -1,0 +1,62 @@
+"""The page of documentation that is written from the benchmark's data file."""
+
+from typing import Any
+
+from crane_sim.evaluation.bench import tables
+from crane_sim.evaluation.bench.measurement import in_words
+from crane_sim.evaluation.bench.parts import PARTS
+
+HEAD = """# Speed against error
+
+Written by `crane bench page --save docs` from [performance.json](performance.json), which `crane bench` keeps. An error
+without its time, or a time without its error, is no result here.
+"""
+HOW = """## What was measured, and how
+
+Each engine passes the whole time of a scene over a ladder of steps or tolerances, every method for itself. The error is
+the distance of the payload at the end from a reference whose own error is known: solutions in extended precision by
+`test/reference`, which shares no code with the simulator. A timing repeats short runs for 2 ms at least; compiling,
+loading and building models are not timed. What may be the cheapest at an error is timed in up to 20 more rounds in
+which all engines take turns, so that other programs hit all of them; the least time counts. Runs that fail, diverge or
+are slower stay in the data. Take the ratios, not the times: they were measured on a shared virtual machine.
+
+- **crane_sim**: the integrators of the scene files on the compiled equations, without rows of results.
+- **hand C** (`crane_sim/evaluation/bench/floor`): each crane by hand, as fast as we can make it: fused multiply-adds,
+  vectors, its own coordinates, a leapfrog method where it pays. It models nothing but its one crane.
+- **CasADi C**: the generated right-hand side, in the same C loops.
+- **Pinocchio**: a C++ loop around `aba`. **MuJoCo**, **Drake**: their own steppers and integrators.
+  **scipy**: `solve_ivp` over numpy. Each with its best method and setting.
+"""
+REPEAT = """## How to repeat it
+
+```
+./crane bench                  scenes, this simulator and hand-written C
+./crane bench --quick          four of them, under a minute once they are compiled
+./crane bench --peers          every engine that is installed: .venv/bin/pip install -r requirements-peers.lock
+./crane bench PART             lockstep, realtime, start, memory, recording, groups, batch, stiff
+./crane bench page             writes page and figure anew from the data
+```
+
+Results go to `runs/bench` unless `--save FOLDER` names another folder. What was tried to make the simulator faster, and
+what it gave, is in [profiling.md](profiling.md).
+"""
+
+
+def page(data: dict[str, Any]) -> str:
+    """Return the page in Markdown."""
+    parts = [HEAD]
+    if "scenes" in data:
+        parts += [HOW, _machine(data["scenes"]), "![work against precision](performance.png)\n"]
+        parts += [tables.cheapest_table(data["scenes"]), tables.target_table(data["scenes"])]
+        parts += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
+    for name, part in PARTS.items():
+        if name in data:
+            parts.append(f"## {part.title}\n\n```\n" + "\n".join(part.told(data[name])) + "\n```\n")
+    return "\n".join([*parts, REPEAT])
+
+
+def _machine(scenes: dict[str, Any]) -> str:
+    named = ", ".join(f"{name} {version}" for name, version in scenes["engines"].items())
+    lines = [f"Measured on {scenes['date']}: {in_words(scenes['machine'])}. Engines: {named}."]
+    lines += [f"Not there: {name} ({why})." for name, why in scenes["missing"].items()]
+    return "".join(lines) + "\n"

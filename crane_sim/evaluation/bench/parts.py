@@ -1,0 +1,26 @@
+"""The parts of the benchmark beside its scenes: each measures, and tells in lines what it found."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from crane_sim.evaluation.bench import batch, groups, lockstep, memory, realtime, recording, start, stiff
+
+
+class Part(NamedTuple):
+    """One part."""
+
+    title: str
+    measure: Callable[[], dict[str, Any]]
+    told: Callable[[dict[str, Any]], list[str]]
+
+
+PARTS = {
+    "lockstep": Part("Lockstep over Fast DDS, against a bare echo", lockstep.measure, lockstep.told),
+    "realtime": Part("Real time at 1 kHz, against a bare loop", realtime.measure, realtime.told),
+    "start": Part("From a new process to the first step", start.measure, start.told),
+    "memory": Part("Memory over ten minutes", memory.measure, memory.told),
+    "recording": Part("What a recording costs", recording.measure, recording.told),
+    "groups": Part("What each optional group of a scene costs", groups.measure, groups.told),
+    "batch": Part("Thousands of cranes at once", batch.measure, batch.told),
+    "stiff": Part("A cable as stiff as steel, against LSODA", stiff.measure, stiff.told),
+}

@@ -1,0 +1,174 @@
+"""MuJoCo: its own Runge-Kutta method and its first-order ones, stepped by its C loop.
+
+Contacts, constraints, dampers, actuators, sensors and checks that the cranes do not need are switched off.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.evaluation.bench.engine import Missing, Outcome, Run
+from crane_sim.evaluation.bench.peers.joints import Joint, centre, joints, steps, tension
+from crane_sim.evaluation.bench.problem import Problem
+
+Array = npt.NDArray[np.float64]
+_POINT = 2e-15
+"""kg m², the inertia of a point mass: MuJoCo demands more than 1e-15; on a node of 1e-4 kg it shifts 5e-10 of it."""
+_OFF = """CONSTRAINT EQUALITY FRICTIONLOSS LIMIT CONTACT DAMPER CLAMPCTRL WARMSTART FILTERPARENT ACTUATION REFSAFE
+SENSOR MIDPHASE EULERDAMP AUTORESET NATIVECCD ISLAND""".split()
+
+
+class _Method(NamedTuple):
+    """One of MuJoCo's integrators and the steps worth trying, relative to the fastest motion."""
+
+    name: str
+    evaluations: int  # of the equations, per step
+    first: float
+    last: float
+    per_decade: int
+
+
+_METHODS = (
+    _Method("RK4", 4, 2.7, 0.005, 6),
+    _Method("Euler", 1, 1.0, 3e-3, 3),
+    _Method("implicitfast", 1, 1.0, 3e-3, 3),
+    _Method("discrete", 1, 10.0, 3e-3, 3),
+)
+
+
+class MuJoCo:
+    """The engine; it models every problem of the benchmark."""
+
+    name = "MuJoCo"
+    cannot = {
+        "overhead_spatial": "its loop holds forces through each step, so that a sine force is of first order, "
+        "unless Python is called in every stage",
+        "overhead_hoist": "a prescribed length needs an equality constraint, whose forces are soft: the length lags",
+        "overhead_coulomb": "friction is smoothed: a sticking trolley creeps, and no step ends where it breaks loose",
+    }
+
+    def __init__(self) -> None:
+        """Find the package.
+
+        Raises:
+            Missing: it is not installed.
+        """
+        self._mujoco = _package()
+        self.version: str = self._mujoco.__version__
+        quiet = self._mujoco.MjLogConfig.get()
+        quiet.logto_file = quiet.logto_console = False  # a run that diverges stays in the table, not in a log file
+        self._mujoco.MjLogConfig.set(quiet)
+
+    def refuses(self, problem: Problem) -> str | None:
+        """Refuse nothing."""
+        return None
+
+    def runs(self, problem: Problem) -> list[Run]:
+        """Return the sweeps of steps with all methods."""
+        return [run for method in _METHODS for run in self._sweep(problem, method)]
+
+    def _sweep(self, problem: Problem, method: _Method) -> list[Run]:
+        row = joints(problem)
+        model = build(self._mujoco, row, problem.gravity, method.name)
+        chosen = steps(problem, method.first, method.last, method.per_decade)
+        return [Run(self.name, method.name, step, self._goer(problem, row, model, method, step)) for step in chosen]
+
+    def _goer(
+        self, problem: Problem, row: list[Joint], model: Any, method: _Method, step: float
+    ) -> Callable[[int], Outcome]:
+        data, advance = self._mujoco.MjData(model), self._mujoco.mj_step
+        start, count = np.array([joint.start for joint in row]), round(problem.duration / step)
+
+        def go(times: int) -> Outcome:
+            model.opt.timestep = step
+            for _ in range(times):
+                data.qpos[:], data.qvel[:], data.time = start, 0.0, 0.0
+                advance(model, data, count)
+            return Outcome(centre(row, data.qpos), method.evaluations * count, count, tension(row, data.qpos))
+
+        return go
+
+
+def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> tuple[Array, float]:
+    """Pass the time of many cranes by RK4 in `mujoco.rollout`, its own pool of threads.
+
+    Args:
+        problem: what they have in common.
+        starts: (n, nq) joint coordinates of `joints(problem)` at the start, or how many times the problem's own.
+        step: s.
+        threads: how many work.
+
+    Returns:
+        (where the payloads end (n, 3) [m], world; wall time [s]).
+
+    Raises:
+        Missing: the package is not installed.
+    """
+    mujoco, rollout = _package(), import_module("mujoco.rollout")
+    row, count = joints(problem), round(problem.duration / step)
+    own, n = np.array([joint.start for joint in row]), len(row)
+    q = np.tile(own, (starts, 1)) if isinstance(starts, int) else starts
+    model = build(mujoco, row, problem.gravity, "RK4")
+    model.opt.timestep = problem.duration / count
+    state = np.zeros((len(q), mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)))
+    state[:, 1 : 1 + n] = q  # the time stands first, the velocities behind
+    data = [mujoco.MjData(model) for _ in range(threads)]
+    began = time.perf_counter()
+    with rollout.Rollout(nthread=threads) as pool:
+        ends = _passed(pool, model, data, state, count)
+    seconds = time.perf_counter() - began
+    return np.array([centre(row, end[1 : 1 + n]) for end in ends]), seconds
+
+
+def _passed(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
+    """Return the states after `count` steps; a rollout keeps all states between, so it is done piece by piece."""
+    while count:
+        kept, _ = pool.rollout(model, data, state, nstep=min(piece, count))
+        state, count = kept[:, -1], count - kept.shape[1]
+    return state
+
+
+def build(mujoco: Any, row: list[Joint], gravity: float, method: str) -> Any:
+    """Return the compiled model of a row of joints, all that it does not need switched off."""
+    bodies: list[str] = []
+    moving: list[Joint] = []
+    for joint in row:
+        moving.append(joint)
+        if joint.mass:  # else the next joint moves the same body: MuJoCo has no massless ones
+            bodies.append(_body(moving))
+            moving = []
+    option = f'<option integrator="{method}" gravity="0 0 {-gravity!r}"/>'
+    text = f'<mujoco><compiler angle="radian"/>{option}<worldbody>{"".join(bodies)}'
+    model = mujoco.MjModel.from_xml_string(text + "</body>" * len(bodies) + "</worldbody></mujoco>")
+    for name in _OFF:
+        model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}", 0))
+    return model
+
+
+def _body(moving: list[Joint]) -> str:
+    """Return the opening of a body that several joints move, only the first of them with an offset."""
+    last = moving[-1]
+    inertia = _text(max(value, _POINT) for value in last.inertia)
+    inertial = f'<inertial pos="{_text(last.centre)}" mass="{last.mass!r}" diaginertia="{inertia}"/>'
+    return f'<body pos="{_text(moving[0].offset)}">' + "".join(map(_joint, moving)) + inertial
+
+
+def _joint(joint: Joint) -> str:
+    kind, axis = "slide" if joint.slides else "hinge", _text(float(i == joint.axis) for i in range(3))
+    spring = f' stiffness="{joint.spring.stiffness!r}" springref="{joint.spring.rest!r}"' if joint.spring else ""
+    return f'<joint type="{kind}" axis="{axis}"{spring}/>'
+
+
+def _text(values: Iterable[float]) -> str:
+    return " ".join(map(repr, values))
+
+
+def _package() -> Any:
+    try:
+        return import_module("mujoco")
+    except ImportError as error:
+        raise Missing(f"MuJoCo is not installed: {error}") from None

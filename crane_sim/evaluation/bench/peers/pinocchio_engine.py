@@ -1,0 +1,178 @@
+"""Pinocchio: a small C++ loop around its articulated-body algorithm, compiled against its installed headers.
+
+Pinocchio has no integrators; the loop's methods take their tableaus from this simulator's. The compiled loop is kept
+beside this simulator's compiled code.
+"""
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.evaluation.bench.engine import Missing, Outcome, Run
+from crane_sim.evaluation.bench.peers.joints import Joint, centre, joints, steps, tension
+from crane_sim.evaluation.bench.problem import Problem
+from crane_sim.integrators import dop853, rk4
+from crane_sim.integrators.runge_kutta import dense
+from crane_sim.numerics.cache import cache_folder
+
+Array = npt.NDArray[np.float64]
+SOURCE = Path(__file__).with_name("pinocchio_loop.cpp")
+FLAGS = (
+    "-std=c++17 -O3 -march=native -DNDEBUG -shared -fPIC "
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"  # as Pinocchio's own builds set them
+).split()
+SWEEPS = {4: (2.7, 0.01), 8: (6.0, 0.03)}
+"""The first and last step by order, relative to the fastest motion."""
+_POINTER, _REAL, _LONG = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
+
+
+class Pinocchio:
+    """The engine; it models every problem of the benchmark."""
+
+    name = "Pinocchio"
+    cannot = {
+        "overhead_spatial": "a link in space takes two angles, singular where it lies along the first axis: a ball "
+        "joint would spin without inertia, which stops the algorithm",
+        "overhead_hoist": "no joint follows a prescribed length: no algorithm takes efforts here, accelerations there",
+        "overhead_coulomb": "no friction and no events: sticking and slipping would be written around the algorithm",
+    }
+
+    def __init__(self) -> None:
+        """Find headers and compiler, and compile the loop.
+
+        Raises:
+            Missing: one of them is not there, or the compiler does not accept it.
+        """
+        include = _headers()
+        self.version = _version(include)
+        self._library = ctypes.CDLL(str(_compiled(include)))
+        self._library.crane_new.argtypes, self._library.crane_new.restype = [_POINTER, ctypes.c_int, _REAL], _POINTER
+        self._library.crane_delete.argtypes, self._library.crane_delete.restype = [_POINTER], None
+        arguments = [_POINTER, ctypes.c_int, _POINTER, _REAL, _LONG, _LONG, _POINTER]
+        self._library.crane_pass.argtypes, self._library.crane_pass.restype = arguments, None
+
+    def refuses(self, problem: Problem) -> str | None:
+        """Refuse nothing."""
+        return None
+
+    def runs(self, problem: Problem) -> list[Run]:
+        """Return the sweeps of steps with the orders 4 and 8."""
+        crane = _Crane(self._library, joints(problem), problem.gravity)
+        settings = [(order, step) for order, sweep in SWEEPS.items() for step in steps(problem, *sweep)]
+        return [
+            Run(self.name, f"aba, rk{order}", step, crane.goer(order, step, round(problem.duration / step)))
+            for order, step in settings
+        ]
+
+
+class _Crane:
+    """A crane in the C++ library."""
+
+    def __init__(self, library: ctypes.CDLL, row: list[Joint], gravity: float) -> None:
+        self.row, self._pass = row, library.crane_pass
+        self.start, self.end = np.array([joint.start for joint in row]), np.empty(len(row))
+        numbers = packed(row)  # a name keeps it alive through the call
+        self.made = library.crane_new(numbers.ctypes.data, len(row), gravity)
+        weakref.finalize(self, library.crane_delete, self.made)
+
+    def goer(self, order: int, step: float, count: int) -> Callable[[int], Outcome]:
+        """Return what passes the time in so many steps."""
+        stages = len({4: rk4, 8: dop853}[order].B)
+
+        def go(times: int) -> Outcome:
+            start, end = self.start.ctypes.data, self.end.ctypes.data
+            self._pass(self.made, order, start, step, count, times, end)
+            return Outcome(centre(self.row, self.end), stages * count, count, tension(self.row, self.end))
+
+        return go
+
+
+def packed(row: Sequence[Joint]) -> Array:
+    """Return the joints (n, 14) as the C++ struct of that name."""
+    numbers = ((j.slides, j.axis, *j.offset, j.mass, *j.centre, *j.inertia, *(j.spring or (0.0, 0.0))) for j in row)
+    return np.array(list(numbers), float)
+
+
+def tableaus() -> str:
+    """Return the header with the methods' coefficients."""
+    text = "#pragma once\n"
+    for method in (rk4, dop853):
+        a, b = dense(method.A).tolist(), [weight or 0.0 for weight in method.B]
+        rows = ", ".join(_braced(row) for row in a)
+        text += f"struct Order{method.ORDER} {{\n    static constexpr int stages = {len(b)};\n"
+        text += f"    static constexpr double a[{len(b)}][{len(b)}] = {{{rows}}}, b[{len(b)}] = {_braced(b)};\n}};\n"
+    return text
+
+
+def _braced(numbers: Sequence[float]) -> str:
+    return "{" + ", ".join(map(repr, numbers)) + "}"
+
+
+def _parents(package: str) -> Iterator[Path]:
+    """Yield the folders around an installed package, from the inside out."""
+    found = find_spec(package)
+    if found and found.origin:
+        yield from Path(found.origin).parents
+
+
+def _headers() -> list[Path]:
+    """Return the include folders of Pinocchio with Boost, and of Eigen."""
+    around = [folder / "include" for folder in _parents("pinocchio")]
+    own = next((folder for folder in around if (folder / "pinocchio").is_dir()), None)
+    if own is None:
+        raise Missing("pinocchio is not installed, or without its C++ headers")
+    if not (own / "boost").is_dir():
+        raise Missing(f"pinocchio's headers need Boost's, which are not in {own}")
+    others = [folder / "include" for folder in _parents("casadi")]
+    places = [folder / "eigen3" for folder in (own, *others, Path("/usr/include"))]
+    eigen = next((folder for folder in places if (folder / "Eigen/Core").is_file()), None)
+    if eigen is None:
+        raise Missing(
+            "pinocchio's headers need Eigen's, which are neither beside them nor in casadi nor in /usr/include"
+        )
+    return [own, eigen]
+
+
+def _version(include: list[Path]) -> str:
+    lines = (include[0] / "pinocchio/config.hpp").read_text().splitlines()
+    return next((line.split('"')[1] for line in lines if "define PINOCCHIO_VERSION " in line), "unknown")
+
+
+def _compiled(include: list[Path]) -> Path:
+    """Return the compiled loop; its name tells what it was made of."""
+    compiler = shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        raise Missing("pinocchio's loop needs a C++ compiler (g++ or clang++)")
+    command, header = [compiler, *FLAGS, *(f"-I{folder}" for folder in include)], tableaus()
+    # what the compiler predefines tells its version and what this processor can do
+    predefined = subprocess.run(
+        [*command, "-dM", "-E", "-x", "c++", os.devnull], capture_output=True, check=False
+    ).stdout
+    made_of = f"{command} {_version(include)} {header}".encode() + predefined + SOURCE.read_bytes()
+    target = cache_folder() / f"pinocchio_{hashlib.sha256(made_of).hexdigest()[:16]}.so"
+    if not target.exists():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _compile(command, header, target)
+    return target
+
+
+def _compile(command: list[str], header: str, target: Path) -> None:
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:  # beside the target: it is moved into place whole
+        (made := Path(folder, "loop.so")).with_name("tableaus.h").write_text(header)
+        done = subprocess.run(
+            [*command, f"-I{folder}", str(SOURCE), "-o", str(made)], capture_output=True, text=True, check=False
+        )
+        if done.returncode != 0:
+            why = next((line for line in done.stderr.splitlines() if " error: " in line), "it does not say why")
+            raise Missing(f"{command[0]} does not compile {SOURCE.name}: {why}")
+        made.replace(target)

@@ -1,0 +1,103 @@
+"""A run in real time at 1 kHz against a loop that only sleeps: `crane bench realtime`.
+
+The bare loop, in a process of its own, sleeps until the same absolute deadlines and does nothing else: what it is late,
+the system's timer and scheduler are late.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from typing import Any
+
+from crane_sim import load_scene
+from crane_sim.evaluation.bench.measurement import machine, ratio, spread
+from crane_sim.orchestration import run
+from crane_sim.process_signals import tie
+from crane_sim.ros.common.timing import Punctuality
+
+LABELS = {"bare": "a loop that only sleeps", "plant": "plant, with its controller"}
+_BARE = "import json; from crane_sim.evaluation.bench.realtime import bare; print(json.dumps(bare({period}, {steps})))"
+
+
+def bare(period: float, steps: int) -> dict[str, Any]:
+    """Sleep until so many deadlines, a period [s] apart; return figures as of a real-time run's summary."""
+    punctuality, misses = Punctuality(), 0
+    due = began = time.monotonic()
+    for _ in range(steps):
+        due += period
+        if (left := due - time.monotonic()) > 0.0:
+            time.sleep(left)
+        punctuality.note(due, time.monotonic())
+        misses += time.monotonic() > due + period
+    wall = time.monotonic() - began
+    return punctuality.figures() | {"steps_per_second": steps / wall, "deadline_misses": misses}
+
+
+def bare_apart(period: float, steps: int) -> dict[str, Any]:
+    """Return what `bare` does in a process of its own."""
+    command = [sys.executable, "-c", _BARE.format(period=period, steps=steps)]
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=tie()).stdout)
+
+
+def measure(
+    name: str = "knuckle_setpoint", period: float = 0.001, duration: float = 10.0, rounds: int = 5
+) -> dict[str, Any]:
+    """Return how punctual the steps of real-time runs and of the bare loop were, interleaved.
+
+    For each of the two: quantiles of the lateness (step taken after its deadline) and of the period error (distance of
+    one period from its nominal length), µs; overruns, steps that end after the next deadline; the mean rate, Hz.
+
+    Args:
+        name: scene of the catalogue, with a sampled law.
+        period: control period, s.
+        duration: s per round.
+        rounds: of both.
+
+    Raises:
+        RuntimeError: a run failed; one line.
+    """
+    scene = load_scene(name, {"duration": duration, "control.period": period})
+    summaries: dict[str, list[dict[str, Any]]] = {"bare": [], "plant": []}
+    for _ in range(rounds):
+        summaries["bare"].append(bare_apart(period, scene.steps))
+        summary = run(scene, mode="realtime", record=None)
+        if "error" in summary:
+            raise RuntimeError(summary["error"])
+        summaries["plant"].append(summary)
+    kinds = {kind: _figures(found) for kind, found in summaries.items()}
+    medians = (kinds[kind]["period_error_us"]["p99"]["rounds"] for kind in ("plant", "bare"))
+    return {
+        "scene": name,
+        "period_s": period,
+        "steps_per_round": scene.steps,
+        "rounds": rounds,
+        **kinds,
+        "ratio_of_p99_period_errors": ratio(*medians),
+        "machine": machine(),
+    }
+
+
+def _figures(found: list[dict[str, Any]]) -> dict[str, Any]:
+    errors = {
+        key: {name: spread([round_[key][name] for round_ in found]) for name in found[0][key]}
+        for key in ("lateness_us", "period_error_us")
+    }
+    rate = spread([round_["steps_per_second"] for round_ in found])
+    return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in found]}
+
+
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the figures of both in lines."""
+    steps, rate = found["steps_per_round"], 1.0 / found["period_s"]
+    lines = [f"{steps} periods at {rate:g} Hz, medians of {found['rounds']} interleaved rounds, µs"]
+    return lines + [f"  {label:<28} {_line(found[kind])}" for kind, label in LABELS.items()]
+
+
+def _line(figures: dict[str, Any]) -> str:
+    parts = []
+    for key, words in (("period_error_us", "period error"), ("lateness_us", "late")):
+        numbers = "/".join(f"{values['median']:.0f}" for values in figures[key].values())
+        parts.append(f"{words} p50/p99/max {numbers}")
+    over, steps = sum(figures["overruns"]), figures["rate_Hz"]["median"]
+    return f"{', '.join(parts)}; {over} overruns, {steps:.3f} Hz"

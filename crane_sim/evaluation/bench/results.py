@@ -1,0 +1,65 @@
+"""What follows from the points of the benchmark: the cheapest of each engine at each error, ratios, targets."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from crane_sim.evaluation.bench.cases import LEVELS
+from crane_sim.evaluation.bench.crane_sim_engine import NAME
+from crane_sim.evaluation.bench.peers import GENERAL
+from crane_sim.evaluation.bench.sweep import Point, cheapest
+
+FLOOR, GENERATED = "hand C", "CasADi C"
+MOST_OF_FLOOR, LEAST_OF_GENERAL, LEAST_OF_S4 = 1.5, 15.0, 10.0
+"""The targets: times of hand-written C at most; general engines' time at least so many times ours, and on S4."""
+
+
+class Target(NamedTuple):
+    """The comparison of one scene at one error; None where there is nothing to compare with."""
+
+    case: str
+    level: float  # m
+    of_floor: float | None  # our time by that of hand-written C
+    general: str  # the best general multibody engine, "none" when none reaches the error
+    of_general: float | None  # its time by ours
+    of_generated: float | None  # the time of CasADi's generated C by ours
+
+    def verdict(self) -> str:
+        """Return "holds", or which of the targets are missed."""
+        least = LEAST_OF_S4 if self.case == "S4" else LEAST_OF_GENERAL
+        missed = []
+        if self.of_floor is not None and self.of_floor > MOST_OF_FLOOR:
+            missed.append("C")
+        if self.of_general is not None and self.of_general < least:
+            missed.append("general")
+        if self.of_generated is not None and self.of_generated < 1.0:
+            missed.append("CasADi")
+        return f"misses {', '.join(missed)}" if missed else "holds"
+
+
+def points_of(scene: dict[str, Any]) -> list[Point]:
+    """Return the points of a measured scene."""
+    points = (Point(*row) for row in scene["points"])
+    return [point._replace(error=float("inf") if point.error is None else point.error) for point in points]
+
+
+def best(points: Iterable[Point]) -> dict[str, list[Point | None]]:
+    """Return for each engine its cheapest point at each of LEVELS."""
+    by_engine: dict[str, list[Point]] = {}
+    for point in points:
+        by_engine.setdefault(point.engine, []).append(point)
+    return {engine: [cheapest(own, level) for level in LEVELS] for engine, own in by_engine.items()}
+
+
+def targets(case: str, scene: dict[str, Any]) -> list[Target]:
+    """Return the comparisons of a measured scene at every error that we reach."""
+    found, rows = best(points_of(scene)), []
+    for i, level in enumerate(LEVELS):
+        own = found.get(NAME, [None] * len(LEVELS))[i]
+        if own is None:
+            continue
+        times = {engine: point.us_per_s / own.us_per_s for engine, at in found.items() if (point := at[i]) is not None}
+        general = min(times.keys() & set(GENERAL), key=lambda engine: times[engine], default="none")
+        floor = times.get(FLOOR)
+        of_floor = 1.0 / floor if floor else None
+        rows.append(Target(case, level, of_floor, general, times.get(general), times.get(GENERATED)))
+    return rows

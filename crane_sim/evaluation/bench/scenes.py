@@ -1,0 +1,101 @@
+"""Speed against error on every scene of the benchmark, this simulator beside its peers."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from crane_sim.evaluation.bench import crane_sim_engine
+from crane_sim.evaluation.bench.cases import CASES, Case, Truth, scene_of, truth_of
+from crane_sim.evaluation.bench.engine import Engine, Missing, Run
+from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.evaluation.bench.peers import engines
+from crane_sim.evaluation.bench.problem import problem_of
+from crane_sim.evaluation.bench.sweep import Trial, measured, swept
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.simulation.metrics import polyline
+
+Said = Callable[[str], Any]
+QUICK, QUICK_METHODS = ("S1", "S2k", "S3a", "S5"), ("rk4", "rk8", "dop853")
+"""What `--quick` measures."""
+
+
+def chosen_cases(ids: Sequence[str], quick: bool) -> list[Case]:
+    """Return the cases with these ids or scene names; all, or those of a quick look, when none is given.
+
+    Raises:
+        SceneError: there is no such case.
+    """
+    known = {case.id: case for case in CASES} | {case.scene: case for case in CASES}
+    for name in ids:
+        if name not in known:
+            raise SceneError(unknown_key(name, [case.id for case in CASES], "--scene"))
+    return [known[name] for name in ids or (QUICK if quick else [case.id for case in CASES])]
+
+
+def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, said: Said) -> dict[str, Any]:
+    """Return what was measured: the machine, the engines, and for each case by id its points and who refused it.
+
+    Args:
+        cases: to measure.
+        methods: of this simulator; all when empty.
+        peers: measure every engine that is there, not only the hand-written C.
+        said: is told what is going on.
+
+    Raises:
+        SceneError: there is no such method.
+    """
+    for name in methods:
+        if name not in crane_sim_engine.METHODS:
+            raise SceneError(unknown_key(name, crane_sim_engine.METHODS, "--method"))
+    found, missing = engines(peers)
+    versions = {crane_sim_engine.NAME: crane_sim_engine.VERSION} | {engine.name: engine.version for engine in found}
+    cannot = {engine.name: getattr(engine, "cannot", {}) for engine in found}
+    begun = time.strftime("%Y-%m-%d")
+    scenes = {case.id: _scene(case, methods, found, said) for case in cases}
+    head = {"date": begun, "machine": machine(), "engines": versions, "missing": missing, "cannot": cannot}
+    return head | {"scenes": scenes}
+
+
+def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Said) -> dict[str, Any]:
+    scene, truth = scene_of(case), truth_of(case)
+    own, trials, refused = crane_sim_engine.Ours(scene), {}, {}
+    if methods and not set(methods) & set(own.methods()):
+        raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(own.methods())}")
+    trials[crane_sim_engine.NAME] = []
+    for method in own.methods():
+        if not methods or method in methods:
+            said(f"{case.id}: {crane_sim_engine.NAME}, {method}")
+            trials[crane_sim_engine.NAME] += swept(own.runs(method), truth)
+    for engine in peers if case.compared else ():
+        said(f"{case.id}: {engine.name}")
+        try:
+            trials[engine.name] = _peer(engine, own, truth)
+        except Missing as why:
+            refused[engine.name] = str(why)
+        except Exception as why:  # a peer's fault takes its row, not the others'
+            refused[engine.name] = f"failed: {type(why).__name__}: {why}".partition("\n")[0]
+    points = measured(trials, scene.duration, lambda what: said(f"{case.id}: {what}"))
+    head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": truth.trusted}
+    head["date"] = time.strftime("%Y-%m-%d")
+    rows = [list(point) for point in points]
+    return head | {"compiling_s": own.compiling, "refused": refused, "points": rows}
+
+
+def _peer(engine: Engine, own: crane_sim_engine.Ours, truth: Truth) -> list[Trial]:
+    """Return the trials of a peer.
+
+    Raises:
+        Missing: it does not model the scene, or lacks what it needs for that.
+    """
+    points, _ = polyline(own.p, 0.0, own.q, own.v)
+    problem = problem_of(own.scene, np.array(points[-1]))
+    if problem is None:
+        raise Missing("no plain description of this scene")
+    if why := engine.refuses(problem):
+        raise Missing(why)
+    by_method: dict[str, list[Run]] = {}
+    for run in engine.runs(problem):
+        by_method.setdefault(run.method, []).append(run)
+    return [trial for runs in by_method.values() for trial in swept(runs, truth)]

@@ -1,0 +1,130 @@
+"""The Rosenbrock method on a cable as stiff as steel, against scipy's LSODA on the same compiled equations.
+
+`crane bench stiff` runs both with a ladder of tolerances on the scene `overhead_stiff` and tells of each the cheapest
+setting that reaches the error: the largest distance of a node from where two methods with tight tolerances agree that
+it is. Times are the processor's, so that other programs matter less.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+from scipy.integrate import solve_ivp
+
+from crane_sim import system
+from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.integrators import reach, start
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.numerics.jit import entry
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.stepping.periods import begin
+
+SCENE = "overhead_stiff"
+ROUNDS = 5
+LADDER = (
+    (1e-4, 1e-5),
+    (1e-5, 1e-5),
+    (1e-5, 3e-6),
+    (1e-5, 1e-6),
+    (1e-6, 1e-6),
+    (1e-6, 1e-7),
+    (1e-7, 1e-8),
+    (1e-8, 1e-9),
+)
+"""Relative and absolute tolerances that both try."""
+
+
+class Trial(NamedTuple):
+    """A run with one setting."""
+
+    tolerances: tuple[float, float]
+    error: float  # m
+    seconds: float  # of processor time for a simulated second, least of the rounds
+    evaluations: int  # of the equations, linear systems apart
+
+
+@entry
+def passed(method, p, x, u, end):
+    """Return the flow from (0, x) to `end`."""
+    return reach(method, p, u, start(p, 0.0, x, None), end, end)
+
+
+@entry
+def derivative(p, t, x, u):
+    """Return the time derivative of the state."""
+    return system.rhs(p, t, x, u)
+
+
+def timed(run: Callable[[], Any]) -> tuple[Any, float]:
+    """Return (result, processor time [s])."""
+    began = time.process_time()
+    return run(), time.process_time() - began
+
+
+class Case:
+    """The scene and where its nodes end."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Integrate the reference."""
+        self.p, self.end, self.u = scene.model, scene.duration, (0.0,) * len(scene.actuated)
+        flow, q, _ = begin(self.p, np.array(scene.initial_q), np.array(scene.initial_v))
+        self.x, self.n = flow.x, len(q)
+        self.reference = passed(DOP853(1e-11, 1e-13), self.p, self.x, self.u, self.end).x
+        self.doubt = self.error(passed(Rodas(1e-9, 1e-11), self.p, self.x, self.u, self.end).x)
+
+    def error(self, x: np.ndarray) -> float:
+        """Return how far a final state's positions are from the reference's [m]."""
+        return float(np.max(np.abs(x[: self.n] - self.reference[: self.n])))
+
+    def rodas(self, tolerances: tuple[float, float]) -> Trial:
+        """Run the Rosenbrock method."""
+        method = Rodas(*tolerances)
+        flow, _ = timed(lambda: passed(method, self.p, self.x, self.u, self.end))
+        seconds = min(timed(lambda: passed(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
+        return Trial(tolerances, self.error(flow.x), seconds / self.end, flow.evaluations)
+
+    def lsoda(self, tolerances: tuple[float, float]) -> Trial:
+        """Run scipy's LSODA."""
+        rtol, atol = tolerances
+        done, seconds = timed(
+            lambda: solve_ivp(
+                lambda t, x: derivative(self.p, t, x, self.u), (0.0, self.end), self.x, "LSODA", rtol=rtol, atol=atol
+            )
+        )
+        return Trial(tolerances, self.error(done.y[:, -1]), seconds / self.end, done.nfev)
+
+
+def cheapest(run: Callable[[tuple[float, float]], Trial], error: float) -> Trial | None:
+    """Return the fastest of the trials that reach the error, None when none does."""
+    return min((trial for trial in map(run, LADDER) if trial.error <= error), key=lambda t: t.seconds, default=None)
+
+
+def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict[str, Any]:
+    """Return the cheapest runs of both that reach an error [m], for each damping of the links [N s/m]."""
+    found: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
+    for damping in dampings:
+        case = Case(load_scene(SCENE, {"cable.damping": damping}))
+        trials = {"rodas": cheapest(case.rodas, error), "LSODA": cheapest(case.lsoda, error)}
+        made = {name: trial._asdict() if trial else None for name, trial in trials.items()}
+        found["dampings"][f"{damping:g}"] = made | {"doubt_m": case.doubt}
+    return found
+
+
+def told(found: dict[str, Any]) -> list[str]:
+    """Return the comparison in lines."""
+    lines = []
+    for damping, row in found["dampings"].items():
+        lines.append(f"{SCENE}, damping {damping} N s/m; two tight references differ by {row['doubt_m']:.1e} m")
+        for name in ("rodas", "LSODA"):
+            if (trial := row[name]) is None:
+                lines.append(f"  {name:<6} no setting reaches {found['error_m']:g} m")
+                continue
+            cost = f"{1e3 * trial['seconds']:8.2f} ms per simulated second, {trial['evaluations']} evaluations"
+            tolerances = ", ".join(f"{tolerance:g}" for tolerance in trial["tolerances"])
+            lines.append(f"  {name:<6} rtol, atol {tolerances}: error {trial['error']:.1e} m, {cost}")
+        if row["rodas"] and row["LSODA"]:
+            lines.append(f"  LSODA / rodas {row['LSODA']['seconds'] / row['rodas']['seconds']:.0f}")
+    return lines

@@ -1,0 +1,69 @@
+"""The data file of the benchmark: what was measured, by part; parts measured again replace what was there."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from crane_sim.files.errors import SceneError
+
+FILE = "performance.json"
+DIGITS = 5
+
+
+def stored(folder: Path) -> dict[str, Any]:
+    """Return what the folder's data file holds, nothing when there is none.
+
+    Raises:
+        SceneError: the file is not one of the benchmark's.
+    """
+    try:
+        found = json.loads((folder / FILE).read_text())
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: {error}") from None
+    if not isinstance(found, dict) or not all(isinstance(part, dict) and "machine" in part for part in found.values()):
+        raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: it has another shape")
+    return found
+
+
+def merged(before: dict[str, Any], part: str, found: dict[str, Any]) -> dict[str, Any]:
+    """Return the data with a part measured anew; scenes, engines and methods that were not measured this time stay."""
+    if part == "scenes" and part in before:
+        old = before[part]
+        kept = {name: old[name] | found[name] for name in ("engines", "cannot", "scenes")}
+        for case in old["scenes"].keys() & found["scenes"].keys():
+            kept["scenes"][case] = _joined(old["scenes"][case], found["scenes"][case])
+        missing = {name: why for name, why in found["missing"].items() if name not in kept["engines"]}
+        found = found | kept | {"missing": missing}
+    return before | {part: rounded(found)}
+
+
+def _joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene's results with the points of engines and methods that were measured before, and not now."""
+    measured = {(point[0], point[1]) for point in new["points"]}
+    kept = [point for point in old["points"] if (point[0], point[1]) not in measured]
+    refused = {name: why for name, why in old["refused"].items() if name not in {engine for engine, _ in measured}}
+    compiling = old["compiling_s"] | new["compiling_s"]
+    return new | {"points": new["points"] + kept, "refused": refused | new["refused"], "compiling_s": compiling}
+
+
+def save(data: dict[str, Any], folder: Path) -> None:
+    """Write the data file."""
+    (folder / FILE).write_text(text(data))
+
+
+def text(data: dict[str, Any]) -> str:
+    """Return data in JSON, a line for each point, so that a change shows where it is."""
+    spread = json.dumps(data, indent=1, ensure_ascii=False)
+    return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", spread) + "\n"
+
+
+def rounded(value: Any) -> Any:
+    """Return a document with its floats rounded: more digits than a timing has would be noise."""
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}") if abs(value) < 1e300 else None
+    if isinstance(value, dict):
+        return {key: rounded(part) for key, part in value.items()}
+    return [rounded(part) for part in value] if isinstance(value, list | tuple) else value

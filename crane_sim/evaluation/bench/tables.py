@@ -1,0 +1,94 @@
+"""The tables of the benchmark's page."""
+
+from typing import Any
+
+from crane_sim.evaluation.bench.cases import CASES, LEVELS
+from crane_sim.evaluation.bench.crane_sim_engine import NAME
+from crane_sim.evaluation.bench.results import Target, best, points_of, targets
+from crane_sim.evaluation.bench.sweep import Point
+
+_AT = [f"{level:.0e} m" for level in LEVELS]
+Scenes = dict[str, Any]
+
+
+def cheapest_table(data: Scenes) -> str:
+    """Return the cheapest setting of every engine at every error."""
+    rows = []
+    for case, scene in data["scenes"].items():
+        for engine, points in best(points_of(scene)).items():
+            rows.append([case, engine, *map(_cost, points)])
+        rows += [[case, engine, why, *[""] * (len(LEVELS) - 1)] for engine, why in scene["refused"].items()]
+    title = "## The cheapest setting that reaches an error: µs of wall time per simulated second\n\n"
+    return title + _markdown(["scene", "engine", *_AT], rows)
+
+
+def target_table(data: Scenes) -> str:
+    """Return the ratios and whether the targets hold."""
+    rows = []
+    for case in CASES:
+        if scene := compared(data, case.id, case.like):
+            rows += [_target(row) for row in targets(case.id, scene)]
+    words = (
+        "## Targets\n\nAt most 1.5 times the time of hand-written C; the best general engine (Pinocchio, MuJoCo, "
+        "Drake) takes at least 15 times ours (S4: 10 times); CasADi's generated C is never faster. S4r is S4 taken for "
+        "a straight rod by the scene, beside the engines' chains.\n\n"
+    )
+    return words + _markdown(["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", ""], rows)
+
+
+def compared(data: Scenes, case: str, like: str) -> Scenes | None:
+    """Return a measured scene with the engines that it is compared with; None where there are none."""
+    scene = data["scenes"].get(case)
+    other = data["scenes"].get(like) if like else scene
+    if scene is None or other is None:
+        return None
+    own = [row for row in scene["points"] if row[0] == NAME]
+    peers = [row for row in other["points"] if row[0] != NAME]
+    return scene | {"points": own + peers} if peers else None
+
+
+def tension_table(data: Scenes) -> str:
+    """Return the errors of the rope's tension beside those of the payload's position."""
+    rows = []
+    for case, scene in data["scenes"].items():
+        for engine, points in best(points_of(scene)).items():
+            if any(point is not None and point.tension_error is not None for point in points):
+                rows.append([case, engine, *("—" if p is None else _pull(p) for p in points)])
+    words = (
+        "## An elastic rope's tension\n\nA coarse step that damps the rope's vibration may place the payload well and "
+        "still miss its tension: errors in N at the end, of the runs above.\n\n"
+    )
+    return words + _markdown(["scene", "engine", *_AT], rows) if rows else ""
+
+
+def other_table(data: Scenes) -> str:
+    """Return what the engines that were there cannot model of the other scenes."""
+    rows = []
+    for case in CASES:
+        for engine, cannot in data["cannot"].items():
+            if case.id in data["scenes"] and case.scene in cannot:
+                rows.append([case.id, case.title, engine, cannot[case.scene]])
+    title = "## What other engines do not model as it is meant\n\n"
+    return title + _markdown(["scene", "", "engine", "why"], rows) if rows else ""
+
+
+def _cost(point: Point | None) -> str:
+    if point is None:
+        return "—"
+    counted = f", {point.evaluations} evals" if point.evaluations is not None else ""
+    return f"**{point.us_per_s:.3g}** {point.method} {point.setting:.2g}{counted}"
+
+
+def _pull(point: Point) -> str:
+    return "?" if point.tension_error is None else f"{point.tension_error:.1e}"
+
+
+def _target(row: Target) -> list[str]:
+    floor, generated = ("—" if value is None else f"{value:.3g}" for value in (row.of_floor, row.of_generated))
+    general = "—" if row.of_general is None else f"{row.of_general:.0f}"
+    return [row.case, f"{row.level:.0e}", floor, row.general, general, generated, row.verdict()]
+
+
+def _markdown(head: list[str], rows: list[list[str]]) -> str:
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"

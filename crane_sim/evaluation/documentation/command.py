@@ -1,0 +1,43 @@
+"""What `crane docs` does: list the pages that commands write, and run these commands."""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.evaluation.documentation.pages import PAGES
+from crane_sim.files.catalogue import config_folder
+from crane_sim.files.errors import SceneError, unknown_key
+
+WIDE = 200  # columns of a pipe, so that each command is on one line
+
+
+def docs(names: Sequence[str]) -> None:
+    """List the pages, or write those that are named, `all` for every one, from the source tree.
+
+    Raises:
+        SceneError: there is no such page, or this is no source tree.
+    """
+    for name in names:
+        if name not in (*PAGES, "all"):
+            raise SceneError(unknown_key(name, (*PAGES, "all"), "page"))
+    if not names:
+        print_pages()
+        return
+    tree = config_folder().parent
+    if not (tree / "docs").is_dir():
+        raise SceneError(f"{tree}: has no docs; run this in the source tree")
+    for name in PAGES if "all" in names else names:
+        command = [str(tree / "crane"), *PAGES[name].command.split()]
+        if subprocess.run(command, cwd=tree, check=False).returncode:
+            raise SceneError(f"{name}: crane {PAGES[name].command}: failed, see above")
+
+
+def print_pages() -> None:
+    """Print each page, its command, how long that takes, and what measures the data behind it."""
+    table = Table("page", "written by", "minutes", "from what these measure", title="docs", title_justify="left")
+    for name, page in PAGES.items():
+        table.add_row(f"{name}.md", f"crane {page.command}", f"{page.minutes:g}", "\n".join(page.measured))
+    Console(width=None if sys.stdout.isatty() else WIDE).print(table, highlight=False)

@@ -1,0 +1,192 @@
+"""The fields of a group of a scene file as its class declares them: key, type, unit, default and description.
+
+A unit and a description stand where a field is declared, in the comment behind it, `unit, description`, and in comment
+lines that follow. A group is a pydantic model or a NamedTuple; its docstring describes the group.
+"""
+
+import ast
+import inspect
+import io
+import textwrap
+import tokenize
+import types
+from functools import cache
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from crane_sim.files.types import to_radians
+from crane_sim.scenes.schema.groups import WORDS, Inline
+
+UNITS = frozenset(
+    """-|s|Hz|1/s|1/s²|m|m/s|m/s²|m/s³|m²/s²|rad|rad/s|kg|kg/m|kg m²|N|N/m|N s/m|N m|N m/rad|N m s|N m s²|N m s/rad|
+    joint's unit|effort's unit|effort's unit/s|input's unit|coordinate's unit|coordinate's unit/s|coordinate's unit/s²|
+    coordinate's unit/s³""".replace("\n    ", "").split("|")
+)
+"""What may stand before the comma of a comment; `-` is a number that has no unit."""
+
+
+HUGE = 1e15  # a bound that keeps numbers within the machine's, and says nothing else
+
+
+class Field(NamedTuple):
+    """A key of a group."""
+
+    key: str
+    annotation: Any  # with the metadata of `Annotated`
+    unit: str  # "" where nothing is measured: text, a choice, a group
+    default: Any  # REQUIRED where there is none
+    text: str
+
+
+class Choice(NamedTuple):
+    """A group whose other keys depend on the value of one."""
+
+    key: str
+    kinds: dict[str, Any]  # NamedTuples by the value
+
+
+REQUIRED = object()
+
+
+@cache
+def fields(group: Any) -> tuple[Field, ...]:
+    """Return the keys of a pydantic model or a NamedTuple, in the order of their declaration."""
+    hints, descriptions = get_type_hints(group, include_extras=True), comments(group)
+    words = {field: word for word, field in WORDS.items()} if hasattr(group, "_fields") else {}
+    found, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
+    for name in names:
+        unit, text = parted(descriptions.get(name, ""))
+        inline = next((part for part in plain(hints[name])[1] if isinstance(part, Inline)), None)
+        key = words.get(name, name) if inline is None else inline.choice[0]
+        found.append(Field(key, hints[name], unit, default(group, name), text))
+    return tuple(found)
+
+
+def default(group: Any, name: str) -> Any:
+    """Return the default of a field, REQUIRED where it has none."""
+    if isinstance(group, type) and issubclass(group, BaseModel):
+        field = group.model_fields[name]
+        return REQUIRED if field.is_required() else field.get_default()
+    return group._field_defaults.get(name, REQUIRED)
+
+
+def parted(comment: str) -> tuple[str, str]:
+    """Return (unit, description) of a comment; the unit is empty where the comment names none."""
+    if comment in UNITS:
+        return comment, ""
+    for mark in (", ", "; "):
+        head, found, rest = comment.partition(mark)
+        if found and head in UNITS:
+            return head, rest
+    return "", comment
+
+
+def comments(group: Any) -> dict[str, str]:
+    """Return the comments behind the fields of a class and of its bases, by field."""
+    found: dict[str, str] = {}
+    for base in reversed(group.__mro__):
+        if base.__module__.startswith(("crane_sim", "crane_control")) or issubclass(base, BaseModel | tuple):
+            found |= _own_comments(base)
+    return found
+
+
+@cache
+def _own_comments(group: type) -> dict[str, str]:
+    if group in (BaseModel, tuple, object) or group.__module__ == "builtins":
+        return {}
+    source = textwrap.dedent(inspect.getsource(group))
+    tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
+    lines = {token.start[0]: token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT}
+    body = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.AnnAssign)]
+    busy = {line for node in body for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)}
+    found = {}
+    for node in body:
+        if isinstance(node.target, ast.Name):
+            line, text = node.end_lineno or node.lineno, []
+            while line in lines and (not text or line not in busy):
+                text.append(lines[line])
+                line += 1
+            found[node.target.id] = " ".join(text)
+    return found
+
+
+def plain(annotation: Any) -> tuple[Any, list[Any]]:
+    """Return (type, metadata) of an annotation, None of a union and `Annotated` taken off."""
+    metadata: list[Any] = []
+    while True:
+        if get_origin(annotation) is Annotated:
+            annotation, *more = get_args(annotation)
+            metadata = [*more, *metadata]
+        elif get_origin(annotation) in (Union, types.UnionType):
+            kinds = [kind for kind in get_args(annotation) if kind is not type(None)]
+            if len(kinds) != 1:
+                return annotation, metadata
+            annotation = kinds[0]
+        else:
+            return annotation, metadata
+
+
+def choice(annotation: Any) -> Choice | None:
+    """Return the choice that an annotation leaves to the file; None where there is none."""
+    for part in plain(annotation)[1]:
+        found = getattr(getattr(part, "func", part), "choice", None)
+        if found is not None:
+            return Choice(*found)
+    return None
+
+
+def subgroup(annotation: Any) -> Any:
+    """Return the group, or the Choice, that an annotation leads to, alone, in a list or by name; None if none."""
+    found = choice(annotation)
+    if found is not None:
+        return found
+    kind, _ = plain(annotation)
+    if get_origin(kind) is tuple:
+        return next(filter(None, map(subgroup, get_args(kind))), None)
+    if get_origin(kind) is dict:
+        return subgroup(get_args(kind)[1])
+    return kind if isinstance(kind, type) and (hasattr(kind, "_fields") or issubclass(kind, BaseModel)) else None
+
+
+def in_words(annotation: Any) -> str:
+    """Return what a value may be, in words."""
+    found = choice(annotation)
+    if found is not None:
+        names = " \\| ".join(f"`{name}`" for name in found.kinds)
+        inline = any(isinstance(part, Inline) for part in plain(annotation)[1])
+        return names if inline else f"group with `{found.key}`"
+    kind, metadata = plain(annotation)
+    if get_origin(kind) is Literal:
+        return " \\| ".join(f"`{value}`" for value in get_args(kind))
+    if get_origin(kind) is tuple:
+        return _list_in_words(get_args(kind))
+    if get_origin(kind) in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(map(in_words, (k for k in get_args(kind) if k is not type(None)))))
+    if get_origin(kind) is dict:
+        inner = subgroup(annotation)
+        return "groups by name" if inner is not None else "group of any keys"
+    if subgroup(annotation) is not None:
+        return "group"
+    if any(getattr(part, "func", None) is to_radians for part in metadata):
+        return "angle" + _range(metadata)
+    names = {float: "number", int: "whole number", bool: "true or false", str: "text"}
+    return names.get(kind, "number or text") + (_range(metadata) if kind in (float, int) else "")
+
+
+def _list_in_words(kinds: tuple[Any, ...]) -> str:
+    if kinds[-1] is ...:
+        return f"list: {in_words(kinds[0])}"
+    words = [in_words(kind) for kind in kinds]
+    return f"list of {len(words)}: {words[0] if len(set(words)) == 1 else ', '.join(words)}"
+
+
+def _range(metadata: list[Any]) -> str:
+    """Return the bounds of a number in words."""
+    parts = [one for part in metadata for one in (part.metadata if isinstance(part, FieldInfo) else [part])]
+    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+    found = {sign: getattr(part, name) for part in parts for name, sign in signs.items() if hasattr(part, name)}
+    if "≥" in found:
+        found.pop(">", None)
+    return "".join(f" {sign} {bound:.16g}" for sign, bound in found.items() if abs(bound) < HUGE)

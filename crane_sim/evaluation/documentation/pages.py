@@ -1,0 +1,102 @@
+"""The pages in `docs` that commands write: which command, how long it takes, and what the rows of a page are called.
+
+What a page should have comes from the tables of cases, so that a page can be compared with its command without running
+it: a case that was added and is not on the page is seen at once.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+from crane_sim.evaluation.bench import parts as bench
+from crane_sim.evaluation.bench.cases import CASES
+from crane_sim.evaluation.documentation.scene_format import scene_format
+from crane_sim.evaluation.league.cases import names as trials
+from crane_sim.evaluation.reproduce import NAMES
+from crane_sim.evaluation.soak.page import PARTS as SOAKS
+
+HAND_WRITTEN = ("bench_top", "commands", "profiling", "ros", "summary")
+"""Pages that people write."""
+
+
+class Page(NamedTuple):
+    """A page, `docs/NAME.md`."""
+
+    command: str  # that writes it, without `crane`
+    minutes: float  # that it takes on two idle cores whose cache of compiled code is empty
+    expected: Callable[[], list[str]]  # what its rows or sections should be called
+    found: Callable[[str], list[str]]  # what they are called in its text
+    measured: tuple[str, ...] = ()  # commands that measure what it is written from, where it does not measure itself
+
+
+def first_cells(count: int, text: str) -> list[str]:
+    """Return the first cells of each row of a page's tables, heads left out."""
+    lines = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    heads = {line.strip("| ").split(" | ")[0] for line in _heads(text)}
+    return [", ".join(cells[:count]) for cells in lines if cells[0] not in heads]
+
+
+def _heads(text: str) -> Iterator[str]:
+    lines = text.splitlines()
+    for line, below in zip(lines, lines[1:], strict=False):
+        if below.startswith("|---"):
+            yield line
+
+
+def headings(text: str) -> list[str]:
+    """Return the headings of a page's sections."""
+    return re.findall(r"^## (.*)$", text, re.MULTILINE)
+
+
+def trials_in(text: str) -> list[str]:
+    """Return crane, law and trial of each cell of the league's page: rows, and laws that do not apply."""
+    crane, found = "", list[str]()
+    refused = text[text.index("## Does not apply") :]
+    for line in text.splitlines():
+        if line.startswith("## "):
+            crane = line.removeprefix("## ")
+        elif line.startswith("| ") and not line.startswith("| law |"):
+            law, trial = line.strip("| ").split(" | ")[:2]
+            found.append(f"{crane.lower()}, {law}, {trial.removesuffix(': not controlled')}")
+    return [*found, *(line[2:].partition(": ")[0] for line in refused.splitlines() if line.startswith("- "))]
+
+
+def scenes_in(text: str) -> list[str]:
+    """Return scenes and parts of the benchmark's page."""
+    table = text[text.index("## The cheapest") : text.index("## Targets")]
+    titles = [part.title for part in bench.PARTS.values()]
+    return [*dict.fromkeys(first_cells(1, table)), *(title for title in headings(text) if title in titles)]
+
+
+def _reproduced(item: str, minutes: float, cells: int = 1) -> Page:
+    def expected() -> list[str]:
+        return [name.replace("|", "/") for name in NAMES[item]()]
+
+    return Page(f"reproduce {item} --save docs", minutes, expected, partial(first_cells, cells))
+
+
+PAGES = {
+    "scene_format": Page("describe --save docs", 0.1, lambda: headings(scene_format()), headings),
+    "overhead": _reproduced("overhead", 0.1),
+    "hardcases": _reproduced("hardcases", 10.0),
+    "knuckle": _reproduced("knuckle", 2.0),
+    "offshore": _reproduced("offshore", 5.0),
+    "observer": _reproduced("observer", 8.0, cells=2),
+    "league": Page("league --save docs", 10.0, lambda: [", ".join(names) for names in trials()], trials_in),
+    "performance": Page(
+        "bench page --save docs",
+        0.1,
+        lambda: [*(case.id for case in CASES), *(part.title for part in bench.PARTS.values())],
+        scenes_in,
+        ("bench --peers --save docs", *(f"bench {part} --save docs" for part in bench.PARTS)),
+    ),
+    "soak": Page(
+        "soak page --save docs",
+        0.1,
+        lambda: [part.title for part in SOAKS.values()],
+        headings,
+        tuple(f"soak {part} --save docs" for part in SOAKS),
+    ),
+}
+"""Every page that a command writes, by name."""

@@ -1,0 +1,201 @@
+"""The page on the format of scene files, written from the forms: every key, its type, unit, default and meaning."""
+
+import inspect
+import re
+from collections.abc import Iterator
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim.evaluation.documentation import signs
+from crane_sim.evaluation.documentation.fields import REQUIRED, Choice, Field, fields, in_words, subgroup
+from crane_sim.files.catalogue import scene_files
+from crane_sim.files.errors import SceneError
+from crane_sim.laws import law_names, law_of
+from crane_sim.scenes.scene import FORMS
+from crane_sim.scenes.schema.hardware import HardwareGroups
+
+COMMAND = "crane describe --save docs"
+HEAD = f"""# The format of scene files
+
+Written by `{COMMAND}` from the classes that read the files.
+
+A scene is a YAML file with the groups of keys below; `crane check FILE` reads one, `crane run FILE` runs it, and
+`--set group.key=value` changes a key for one run. A group that is absent is not modelled: no state, no parameter, no
+cost. A key that is `null` is as good as absent. Unknown keys, keys that stand twice and values out of range are
+refused in one line that names the key, its value and what is possible.
+
+In the tables `required` has no default, `–` means that a key may be left out, and `-` is a number without a unit.
+*joint's unit* and *effort's unit* are those of the joint, *input's unit* that of what an input drives, *coordinate's
+unit* that of what a path is of: m, or rad of joints that turn. Places and paths are in the axes of the base. A file
+that a scene names is looked for beside the scene.
+
+**Where a model stops being valid** (a slack rigid link, a limit of travel, a hoisted link that is wound up) the run
+ends with the time, the cause and what to change, and exit code 1; the recording up to there is whole. Scenes
+`overhead_slack` and `overhead_limits` show it. A fixed step that the stiffest motion cannot bear is refused with the
+largest safe one.
+"""
+TITLES = {"knuckle": "Knuckle crane", "overhead": "Overhead crane", "pendulum": "Pendulum"}
+EXAMPLES = {"knuckle": "knuckle_setpoint", "overhead": "overhead_hoist_energy", "pendulum": "pendulum_offshore"}
+"""A scene of the catalogue that shows what the file of a crane looks like."""
+HEADS = "| key | value | unit | default | |\n|---|---|---|---|---|"
+
+
+class Section(NamedTuple):
+    """A group, or a Choice, the keys that lead to it, and the cranes whose files have them."""
+
+    group: Any
+    keys: list[str]
+    cranes: list[str]
+
+    @property
+    def title(self) -> str:
+        """The keys as a heading, with the crane's name where not all cranes have them."""
+        keys = ", ".join(f"`{key}`" for key in self.keys)
+        cranes = " and ".join(TITLES[crane] for crane in self.cranes)
+        return keys if len(self.cranes) == len(FORMS) else f"{cranes}: {keys}"
+
+
+def scene_format() -> str:
+    """Return the page in Markdown."""
+    forms = {crane: list(fields(form)) for crane, form in FORMS.items()}
+    common = [field for field in forms["knuckle"] if all(field in own for own in forms.values())]
+    common.sort(key=lambda field: field.key in HardwareGroups.model_fields)  # these are inherited, hence first
+    sections = sections_of(forms)
+    links = {_identity(section.group): section.title for section in sections}
+    shared = [section for section in sections if len(section.cranes) == len(FORMS)]
+    lines = [HEAD, *signs.section(), "## Every crane\n", _table(common, links), "", *_written(shared, links)]
+    for crane, form in FORMS.items():
+        own = [section for section in sections if section not in shared and section.cranes[0] == crane]
+        keys = [field for field in forms[crane] if field not in common]
+        lines += [f"## {TITLES[crane]}\n", _docs(form), "", *_example(EXAMPLES[crane])]
+        lines += [_table(keys, links), "", *_written(own, links)]
+    return re.sub(r"\n{3,}", "\n\n", "\n".join([*lines, *_laws()])).rstrip() + "\n"
+
+
+def save(folder: str) -> None:
+    """Write the page into a folder.
+
+    Raises:
+        SceneError: the folder cannot be written.
+    """
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        (Path(folder) / "scene_format.md").write_text(scene_format())
+    except OSError as error:
+        raise SceneError(f"--save {folder!r}: {error.strerror}") from None
+
+
+def _identity(group: Any) -> Any:
+    return (group.key, *group.kinds.values()) if isinstance(group, Choice) else group
+
+
+def sections_of(forms: dict[str, list[Field]]) -> list[Section]:
+    """Return a section for each group that the keys of some cranes lead to, outer ones first."""
+    found: dict[Any, Section] = {}
+
+    def visit(keys: list[Field], path: str, crane: str) -> None:
+        for field in keys:
+            group, name = subgroup(field.annotation), f"{path}{field.key}"
+            if group is None:
+                continue
+            section = found.setdefault(_identity(group), Section(group, [], []))
+            section.keys.extend([name] if name not in section.keys else [])
+            section.cranes.extend([crane] if crane not in section.cranes else [])
+            for kind in group.kinds.values() if isinstance(group, Choice) else (group,):
+                visit(list(fields(kind)), f"{name}.", crane)
+
+    for crane, keys in forms.items():
+        visit(keys, "", crane)
+    return list(found.values())
+
+
+def _example(name: str) -> list[str]:
+    return [f"`{name}` of the catalogue:", "", "```yaml", scene_files()[name].read_text().rstrip(), "```", ""]
+
+
+def _written(sections: list[Section], links: dict[Any, str]) -> Iterator[str]:
+    for section in sections:
+        yield f"### {section.title}\n"
+        if isinstance(section.group, Choice):
+            yield f"`{section.group.key}` is one of {', '.join(f'`{name}`' for name in section.group.kinds)}.\n"
+            for name, kind in section.group.kinds.items():
+                yield f"**`{section.group.key}: {name}`** {_docs(kind)}\n"
+                yield _table(list(fields(kind)), links) + "\n"
+        else:
+            yield f"{_docs(section.group)}\n"
+            yield _table(list(fields(section.group)), links) + "\n"
+
+
+def _docs(group: Any) -> str:
+    """Return what the docstring of a class says."""
+    return inspect.cleandoc(group.__doc__ or "")
+
+
+def _table(keys: list[Field], links: dict[Any, str]) -> str:
+    return "\n".join([HEADS, *(_row(field, links) for field in keys)]) if keys else ""
+
+
+def _row(field: Field, links: dict[Any, str]) -> str:
+    group, words = subgroup(field.annotation), in_words(field.annotation)
+    title = links.get(_identity(group)) if group is not None else None
+    if title is not None:
+        words = re.sub("groups?", lambda word: f"[{word[0]}](#{anchor(title)})", words, count=1)
+    text = field.text.replace("|", "\\|")
+    return f"| `{field.key}` | {words} | {field.unit} | {default_in_words(field.default)} | {text} |"
+
+
+def anchor(title: str) -> str:
+    """Return the anchor that a heading has in rendered Markdown."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def default_in_words(value: Any) -> str:
+    """Return a default as a file would have it."""
+    if value is REQUIRED:
+        return "required"
+    if value is None or value in ({}, (), "", inf):
+        return "–"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return f"{value:g}"
+    if isinstance(value, str):
+        return f"`{value}`"
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return f"[{', '.join(map(default_in_words, value))}]"
+    return _group_in_words(value)
+
+
+def _group_in_words(value: Any) -> str:
+    """Return the keys that a group has when it is left out."""
+    own = [(field.key, field.default) for field in fields(type(value))]
+    given = [f"{key}: {default_in_words(default)}" for key, default in own if default not in (None, REQUIRED)]
+    name = {"DOP853": "method: dop853", "Constant": "kind: constant"}.get(type(value).__name__)
+    words = ", ".join([*([name] if name else []), *(text.replace("`", "") for text in given)])
+    return f"`{{{words}}}`" if words else "–"
+
+
+def _laws() -> Iterator[str]:
+    """Yield the lines on the laws that are installed and say what their settings are."""
+    yield "## Laws\n"
+    yield "The keys of `control` beside `law`, `period` and `nominal` are those of the law; `null` may be a choice.\n"
+    seen: dict[Any, str] = {}
+    for name in law_names():
+        law = law_of(name)
+        yield f"### `control` with `law: {name}`\n\n{law.about}\n"
+        for where, kind in law.settings.items():
+            yield from _settings(name, where, kind, seen)
+
+
+def _settings(law: str, where: str, kind: Any, seen: dict[Any, str]) -> Iterator[str]:
+    if kind in seen:
+        yield f"**`{where}`**: as with `law: {seen[kind]}`.\n"
+        return
+    seen[kind] = law
+    yield f"**`{where}`** {_docs(kind)}\n"
+    yield _table(list(fields(kind)), {}) + "\n"
+    for field in fields(kind):
+        group = subgroup(field.annotation)
+        if group is not None and not isinstance(group, Choice):
+            yield from _settings(law, f"{where}.{field.key}", group, seen)

@@ -1,0 +1,95 @@
+"""The league as lines of tables, for a terminal and for a page of documentation."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from crane_sim.evaluation.league.cells import Cell
+from crane_sim.evaluation.reproduce.table import Shown, shown
+
+NONE = "-"
+NO_EFFORT = 1e-9  # m/s², m, N or N m: smaller ones are rounding, whose digits are the processor's
+HEAD = """# The league: every law on every scene that suits it
+
+Written by `crane league --save docs`, with [league.json](league.json).
+
+![heat map of errors, swing and accelerations](league.png)
+
+Numbers in the picture are as in the tables; colours compare the laws of one crane in one column: white is the least of
+them, the darkest thirty times as much or more. Grey: does not apply. Red: not controlled, the reason is below.
+
+Laws believe the catalogue's scene on a base at rest, without wind: what else happens they are not told. Each takes the
+gains that the catalogue gives it, or its own where the catalogue gives none; none was tuned for this table, so it tells
+how these gains do, not how good a law can be made. Seas and the camera's noise are medians over ten seeds that nothing
+in the catalogue uses.
+
+- **Errors** are distances of the payload, in the axes of the base, from where it should be at that time: on the path,
+  or for cranes that are brought to a target, at the target from the start on. A shaped path arrives later by half a
+  swing (ZV) or a whole one (ZVD), which counts as error.
+- **Settling**: from the end of the path, or from the start where there is none, until the payload stays within 2 % of
+  the way. **Residual swing**: the largest in the last quarter, of the rope from the vertical of the world.
+- **Effort** is the largest of each actuated joint in its unit: of the pendulum m/s² (behind a servo, as in the column
+  of the camera, m), of other cranes N m or N. **Tip acceleration** is relative to the base. **Saturated**: part of the
+  periods in which a demand was limited.
+- **30 Hz vision** is the catalogue's `offshore_vision`: its base sways at the payload's own frequency as well, a
+  little more than in the column of the resonant base.
+- **Open loop**: the suspension point follows the path, with its acceleration, and nobody looks at the payload. The mass
+  of a payload below an ideally driven point changes nothing.
+- The knuckle boom appears twice: as a small crane that carries the suspension point of the tracking laws, and as the
+  knuckle paper's that is brought to a target. Its paper's laws know no path, and these no target.
+"""
+
+
+class Line(NamedTuple):
+    """A cell, as a line of a table."""
+
+    law: str
+    trial: str
+    runs: Shown
+    MSE_m2: Shown
+    MAE_m: Shown
+    peak_error_m: Shown
+    residual_error_m: Shown
+    peak_swing_deg: Shown
+    residual_swing_deg: Shown
+    settling_s: Shown
+    tip_acceleration_m_s2: Shown
+    effort: str
+    saturated: Shown
+
+
+def lines(cells: Iterable[Cell]) -> dict[str, list[Line]]:
+    """Return the lines of each crane; cells of laws that do not apply have none."""
+    found: dict[str, list[Line]] = {}
+    for cell in cells:
+        if not cell.refused:
+            found.setdefault(cell.crane, []).append(_line(cell))
+    return found
+
+
+def _line(cell: Cell) -> Line:
+    name = cell.law, f"{cell.trial}: not controlled" if cell.failed else cell.trial, cell.runs
+    found = cell.figures
+    if found is None:
+        return Line._make((*name, *[NONE] * (len(Line._fields) - len(name))))
+    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in found.effort.items()}
+    efforts = ", ".join(f"{joint} {shown(peak)}" for joint, peak in peaks.items())
+    numbers = found._asdict() | {"settling": NONE if found.settling is None else found.settling, "effort": efforts}
+    return Line._make((*name, *numbers.values()))
+
+
+def page(cells: Sequence[Cell]) -> str:
+    """Return the page in Markdown."""
+    parts = [HEAD]
+    for crane, own in lines(cells).items():
+        parts.append(f"## {crane.capitalize()}\n\n" + _markdown(own))
+    for title, reasons in (("Not controlled", "failed"), ("Does not apply", "refused")):
+        told = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
+        parts.append(f"## {title}\n\n" + ("\n".join(told) or "Nothing.") + "\n")
+    return "\n".join(parts)
+
+
+def _markdown(rows: Sequence[Line]) -> str:
+    head = [name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in Line._fields]
+    head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
+    text = [f"| {' | '.join(name.replace('_', ' ') for name in head)} |", "|" + "---|" * len(head)]
+    return "\n".join(text + [f"| {' | '.join(map(shown, row))} |" for row in rows]) + "\n"

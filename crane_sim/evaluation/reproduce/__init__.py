@@ -1,0 +1,49 @@
+"""What the papers print, and what is hard, measured here: `crane reproduce [ITEM]`."""
+
+from collections.abc import Callable
+from typing import Any
+
+from crane_sim.evaluation.reproduce import hardcases, knuckle, observer, offshore, overhead
+from crane_sim.evaluation.reproduce.page import save
+from crane_sim.evaluation.reproduce.table import print_json, print_tables
+from crane_sim.files.errors import SceneError, unknown_key
+
+ITEMS: dict[str, Callable[[], list[Any]]] = {
+    "overhead": overhead.rows,
+    "hardcases": hardcases.rows,
+    "knuckle": knuckle.rows,
+    "offshore": offshore.rows,
+    "observer": observer.rows,
+}
+"""Every item and the function that measures its rows."""
+NAMES: dict[str, Callable[[], list[str]]] = {
+    "overhead": overhead.names,
+    "hardcases": hardcases.names,
+    "knuckle": knuckle.names,
+    "offshore": offshore.names,
+    "observer": observer.names,
+}
+"""Every item and what its rows are called, in their order, without measuring them."""
+
+
+def reproduced(item: str | None = None) -> dict[str, list[Any]]:
+    """Return the rows of an item, or of all items, measured now.
+
+    Raises:
+        SceneError: there is no such item.
+    """
+    if item is not None and item not in ITEMS:
+        raise SceneError(unknown_key(item, ITEMS, "item"))
+    return {name: rows() for name, rows in ITEMS.items() if item in (None, name)}
+
+
+def show(item: str | None, as_json: bool, folder: str | None) -> None:
+    """Measure an item, or all, and print the rows as tables or as one JSON object; write pages into a folder if given.
+
+    Raises:
+        SceneError: there is no such item.
+    """
+    tables = reproduced(item)
+    (print_json if as_json else print_tables)(tables)
+    if folder is not None:
+        save(tables, folder)

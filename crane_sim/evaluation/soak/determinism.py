@@ -1,0 +1,139 @@
+"""One scene, one state_sha256, however its nodes are put together and loaded: `crane soak determinism`."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim import load_scene
+from crane_sim.evaluation.soak.figures import Figure, equal, quantiles
+from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.process_signals import tie
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.rollout import simulate
+
+KILTED = os.environ.get("CRANE_SIM_KILTED_PYTHON", "")
+"""A Python with rclpy of ROS 2 Kilted, this package and what it needs; empty: there is none."""
+SCENE, DURATION = "knuckle_setpoint", 6.0  # s of simulated time, 600 steps
+_PATIENCE = 120.0  # s, only so that a failure ends: another interpreter may have everything to compile
+_OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREFIX_PATH")
+
+
+class Setup(NamedTuple):
+    """How a run is put together."""
+
+    processes: int = 2  # 3: with a recorder
+    executor: str = "events"
+    plant: str = sys.executable  # the interpreters of two of them
+    controller: str = sys.executable
+
+    def command(self, python: str, module: str, parameters: Mapping[str, object]) -> list[str]:
+        """Return the command line of one node."""
+        command = [python, "-m", module, "--ros-args", "-r", "__ns:=/knuckle", "-p", f"executor:={self.executor}"]
+        return command + [part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")]
+
+
+def setups(kilted: str = KILTED) -> list[Setup]:
+    """Return every way to put a run together, with nodes of another interpreter where there is one."""
+    executors = ("events", "single")
+    found = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
+    if kilted:
+        pairs = ((kilted, sys.executable), (sys.executable, kilted), (kilted, kilted))
+        found += [Setup(2, executor, *pair) for pair, executor in product(pairs, executors)]
+    return found
+
+
+@contextmanager
+def busy(loops: int) -> Iterator[None]:
+    """Keep so many cores busy with something else."""
+    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=tie()) for _ in range(loops)]
+    try:
+        yield
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def scene_of(duration: float = DURATION) -> Scene:
+    """Return the scene that is run."""
+    return load_scene(SCENE, {"duration": duration})
+
+
+def state_sha256(setup: Setup, scene: Scene) -> str:
+    """Run plant, controller and maybe recorder, each as a process that nobody leads; return the run's hash.
+
+    Raises:
+        RuntimeError: the run failed; the plant's own words.
+    """
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as name, reserved_domain() as domain:
+        folder, file, recorders = Path(name), Path(name, "scene.yaml"), setup.processes - 2
+        scene.dump(file)
+        common = {"scene": file, "expected_recorders": recorders}
+        nodes = [(setup.controller, "crane_control.nodes.controller_node", common)]
+        nodes += [
+            (sys.executable, "crane_sim.ros.recorder_node", {"scene": file, "path": folder / "run.rrd"})
+        ] * recorders
+        helpers = [
+            subprocess.Popen(
+                setup.command(python, module, parameters),
+                env=clean_environment(python, domain, folder),
+                preexec_fn=tie(),
+            )
+            for python, module, parameters in nodes
+        ]
+        try:
+            plant = setup.command(setup.plant, "crane_sim.ros.plant_node", common)
+            return _plant_sha256(plant, clean_environment(setup.plant, domain, folder))
+        finally:
+            for helper in helpers:
+                helper.terminate()
+                helper.wait()
+
+
+def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
+    try:
+        pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "text": True}
+        plant = subprocess.run(command, env=env, timeout=_PATIENCE, check=False, preexec_fn=tie(), **pipes)
+    except subprocess.TimeoutExpired:
+        raise RuntimeError(f"plant: it did not end within {_PATIENCE:g} s") from None
+    told = next((line for line in plant.stderr.splitlines() if "state_sha256" in line), "")
+    if plant.returncode or not told:
+        raise RuntimeError(f"plant: exit code {plant.returncode}: {plant.stderr.strip()}")
+    return json.loads(told[told.index("{") :])["state_sha256"]
+
+
+def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
+    """Return the environment of a node; another interpreter must not find this one's ROS."""
+    found = environment(domain, folder)
+    return found if python == sys.executable else {key: found[key] for key in found.keys() - set(_OF_THIS_ONE)}
+
+
+def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
+    """Run so many times, every other time beside a busy process; return figures, and the data behind them."""
+    scene, ways = scene_of(), setups()
+    planned = [(ways[i // 2 % len(ways)], i % 2) for i in range(count)]
+    found, took = [], []
+    for setup, loops in planned:
+        began = time.perf_counter()
+        with busy(loops) if loops else nullcontext():
+            found.append(state_sha256(setup, scene))
+        took.append(time.perf_counter() - began)
+    alone = simulate(scene).summary["state_sha256"]
+    figures = [
+        Figure("runs", count),
+        Figure("mixtures of processes, executors, distributions and load", len(set(planned))),
+        Figure("runs beside a busy process", sum(loops for _, loops in planned)),
+        Figure("runs with a node of another ROS distribution", sum(KILTED in setup for setup, _ in planned)),
+        equal("different state_sha256", len(set(found)), 1),
+        equal("runs unlike the one in a single process", sum(each != alone for each in found), 0),
+        Figure("a run with the start of its nodes, median", quantiles(took)["p50"], "s"),
+    ]
+    return figures, {"state_sha256": sorted(set(found)), "took_s": took}

@@ -1,0 +1,65 @@
+"""Resident memory and rate of millions of control periods without ROS: `crane soak inprocess`."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from crane_sim import load_scene
+from crane_sim.evaluation.bench.memory import resident
+from crane_sim.evaluation.soak.drift import drift_figures
+from crane_sim.evaluation.soak.figures import Figure, at_most
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.plant import Plant
+from crane_sim.simulation.rollout import simulate
+
+BLOCKS = 25  # looks at memory and rate; what the first shows is the warm-up
+GROWTH = 5.0  # MB
+
+
+def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
+    """Take so many steps in each of the two ways; return figures, and the data behind them."""
+    block = max(steps // BLOCKS, 1)
+    ways: dict[str, Callable[[Scene, int], Iterator[None]]] = {"Plant.advance": _advanced, "simulate": _simulated}
+    figures, data = [], dict[str, Any]()
+    for way, blocks in ways.items():
+        memory, rates = _measured(blocks(load_scene(name), block), block)
+        ends = [block * (i + 1) for i in range(BLOCKS)]
+        data[way] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
+        figures += [
+            Figure(f"{way}, steps", ends[-1]),
+            at_most(f"{way}, growth of resident memory", memory[-1] - memory[0], GROWTH, "MB"),
+            *drift_figures(rates[1:], f"{way}, "),
+        ]
+    return figures, data
+
+
+def _measured(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:
+    """Return resident memory [MB] and rate [steps/s] after each block of steps."""
+    memory, rates = [], []
+    began = time.perf_counter()
+    for _ in blocks:
+        rates.append(steps / (time.perf_counter() - began))
+        memory.append(resident(os.getpid()))
+        began = time.perf_counter()
+    return memory, rates
+
+
+def _advanced(scene: Scene, block: int) -> Iterator[None]:
+    """Step one plant with its law, without an end."""
+    plant, law = Plant(scene), scene.law
+    if law is None:
+        raise RuntimeError(f"scene {scene.name} has no law")
+    for _ in range(BLOCKS):
+        for _ in range(block):
+            plant.advance(law(plant.t, plant.q, plant.v))
+        yield
+
+
+def _simulated(scene: Scene, block: int) -> Iterator[None]:
+    """Simulate the same run again and again."""
+    run = replace(scene, duration=block * scene.period)
+    for _ in range(BLOCKS):
+        simulate(run)
+        yield

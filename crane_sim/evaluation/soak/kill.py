@@ -1,0 +1,160 @@
+"""SIGKILL at random instants, on controller and recorder in turn, in one long real-time run: `crane soak kill`."""
+
+import os
+import random
+import signal
+import tempfile
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim import load_scene
+from crane_sim.evaluation.bench.memory import resident
+from crane_sim.evaluation.bench.realtime import bare_apart
+from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
+from crane_sim.evaluation.soak.leftovers import steps_in
+from crane_sim.evaluation.soak.monitor import Heard, introduced, witness
+from crane_sim.orchestration import run
+from crane_sim.orchestration.ros_environment import reserved_domain
+
+VICTIMS = ("controller", "recorder")
+HALF, ALL = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
+_GAP = (0.5, 2.5)  # s between two kills, uniform
+_LOOK = 0.01  # s between two looks for somebody to kill
+_BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
+_GROWTH = 5.0  # MB that the plant may grow
+_CALL = 20.0  # ms that a call may take
+_BARE = 1e-3  # s, period of a loop beside the run that tells what the machine grants
+_STALL = 100.0  # ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
+_SECOND = 1e9  # ns
+
+
+class Kill(NamedTuple):
+    """One of them; instants in ns of the system's clock."""
+
+    victim: str
+    at: int
+    filled: int  # when the place was filled again, 0: not within the run
+
+
+class _Killer(threading.Thread):
+    """Kills whoever fills the places.
+
+    Attributes:
+        plant_memory: the plant's resident memory [MB], after each kill.
+    """
+
+    def __init__(self, gaps: list[float]) -> None:
+        super().__init__(daemon=True)
+        self.plant_memory: list[float] = []
+        self._gaps, self._pids, self._filled = gaps, dict[str, int](), list[tuple[str, int]]()
+        self._begun, self._struck = threading.Event(), list[tuple[str, int]]()
+
+    def filled(self, name: str, pid: int) -> None:
+        """Take note of who fills a place from now on."""
+        introduced(name, pid)
+        self._pids[name] = pid
+        self._filled.append((name, time.time_ns()))
+        if name == VICTIMS[-1]:
+            self._begun.set()
+
+    def run(self) -> None:
+        self._begun.wait()
+        time.sleep(_BEFORE)
+        for i, gap in enumerate(self._gaps):
+            time.sleep(gap)
+            victim = VICTIMS[i % len(VICTIMS)]
+            while not (pid := self._pids.pop(victim, 0)):
+                time.sleep(_LOOK)  # nobody fills the place yet
+            struck = time.time_ns()
+            with suppress(ProcessLookupError):  # it has just ended by itself, with the run: no kill
+                os.kill(pid, signal.SIGKILL)
+                self._struck.append((victim, struck))
+            self.plant_memory.append(resident(self._pids["plant"]))
+
+    def kills(self) -> list[Kill]:
+        """Return what was done."""
+        return [
+            Kill(victim, at, next((t for name, t in self._filled if name == victim and t > at), 0))
+            for victim, at in self._struck
+        ]
+
+
+def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
+    """Kill so many times; return figures, and the data behind them."""
+    draw = random.Random(seed)
+    gaps = [draw.uniform(*_GAP) for _ in range(count)]
+    loaded = load_scene(scene, {"duration": round(_BEFORE + sum(gaps) + _BEHIND)})
+    killer, shared = _Killer(gaps), set(os.listdir("/dev/shm"))
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        reserved_domain() as domain,
+        witness(loaded, domain) as account,
+        ThreadPoolExecutor(1) as beside,
+    ):
+        bare = beside.submit(bare_apart, _BARE, round(loaded.duration / _BARE))
+        killer.start()
+        options = {"mode": "realtime", "domain_id": domain, "restart": True}
+        summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.filled, **options)
+        time.sleep(0.1)  # what the witness writes ten times as often
+        heard, recorded = account.read(), steps_in(Path(summary["recording"]))
+        machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
+    kills = killer.kills()
+    back = [back_after(kill, heard) for kill in kills if kill.victim == "controller"]
+    figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, heard, recorded), *_control(back)]
+    figures += [*_publishing(summary, machine), _gap(loaded.period_ns, heard["s"])]
+    figures += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
+    figures += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _GROWTH, "MB")]
+    return figures, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
+
+
+def back_after(kill: Kill, heard: dict[str, list[Heard]]) -> float:
+    """Return after how many s the plant applied a command that the next controller had sent; inf: never."""
+    commands = {h.effort for h in heard["c"] if kill.filled and h.sent >= kill.filled}
+    applied = (h.sent for h in heard["e"] if h.sent >= kill.filled and h.effort in commands)
+    return (next(applied, float("inf")) - kill.at) / _SECOND
+
+
+def _control(back: list[float]) -> list[Figure]:
+    found = quantiles(back)
+    return [
+        at_most("control back, median", found["p50"], HALF, "s"),
+        Figure("control back, 99 %", found["p99"], "s"),
+        at_most("control back, longest", found["max"], ALL, "s"),
+    ]
+
+
+def _survival(steps: int, summary: dict[str, Any], heard: dict[str, list[Heard]], recorded: list[int]) -> list[Figure]:
+    stamps, planned = [h.stamp for h in heard["e"]], range(1, steps + 1)
+    return [
+        Figure("error of the run", summary.get("error", "none"), promise="none", kept="error" not in summary),
+        equal("steps, the plant's own count", summary["steps"], steps),
+        equal("steps, heard by an independent subscriber", len(set(stamps)), steps),
+        equal("steps in the recording, read back", len(set(recorded) & set(planned)), steps),
+        Figure("late steps", summary.get("deadline_misses")),
+        Figure("replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())),
+    ]
+
+
+def _publishing(summary: dict[str, Any], stall: float) -> list[Figure]:
+    """Return how long publish calls took; no promise is beyond the machine: `stall` [ms] of a bare loop."""
+    *usual, (name, longest) = ((name, value / 1e3) for name, value in summary["publish_us"].items())
+    promise = f"at most {_CALL:g} ms, or that stall"
+    return [
+        *(Figure(f"publish call, {name}", value, "ms") for name, value in usual),
+        Figure("longest stall of a loop that only sleeps, beside it", stall, "ms"),
+        Figure(f"publish call, {name}", longest, "ms", promise, longest <= max(_CALL, stall)),
+    ]
+
+
+def _growth(memory: list[float]) -> float:
+    return memory[-1] - memory[0] if memory else float("nan")
+
+
+def _gap(period: int, states: list[Heard]) -> Figure:
+    """Return the longest time between two states, less the period [ns]."""
+    gap = max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0)
+    return at_most("longest gap between two states above the period", gap / 1e6, _STALL, "ms")

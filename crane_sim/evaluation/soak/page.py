@@ -1,0 +1,113 @@
+"""The page of documentation that is written from what the soaks found."""
+
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim.evaluation.bench.measurement import in_words
+from crane_sim.evaluation.soak import plots
+from crane_sim.evaluation.soak.figures import Figure
+
+HEAD = """# What a run survives
+
+Written by `crane soak page --save docs` from the files in [soak](soak), one for each part, which `crane soak PART
+--save docs` keeps: a part that is run again replaces what was there. Every run has the scene `knuckle_setpoint`. What
+was promised stands beside what was measured, also where it was not kept; a figure without a promise is there to judge
+the others by. Nothing that is promised of a run over ROS is taken from the plant alone where somebody else can tell: a
+node that belongs to no run, the witness, listens in the same ROS domain and writes down instant, stamp and efforts of
+every message that it hears.
+"""
+
+
+class Part(NamedTuple):
+    """A soak as the page tells it."""
+
+    title: str
+    how: str
+    keeps: tuple[str, ...] = ()  # what the plot is drawn of
+    draw: Callable[[dict[str, Any], Path], None] | None = None
+    series: bool = False  # they are looks at one thing, of which some may be left out
+
+
+PARTS = {
+    "kill": Part(
+        "Nodes that are killed",
+        "One run in real time with `--restart`. Controller and recorder are killed by SIGKILL in turn, half a second "
+        "to two and a half seconds apart, drawn at random. Control is back when the plant applies a command that the "
+        "*next* controller has sent: the witness tells it by the efforts, bit for bit, so that a command of the dead "
+        "one that is still held does not count. Steps are counted three times, by the plant, by the witness and in "
+        "the recording that is left at the end, which is read back. A loop beside the "
+        "run that only sleeps, a millisecond at a time, tells how long the machine itself stands still: no call can "
+        "be promised to be shorter.",
+        ("back_s",),
+        plots.draw_kill,
+    ),
+    "signals": Part(
+        "Runs that are interrupted",
+        "Each run is a `crane run` of its own, in turn in real time, in lockstep, with `--restart` and with `--mcap`, "
+        "and gets SIGINT or SIGTERM at a random instant: a fifth of "
+        "them in the first 100 ms, a tenth with an empty cache, while the equations are being compiled; a third get "
+        "a second signal. Complaints are: a process that outlives its run, a traceback, any file but recording and "
+        "bag, a recording that lacks a step that the witness heard, a last effort other than zero as the witness heard "
+        "it, or an exit code other than 1, the signal's own apart within the first 100 ms, while the shell of the "
+        "start script is still there; a run that had taken all its steps may end with 0.",
+        ("at", "took", "fresh", "code"),
+        plots.draw_signals,
+    ),
+    "memory": Part(
+        "Long runs over ROS",
+        "One lockstep run with plant, controller and recorder, as fast as it goes, looked at once a second. The rate "
+        "is judged after the warm-up: the run is cut into thirty stretches, each counts with its median, and the "
+        "change is the median slope between all pairs of them (Theil and Sen) times its length. Half its "
+        "95 % interval is what the machine's own unrest may have made of it.",
+        ("seconds", "steps_per_second", "memory_MB"),
+        plots.draw_memory,
+        series=True,
+    ),
+    "inprocess": Part(
+        "Long runs without ROS",
+        "The same of one process: a plant that is stepped with its law without an end, then the same run simulated "
+        "again and again. Memory is counted from the first of 25 looks on, the rate is judged in the same way.",
+        ("Plant.advance", "simulate"),
+        plots.draw_inprocess,
+        series=True,
+    ),
+    "determinism": Part(
+        "One scene, one run",
+        "600 steps in lockstep, again and again: plant and controller, or a recorder as well, each a process started "
+        "by hand; the executor `events` or `single`; the machine idle or with a process beside that keeps a core "
+        "busy, in turn. Where `CRANE_SIM_KILTED_PYTHON` names a Python with ROS 2 Kilted, plant or controller or both "
+        "run there, too. `state_sha256` is a hash of every state of a run.",
+    ),
+    "realtime": Part(
+        "Real time at 1 kHz",
+        "Rounds of ten seconds, in turn: a loop that only sleeps until its next deadline, then plant and controller. "
+        "Rate and overruns are also counted by the witness, from when states and efforts were sent; the plant's "
+        "punctuality is judged by that of the bare loop in the same round, because the machine is the same for both.",
+    ),
+}
+
+
+def page(found: Mapping[str, Mapping[str, Any]], drawn: Collection[str]) -> str:
+    """Return the page in Markdown.
+
+    Args:
+        found: for each part that was run its document: command, machine, figures, data.
+        drawn: the parts that have a plot.
+    """
+    sections = [_section(part, found[part], part in drawn) for part in PARTS if part in found]
+    return "\n".join([HEAD, *sections])
+
+
+def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
+    part = PARTS[name]
+    lines = [f"## {part.title}", "", part.how, "", f"`{document['command']}` on {in_words(document['machine'])}.", ""]
+    if drawn:
+        lines += [f"![{part.title}](soak/{name}.png)", ""]
+    lines += ["| figure | measured | promised | kept |", "|---|---|---|---|"]
+    return "\n".join(lines + [_row(figure) for figure in document["figures"]]) + "\n"
+
+
+def _row(figure: Figure) -> str:
+    kept = ("yes" if figure.kept else "**no**") if figure.promise else ""
+    return f"| {' | '.join(cell.replace('|', '/') for cell in (figure.what, figure.told(), figure.promise, kept))} |"

@@ -1,0 +1,189 @@
+"""SIGINT and SIGTERM at random instants of `crane run`, from its first millisecond on: `crane soak signals`."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from crane_sim import load_scene
+from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
+from crane_sim.evaluation.soak.leftovers import MARK, RECORDING, of_run, orphans
+from crane_sim.evaluation.soak.monitor import Account, Heard, witness
+from crane_sim.files.catalogue import config_folder
+from crane_sim.orchestration.ros_environment import reserved_domain
+from crane_sim.process_signals import tie
+
+SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
+LIMIT = 3.0  # s from the signal to the end
+_EARLY = 0.1  # s, of which every fifth instant is one
+_LOOK = 0.02  # s between two looks at what is heard
+_PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
+_BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
+
+
+class Way(NamedTuple):
+    """A kind of run."""
+
+    duration: float  # simulated s: each takes about 2 s of wall time
+    options: tuple[str, ...]  # of the command
+
+
+WAYS = {
+    "realtime": Way(DURATION, ("--mode", "realtime")),
+    "lockstep": Way(100.0 * DURATION, ()),
+    "restart": Way(DURATION, ("--mode", "realtime", "--restart")),
+    "mcap": Way(DURATION, ("--mode", "realtime", "--mcap", "run.mcap")),
+}
+
+
+class Interruption(NamedTuple):
+    """What is sent to one run."""
+
+    number: signal.Signals
+    at: float  # s after its start
+    again: float | None  # s after the first signal, a second one
+    fresh: bool  # nothing is compiled: the signal comes while it is
+    way: str = "realtime"  # of WAYS
+    begun: bool = False  # the instant counts from the first state that an independent subscriber hears
+
+
+class End(NamedTuple):
+    """How that run ended."""
+
+    took: float  # s from the first signal, 0 where it had ended before
+    code: int
+    complaints: tuple[str, ...]  # what was not as it should be
+
+
+def plan(count: int, seed: int, usual: float) -> list[Interruption]:
+    """Return so many interruptions of runs that usually take `usual` seconds."""
+    draw, ways = random.Random(seed), list(WAYS)
+    found = []
+    for i in range(count):
+        fresh = i % 10 == 3
+        span = _EARLY if i % 5 == 0 else 8.0 if fresh else usual + 0.3
+        again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
+        number = draw.choice((signal.SIGINT, signal.SIGTERM))
+        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh, ways[(i + i // 10) % len(ways)]))
+    return found
+
+
+def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
+    """Interrupt so many runs; return figures, and the data behind them."""
+    scene = load_scene(SCENE, {"duration": DURATION})
+    with reserved_domain() as domain, witness(scene, domain) as account:
+        began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
+        undisturbed = interrupted(None, domain, account)
+        if undisturbed.complaints:
+            raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
+        planned = plan(count, seed, time.monotonic() - began)
+        ends = [interrupted(each, domain, account) for each in planned]
+        left = set(os.listdir("/dev/shm")) - shared
+    took = quantiles([end.took for end in ends if end.took] or [0.0])
+    told = zip(planned, ends, strict=True)
+    complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in told for why in end.complaints]
+    figures = [
+        Figure("runs interrupted", count),
+        Figure("of them after their end", sum(not end.took for end in ends)),
+        Figure("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
+        Figure("until the end, median", took["p50"], "s"),
+        at_most("until the end, longest", took["max"], LIMIT, "s"),
+        equal("files more in /dev/shm", len(left), 0),
+        equal("complaints", len(complaints), 0),
+        *(Figure("complaint", why) for why in complaints),
+    ]
+    data = {name: [getattr(each, name) for each in planned] for name in Interruption._fields}
+    return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
+
+
+def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
+    """Start a run, interrupt it, and look at what is left."""
+    mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
+    account.read()
+    heard: dict[str, list[Heard]] = {"s": [], "e": []}
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
+    ):
+        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if how and how.fresh else {})
+        command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
+        command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
+        pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=tie(), **pipes) as process:
+            took = _signalled(process, how, account, heard)
+            _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
+        time.sleep(0.1)  # what the witness writes ten times as often
+        _hear(account, heard)
+        steps = load_scene(SCENE, {"duration": way.duration}).steps
+        complaints = [*orphans(mark), *of_run(Path(folder), _taken(heard, steps)), *_last_effort(heard, steps)]
+    complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
+    complaints += _exit_code(how, process.returncode, took > 0.0 and _taken(heard, steps) < steps)
+    return End(took, process.returncode, tuple(complaints))
+
+
+def _exit_code(how: Interruption | None, code: int, cut: bool) -> list[str]:
+    """Return a complaint where a run that was cut short did not say so, or one that was not said that it was."""
+    in_shell = how is not None and how.at < _EARLY and code == -how.number  # the start script's own end
+    right = code == 1 if cut else code in ((0,) if how is None else (0, 1))
+    return [] if right or in_shell else [f"exit code {code}"]
+
+
+def _hear(account: Account, heard: dict[str, list[Heard]]) -> None:
+    for letter, news in account.read().items():
+        if letter in heard:
+            heard[letter] += news
+
+
+def _taken(heard: dict[str, list[Heard]], steps: int) -> int:
+    """Return how many steps of a run were heard; the last effort of one that is cut short belongs to none."""
+    found = len({effort.stamp for effort in heard["e"]})
+    return found if found == steps else max(found - 1, 0)
+
+
+def _crane() -> str:
+    """Return the start script of the source tree, or the installed command where there is none."""
+    script = config_folder().parent / "crane"
+    return str(script if script.is_file() else Path(sys.executable).with_name("crane"))
+
+
+def _signalled(
+    process: subprocess.Popen[str], how: Interruption | None, account: Account, heard: dict[str, list[Heard]]
+) -> float:
+    """Send the signals and wait for the end; return how long it took."""
+    if how is None:
+        return 0.0
+    limit = time.monotonic() + _BEGUN
+    while how.begun and process.poll() is None and not heard["s"] and time.monotonic() < limit:
+        time.sleep(_LOOK)
+        _hear(account, heard)
+    try:
+        process.wait(how.at)
+        return 0.0
+    except subprocess.TimeoutExpired:
+        process.send_signal(how.number)
+    began = time.monotonic()
+    if how.again is not None:
+        try:
+            process.wait(how.again)
+        except subprocess.TimeoutExpired:
+            process.send_signal(how.number)
+    try:
+        process.wait(_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+    return time.monotonic() - began
+
+
+def _last_effort(heard: dict[str, list[Heard]], steps: int) -> list[str]:
+    """Return a complaint where a run that began was cut short, and the last effort heard of it is not zero."""
+    efforts = heard["e"]
+    if not heard["s"] or len(efforts) == steps:
+        return []
+    last = efforts[-1].effort if efforts else ("none",)
+    return [] if efforts and not any(map(float, last)) else [f"last effort {', '.join(last)}"]

@@ -1,0 +1,81 @@
+"""The files of the soaks in a folder of documentation: `soak/PART.json` and `soak/PART.png` for each, and `soak.md`."""
+
+import json
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.evaluation.bench.store import rounded, text
+from crane_sim.evaluation.soak.figures import Figure
+from crane_sim.evaluation.soak.page import PARTS, page
+from crane_sim.files.errors import SceneError
+
+_MOST = 100  # numbers of a series that are kept
+
+
+def save(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, Any], folder: Path) -> None:
+    """Write what a soak found, and the page of all soaks of the folder anew.
+
+    Args:
+        part: the soak's name.
+        command: the line by which it can be repeated.
+        figures: what was found.
+        data: what is behind it, of which the page's plot is drawn.
+        folder: where the page lies.
+
+    Raises:
+        SceneError: the folder cannot be written, or holds something else by these names.
+    """
+    kept = {name: data[name] for name in PARTS[part].keeps}
+    kept = thinned(kept) if PARTS[part].series else kept
+    document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
+    try:
+        (folder / "soak").mkdir(parents=True, exist_ok=True)
+        (folder / "soak" / f"{part}.json").write_text(text(rounded(document)))
+    except OSError as error:
+        raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
+    write_page(folder)
+
+
+def write_page(folder: Path) -> None:
+    """Write the page of all soaks that the folder has data of, and their plots where matplotlib is installed.
+
+    Raises:
+        SceneError: as of `save`, or there are no data.
+    """
+    found = {part: document for part in PARTS if (document := _stored(folder, part))}
+    if not found:
+        raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
+    try:
+        for part, document in found.items():
+            draw, file = PARTS[part].draw, folder / "soak" / f"{part}.png"
+            if draw is not None and find_spec("matplotlib") is not None:
+                draw(document["data"], file)
+        drawn = [part for part in found if (folder / "soak" / f"{part}.png").is_file()]
+        (folder / "soak.md").write_text(page(found, drawn))
+    except OSError as error:
+        raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
+
+
+def thinned(value: Any) -> Any:
+    """Return a document whose long lists have lost most of their entries, the same ones where they are equally long."""
+    if isinstance(value, dict):
+        return {key: thinned(part) for key, part in value.items()}
+    if not isinstance(value, list | tuple) or len(value) <= _MOST:
+        return value
+    return [value[round(i * (len(value) - 1) / (_MOST - 1))] for i in range(_MOST)]
+
+
+def _stored(folder: Path, part: str) -> dict[str, Any]:
+    """Return what the folder has of a part, nothing where it was not measured."""
+    file = folder / "soak" / f"{part}.json"
+    try:
+        document = json.loads(file.read_text())
+        figures = [Figure(*figure) for figure in document["figures"]]
+        return {name: document[name] for name in ("command", "machine", "data")} | {"figures": figures}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise SceneError(f"{file}: cannot be read as data of a soak: {error}") from None

@@ -1,0 +1,117 @@
+"""The document of a scene: read from a file, changed by dotted keys, or turned into what a law believes."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from crane_sim.files.catalogue import scene_files
+from crane_sim.files.errors import SceneError, meant, one_word
+
+REAL = ("control", "brake", "sensors", "actuators", "faults")
+"""Groups of a scene of which its law knows nothing unless it is told."""
+SHARED = ("servo", "tracker_rate", "vision")
+"""Settings of laws that say how a crane is seen and driven: another law that has them keeps them."""
+UNREADABLE = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
+"""What reading YAML raises: its own errors, and those of its readers of dates and numbers, which check little."""
+
+
+class _Unambiguous(yaml.SafeLoader):
+    """A YAML reader that refuses a key that stands twice in a group, of which YAML would keep the last one silently."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return the group."""
+        keys = [key.value for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} stands twice", node.start_mark)
+        return super().construct_mapping(node, deep)
+
+
+def read(source: str | Path) -> dict[str, Any]:
+    """Return the document of a catalogue name or a file.
+
+    Raises:
+        SceneError: there is no such scene, or it cannot be read.
+    """
+    if not isinstance(source, str | Path):
+        raise SceneError(f"scene {source!r}: must be a name, a file or a dict")
+    path = scene_files().get(str(source), Path(source))
+    if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
+        raise SceneError(_nowhere(str(source)))
+    try:
+        document = yaml.load(path.read_text(), _Unambiguous)
+    except UNREADABLE as error:
+        raise SceneError(f"scene file {path}: cannot be read: {' '.join(str(error).split())}") from None
+    if not isinstance(document, dict):
+        raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
+    document.setdefault("name", path.stem)
+    _anchor(document, path.resolve().parent)
+    return document
+
+
+def _nowhere(source: str) -> str:
+    """Return the line on what is neither a name of the catalogue nor a file."""
+    is_path = os.sep in source or source.endswith((".yaml", ".yml"))
+    name = Path(source).stem if is_path else source
+    what = f"scene file {one_word(source)}: there is no such file" if is_path else f"unknown scene {one_word(source)!r}"
+    return f"{what}{meant(name, scene_files())} (`crane scenes` lists the catalogue)"
+
+
+def _anchor(document: dict[str, Any], folder: Path) -> None:
+    """Make the files that a scene names, which lie beside it, known by their whole paths: it is read elsewhere too."""
+    reference = document.get("reference")
+    for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
+        if isinstance(group, dict) and isinstance(group.get("file"), str):
+            group["file"] = str(folder / group["file"])
+
+
+def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
+    """Take the settings of a document's own law out where the overrides put another one there; return their keys."""
+    control, law = document.get("control"), overrides.get("control.law")
+    if not isinstance(control, dict) or law is None or law == control.get("law"):
+        return []
+    own = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
+    for key in own:
+        del control[key]
+    return own
+
+
+def put(document: dict[str, Any], key: str, value: Any) -> None:
+    """Set the value at a dotted key, such as "payload.mass"; null makes it as good as absent.
+
+    Raises:
+        SceneError: a part of the key is not a group.
+    """
+    *groups, last = str(key).split(".")
+    group = document
+    for name in groups:
+        group = group.setdefault(name, {})
+        if not isinstance(group, dict):
+            raise SceneError(f"{key}: {name!r} is not a group of keys")
+    group[last] = value
+
+
+def present(group: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a group without the keys that are null, which are as good as absent, nor those of groups in it.
+
+    What groups within `control` hold is left to the law: there null may be a choice.
+    """
+    deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
+    found = {key: present(value) for key, value in deeper.items() if key != "control"}
+    if "control" in deeper:
+        found["control"] = {key: value for key, value in deeper["control"].items() if value is not None}
+    return {key: found.get(key, value) for key, value in group.items() if value is not None}
+
+
+def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document of what the law believes: the scene without its law, with `nominal` merged over it."""
+
+    def merged(base: Any, over: Any) -> Any:
+        if not (isinstance(base, dict) and isinstance(over, dict)):
+            return over
+        return {**base, **{key: merged(base.get(key), value) for key, value in over.items()}}
+
+    return merged({key: value for key, value in document.items() if key not in REAL}, dict(overrides))

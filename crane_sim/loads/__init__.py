@@ -1,1 +1,0 @@
-"""What hangs below the cable."""

@@ -1,0 +1,36 @@
+"""Models of cranes: supports, cables, loads, what is composed of them, and closed forms that are faster.
+
+Importing any module of this package imports all models, so that every model answers all that `crane_sim.system` asks.
+"""
+
+from crane_sim.models.overhead import (
+    base_energies,
+    base_load,
+    double,
+    elastic,
+    elastic_jacobian,
+    elastic_outputs,
+    node_forces,
+    planar,
+    rod,
+    spatial,
+    spring,
+)
+from crane_sim.models.single_rope import crane, joint_coordinates, modes
+
+__all__ = [
+    "base_energies",
+    "base_load",
+    "crane",
+    "double",
+    "elastic",
+    "elastic_jacobian",
+    "elastic_outputs",
+    "joint_coordinates",
+    "modes",
+    "node_forces",
+    "planar",
+    "rod",
+    "spatial",
+    "spring",
+]

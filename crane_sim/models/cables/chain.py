@@ -1,0 +1,326 @@
+"""Rigid links with lumped masses in the vertical plane: their tensions and angular accelerations.
+
+The tensions solve a tridiagonal, positive definite system of N equations, whose condition a heavy payload does not
+spoil as it does that of the N x N mass matrix. Angles are absolute, from the downward vertical;
+n_k = (sin α_k, -cos α_k) points down link k, t_k = (cos α_k, sin α_k) where it moves when α_k grows. Node 0 is the
+trolley.
+
+Links that have a moment of inertia: then a link also carries a force across, and its turning is an unknown too.
+
+Stiffness and damping where links meet: couples on the links, which their ends' nodes feel as forces across.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.numerics.jit import lean_generic, lean_kernel, routine
+
+
+class Chain(NamedTuple):
+    """Node masses and link lengths from the top, (N,) arrays; the last node is the payload."""
+
+    masses: Any  # kg
+    lengths: Any  # m; where there is a hoist, the first one is a coordinate and not used
+
+
+class Rods(NamedTuple):
+    """Moments of inertia of the links about their ends' line, (N,): they turn with the links (Brogliato, 8.1)."""
+
+    inertia: Any  # kg m²
+
+
+ROWS = 11
+"""Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in columns 0 to N - 1."""
+
+
+SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
+
+
+BELOW = 4  # 1/kg, one over the mass of the node below each link
+
+
+TENSION = 5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it; then N
+
+
+TURNING = 6  # m/s², the relative acceleration of its ends across it that needs no tension; then rad/s²
+
+
+EASE, SHARE = 7, 8  # 1/kg, compliance of the links against their own tension; of the elimination
+
+
+ALONG, ACROSS = 9, 10  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+
+
+@routine
+def work_array(masses, lengths):
+    """Return a work array with what does not change; zeros in the last column, where there is no link."""
+    n = len(masses)
+    w = np.zeros((ROWS, n + 1))
+    for k in range(n):
+        w[LENGTH, k], w[BELOW, k] = lengths[k], 1.0 / masses[k]
+    return w
+
+
+@lean_kernel
+def nudge(w, node, x, z):
+    """Add an acceleration (x, z) [m/s²] of a node, from 1, to what it means for the links that end there."""
+    k = node - 1
+    w[TENSION, k] += w[SIN, k] * x - w[COS, k] * z
+    w[TURNING, k] += w[COS, k] * x + w[SIN, k] * z
+    if node < w.shape[1] - 1:
+        w[TENSION, node] -= w[SIN, node] * x - w[COS, node] * z
+        w[TURNING, node] -= w[COS, node] * x + w[SIN, node] * z
+
+
+@lean_generic
+def rod_pull(rods, w):
+    """Return the horizontal force [N] on the trolley that the first link carries across."""
+    return 0.0
+
+
+@lean_kernel
+def hang(w, push, gravity):
+    """Fill what the links' own motion, gravity and the trolley's free acceleration `push` [m/s²] ask of them."""
+    for k in range(w.shape[1] - 1):
+        w[TENSION, k], w[TURNING, k] = w[LENGTH, k] * w[RATE, k] * w[RATE, k], 0.0
+    w[TENSION, 0] += w[COS, 0] * gravity - w[SIN, 0] * push
+    w[TURNING, 0] = -(w[COS, 0] * push + w[SIN, 0] * gravity)
+
+
+@lean_generic
+def solve_links(rods, w, top):
+    """Turn what is asked of the links into tensions [N] and angular accelerations [rad/s²] in the work array w.
+
+    Args:
+        rods: the links' inertia, None where they have none.
+        w: work array with everything else.
+        top: (compliance of the axis [1/kg], compliance and free acceleration of the first length, its rate [m/s]);
+            a compliance of -1 says that the acceleration is the tension itself (`drum`).
+    """
+    solve_tensions(w, top)
+    turn(w, top)
+
+
+@lean_kernel
+def bends(w):
+    """Fill the rows ALONG and ACROSS."""
+    for k in range(w.shape[1] - 2):
+        w[ALONG, k] = (w[SIN, k] * w[SIN, k + 1] + w[COS, k] * w[COS, k + 1]) * w[BELOW, k]
+        w[ACROSS, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[BELOW, k]
+
+
+@lean_kernel
+def eases(w, top):
+    """Fill the row EASE, and take the first link's hoist into what its tension has to supply."""
+    give, pay, run, _ = top
+    for k in range(1, w.shape[1] - 1):
+        w[EASE, k] = w[BELOW, k - 1] + w[BELOW, k]
+    w[EASE, 0] = w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay
+    w[TENSION, 0] -= run
+    if pay < 0.0:  # a massless winch: the first tension is given, and the first link's equation only says so
+        w[EASE, 0], w[TENSION, 0] = 1.0, run
+        w[TENSION, 1] += w[ALONG, 0] * run
+
+
+@lean_kernel
+def eliminated(w, k, known, less, more):
+    """Eliminate row k of the system; return what that takes from the next row's pivot and adds to its right side.
+
+    Args:
+        w: work array.
+        k: of the row.
+        known: by which rows k and the next one know each other.
+        less, more: what the row before has taken and added.
+    """
+    pivot, right = w[EASE, k] - less, w[TENSION, k] + more
+    inverse = 1.0 / pivot
+    w[TENSION, k], w[SHARE, k] = right * inverse, known * inverse
+    return known * known / pivot, w[SHARE, k] * right
+
+
+@lean_kernel
+def solve_tensions(w, top):
+    """Eliminate from both ends to the middle and substitute back; arguments as of `solve_links`.
+
+    The two halves do not wait for each other, so the processor works on both at once; the pivots are those of a
+    positive definite matrix, whichever order they are taken in.
+    """
+    n = w.shape[1] - 1
+    bends(w)
+    eases(w, top)
+    first = w[ALONG, 0] if top[1] >= 0.0 else 0.0
+    middle, half = n // 2, (n - 1) // 2
+    less, more, less_below, more_below = 0.0, 0.0, 0.0, 0.0
+    for k in range(middle):
+        less, more = eliminated(w, k, first if k == 0 else w[ALONG, k], less, more)
+        if k < half:
+            j = n - 1 - k
+            less_below, more_below = eliminated(w, j, first if j == 1 else w[ALONG, j - 1], less_below, more_below)
+    tension = (w[TENSION, middle] + more + more_below) / (w[EASE, middle] - less - less_below)
+    below, w[TENSION, middle] = tension, tension
+    for k in range(1, middle + 1):
+        tension = w[TENSION, middle - k] + w[SHARE, middle - k] * tension
+        w[TENSION, middle - k] = tension
+        if k <= half:
+            below = w[TENSION, middle + k] + w[SHARE, middle + k] * below
+            w[TENSION, middle + k] = below
+
+
+@lean_kernel
+def turn(w, top):
+    """Fill the angular accelerations; no difference of large numbers, so that a heavy payload does no harm."""
+    n, (give, _, _, rate) = w.shape[1] - 1, top
+    first = w[COS, 0] * give * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
+    w[TURNING, 0] = (w[TURNING, 0] + w[ACROSS, 0] * w[TENSION, 1] - first) / w[LENGTH, 0]
+    for k in range(1, n):
+        pulled = w[ACROSS, k] * w[TENSION, k + 1] - w[ACROSS, k - 1] * w[TENSION, k - 1]
+        w[TURNING, k] = (w[TURNING, k] + pulled) / w[LENGTH, k]
+
+
+@lean_kernel
+def slid(w, give, free):
+    """Return the acceleration of the first length behind a massless winch; `free` is what its link was asked for."""
+    return free - (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give) * w[TENSION, 0] + w[ALONG, 0] * w[TENSION, 1]
+
+
+@lean_generic
+def rod_energy(rods, rates):
+    """Return the kinetic energy [J] of turning links."""
+    return 0.0
+
+
+@rod_energy.register(Rods)
+def _(rods, rates):
+    energy = 0.0
+    for k in range(len(rates)):
+        energy += 0.5 * rods.inertia[k] * rates[k] ** 2
+    return energy
+
+
+@rod_pull.register(Rods)
+def _(rods, w):
+    return rods.inertia[0] / w[LENGTH, 0] * w[TURNING, 0] * w[COS, 0]
+
+
+@solve_links.register(Rods)
+def _(rods, w, top):
+    solve_pairs(rods.inertia, w, top)
+
+
+@lean_kernel
+def coupling(w, inertia, k, j):
+    """Return the 2 x 2 block, by rows, by which (tension, turning) of link j act on link k across the node between."""
+    node = min(k, j)
+    along, across, arm = w[ALONG, node], w[ACROSS, node], inertia[j] / w[LENGTH, j]
+    across = across if j > k else -across
+    return -along, across * arm, -across, -along * arm
+
+
+@lean_kernel
+def own(w, inertia, top, k):
+    """Return the 2 x 2 block, by rows, of link k's own (tension, turning)."""
+    arm, length = inertia[k] / w[LENGTH, k], w[LENGTH, k]
+    if k > 0:
+        ease = w[BELOW, k - 1] + w[BELOW, k]
+        return ease, 0.0, 0.0, ease * arm + length
+    give, pay, _, _ = top
+    s, c, ease = w[SIN, 0], w[COS, 0], w[BELOW, 0]
+    return ease + s * s * give + pay, s * c * give * arm, s * c * give, (ease + c * c * give) * arm + length
+
+
+@lean_kernel
+def sought(w, top, k):
+    """Return the right-hand sides of link k: along it and across it."""
+    along, across = w[TENSION, k], w[TURNING, k]
+    if k > 0:
+        return along, across
+    _, _, run, rate = top
+    return along - run, across - 2.0 * rate * w[RATE, 0]
+
+
+@routine
+def solve_pairs(inertia, w, top):
+    """Eliminate 2 x 2 blocks downwards, substitute upwards; arguments as of `chain.solve_links`."""
+    n = w.shape[1] - 1
+    right = np.zeros((n, 4))  # the inverse of an eliminated block times the one right of it
+    bends(w)
+    for k in range(n):
+        a, b, c, d = own(w, inertia, top, k)
+        along, across = sought(w, top, k)
+        if k > 0:
+            e, f, g, h = coupling(w, inertia, k, k - 1)
+            a, b = a - e * right[k - 1, 0] - f * right[k - 1, 2], b - e * right[k - 1, 1] - f * right[k - 1, 3]
+            c, d = c - g * right[k - 1, 0] - h * right[k - 1, 2], d - g * right[k - 1, 1] - h * right[k - 1, 3]
+            along = along - e * w[TENSION, k - 1] - f * w[TURNING, k - 1]
+            across = across - g * w[TENSION, k - 1] - h * w[TURNING, k - 1]
+        inverse = 1.0 / (a * d - b * c)
+        w[TENSION, k], w[TURNING, k] = (d * along - b * across) * inverse, (a * across - c * along) * inverse
+        if k + 1 < n:
+            e, f, g, h = coupling(w, inertia, k, k + 1)
+            right[k, 0], right[k, 1] = (d * e - b * g) * inverse, (d * f - b * h) * inverse
+            right[k, 2], right[k, 3] = (a * g - c * e) * inverse, (a * h - c * f) * inverse
+    for k in range(n - 2, -1, -1):
+        along, across = w[TENSION, k + 1], w[TURNING, k + 1]
+        w[TENSION, k] -= right[k, 0] * along + right[k, 1] * across
+        w[TURNING, k] -= right[k, 2] * along + right[k, 3] * across
+
+
+class Joints(NamedTuple):
+    """Stiffness and damping between links, (N,) arrays; the first one is between the trolley and link 1."""
+
+    stiffness: Any  # N m/rad
+    damping: Any  # N m s/rad
+
+
+@lean_generic
+def add_joints(joints, w, x, first):
+    """Add what the joints' moments ask of the links, with angles from x[first] on; return the force on the trolley."""
+    return 0.0
+
+
+@add_joints.register(Joints)
+def _(joints, w, x, first):
+    n = len(joints.stiffness)
+    moment, pull = joints.stiffness[0] * x[first] + joints.damping[0] * w[RATE, 0], 0.0
+    for k in range(n):
+        after = 0.0
+        if k + 1 < n:
+            after = joints.stiffness[k + 1] * (x[first + k + 1] - x[first + k])
+            after += joints.damping[k + 1] * (w[RATE, k + 1] - w[RATE, k])
+        force = (after - moment) / w[LENGTH, k]  # the couple of link k: on its lower node, and back on its upper one
+        if k > 0:
+            nudge(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
+        else:
+            pull = -force * w[COS, 0]
+        nudge(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
+        moment = after
+    return pull
+
+
+@lean_generic
+def joint_energy(joints, angles):
+    """Return the energy [J] stored in the joints."""
+    return 0.0
+
+
+@joint_energy.register(Joints)
+def _(joints, angles):
+    energy = 0.5 * joints.stiffness[0] * angles[0] ** 2
+    for k in range(1, len(angles)):
+        energy += 0.5 * joints.stiffness[k] * (angles[k] - angles[k - 1]) ** 2
+    return energy
+
+
+@lean_generic
+def joint_power(joints, rates):
+    """Return the power [W] that the joints' damping takes, negative."""
+    return 0.0
+
+
+@joint_power.register(Joints)
+def _(joints, rates):
+    power = -joints.damping[0] * rates[0] ** 2
+    for k in range(1, len(rates)):
+        power -= joints.damping[k] * (rates[k] - rates[k - 1]) ** 2
+    return power

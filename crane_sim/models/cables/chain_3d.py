@@ -1,0 +1,160 @@
+"""Rigid links with lumped masses in space: unit vectors down the links, their tensions and second derivatives.
+
+There is no angle, and so no pole. The tensions solve the same tridiagonal, positive definite system as in the plane,
+with scalar products of neighbouring unit vectors in place of cosines, and the trolley is free along x and y.
+"""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.numerics.jit import lean_kernel, routine
+
+
+class Directions(NamedTuple):
+    """What the links' states give; unit vectors and rates fit together exactly."""
+
+    units: Any  # (N, 3), down the links, world frame
+    rates: Any  # (N, 3) 1/s, of the unit vectors: perpendicular to them
+    speeds: Any  # (N,) 1/s², squares of the rates
+    lengths: Any  # (N,) m
+    below: Any  # (N,) 1/kg, one over the mass of the node below each link
+
+
+class Top(NamedTuple):
+    """How the first link's upper end and its length answer its tension."""
+
+    give: tuple[float, float]  # 1/kg, compliances of trolley and bridge
+    pay: float  # 1/kg, compliance of the length; -1 where `run` is the tension itself (`hoists.drum`)
+    run: float  # m/s², acceleration of the length without tension
+    rate: float  # m/s, of the length
+
+
+@lean_kernel
+def aligned(x, unit, rate):
+    """Return (unit vector, rate perpendicular to it) nearest to the ones that begin at x[unit] and x[rate]."""
+    a, b, c = x[unit], x[unit + 1], x[unit + 2]
+    scale = 1.0 / sqrt(a * a + b * b + c * c)
+    a, b, c = a * scale, b * scale, c * scale
+    along = a * x[rate] + b * x[rate + 1] + c * x[rate + 2]
+    return (a, b, c), (x[rate] - along * a, x[rate + 1] - along * b, x[rate + 2] - along * c)
+
+
+@lean_kernel
+def dot(units, k, j):
+    """Return the scalar product of two rows of an array (N, 3)."""
+    return units[k, 0] * units[j, 0] + units[k, 1] * units[j, 1] + units[k, 2] * units[j, 2]
+
+
+@lean_kernel
+def ease(links, top):
+    """Return the compliance [1/kg] of the first link against its own tension, its hoist apart."""
+    x, y = links.units[0, 0], links.units[0, 1]
+    return links.below[0] + top.give[0] * x * x + top.give[1] * y * y
+
+
+@lean_kernel
+def apart(acc, k):
+    """Return the relative acceleration (3 floats) of link k's ends."""
+    return acc[k + 1, 0] - acc[k, 0], acc[k + 1, 1] - acc[k, 1], acc[k + 1, 2] - acc[k, 2]
+
+
+@lean_kernel
+def demanded(links, acc, k):
+    """Return what link k's tension has to supply: the relative acceleration of its ends along it [m/s²]."""
+    x, y, z = apart(acc, k)
+    along = links.units[k, 0] * x + links.units[k, 1] * y + links.units[k, 2] * z
+    return links.lengths[k] * links.speeds[k] + along
+
+
+@lean_kernel
+def solve_tensions(links, top, acc, tension, ratio):
+    """Fill the tensions (N,) [N]: eliminate downwards, substitute upwards.
+
+    Args:
+        links: what the links' states give.
+        top: of the first link.
+        acc: accelerations of nodes 0 to N without tensions (N + 1, 3) [m/s²], world frame.
+        tension, ratio: to fill; the second one is of the elimination.
+    """
+    n, below = len(tension), links.below
+    inverse = 1.0 / (ease(links, top) + top.pay)
+    upper = -dot(links.units, 0, 1) * below[0] if n > 1 else 0.0
+    tension[0], ratio[0] = (demanded(links, acc, 0) - top.run) * inverse, upper * inverse
+    if top.pay < 0.0:
+        tension[0], ratio[0] = top.run, 0.0  # a massless winch does not ask the second link
+    for k in range(1, n):
+        inverse = 1.0 / (below[k - 1] + below[k] - upper * ratio[k - 1])
+        tension[k] = (demanded(links, acc, k) - upper * tension[k - 1]) * inverse
+        upper = -dot(links.units, k, k + 1) * below[k] if k + 1 < n else 0.0
+        ratio[k] = upper * inverse
+    for k in range(n - 2, -1, -1):
+        tension[k] -= ratio[k] * tension[k + 1]
+
+
+@lean_kernel
+def paid_out(links, top, acc, tension):
+    """Return the acceleration [m/s²] of the first length."""
+    if top.pay >= 0.0:
+        return top.run + top.pay * tension[0]
+    free = demanded(links, acc, 0) - ease(links, top) * tension[0]
+    return free + dot(links.units, 0, 1) * links.below[0] * tension[1] if len(tension) > 1 else free
+
+
+@lean_kernel
+def across(units, k, x, y, z):
+    """Return the part of a vector across link k."""
+    along = units[k, 0] * x + units[k, 1] * y + units[k, 2] * z
+    return x - along * units[k, 0], y - along * units[k, 1], z - along * units[k, 2]
+
+
+@lean_kernel
+def pulled(units, k, j, pull, total):
+    """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
+    x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
+    x, y, z = across(units, k, x, y, z)
+    return total[0] + pull * x, total[1] + pull * y, total[2] + pull * z
+
+
+@lean_kernel
+def turn(links, top, acc, tension, out, at):
+    """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments as of `solve_tensions`.
+
+    The pulls of a link's neighbours are taken across it one by one: a heavy payload makes no difference of large ones.
+    """
+    n, units, below = len(tension), links.units, links.below
+    x, y, z = apart(acc, 0)
+    x -= top.give[0] * units[0, 0] * tension[0]
+    y -= top.give[1] * units[0, 1] * tension[0]
+    drag = 2.0 * top.rate / links.lengths[0]
+    for k in range(n):
+        total = across(units, k, x, y, z)
+        if k > 0:
+            total = pulled(units, k, k - 1, below[k - 1] * tension[k - 1], total)
+        if k + 1 < n:
+            total = pulled(units, k, k + 1, below[k] * tension[k + 1], total)
+            x, y, z = apart(acc, k + 1)
+        inverse = 1.0 / links.lengths[k]
+        for c in range(3):
+            spin = links.speeds[k] * units[k, c] + drag * links.rates[k, c]
+            out[at + 3 * k + c] = total[c] * inverse - spin
+        drag = 0.0
+
+
+@routine
+def node_velocities(links, vx, vy, rate):
+    """Return the velocities of nodes 0 to N (N + 1, 3) [m/s].
+
+    Args:
+        links: what the links' states give.
+        vx, vy: of the trolley [m/s].
+        rate: at which the first link lengthens [m/s].
+    """
+    v = np.zeros((len(links.speeds) + 1, 3))
+    v[0, 0], v[0, 1] = vx, vy
+    for k in range(len(links.speeds)):
+        paid = rate if k == 0 else 0.0
+        for c in range(3):
+            v[k + 1, c] = v[k, c] + paid * links.units[k, c] + links.lengths[k] * links.rates[k, c]
+    return v

@@ -1,0 +1,189 @@
+"""One rigid, massless rope of varying length, in the coordinates of its payload.
+
+The state is the payload's position and velocity (X, Y, Z, X', Y', Z') in the support's frame: no angles, so the swing
+may pass any direction; the only singular point is a rope of zero length. The drive decides the tension:
+
+- ForceRope: the winch applies the effort u (positive pays out), so the tension is -u plus the spring's;
+- RateRope: the winch imposes the rope's acceleration, or, with a time constant, follows a commanded rate;
+- LockedRope: the rope keeps its length.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+from crane_sim.files.types import Positive
+from crane_sim.models.effects import RopeSpring, add_spring, add_spring_energy
+from crane_sim.models.rotating_frame import inertial_acceleration
+from crane_sim.models.supports import support_acceleration, tip_acceleration, tip_mobility
+from crane_sim.numerics.jit import generic, kernel
+
+Vector = tuple[float, float, float]
+
+
+class ForceRope(NamedTuple):
+    """A winch without inertia, commanded by force."""
+
+    spring: RopeSpring | None = None
+
+
+class RateRope(NamedTuple):
+    """A winch that imposes motion: its input is the rope's acceleration, or its rate when it has a time constant."""
+
+    time_constant: Positive | None = None  # s
+
+
+class LockedRope(NamedTuple):
+    """A braked winch."""
+
+    length: Positive  # m
+
+
+class Span(NamedTuple):
+    """The line from tip to payload, in the support's frame."""
+
+    n: Vector  # unit vector
+    length: float  # m
+    rate: float  # m/s, of the length
+    velocity: Vector  # m/s, of the payload's coordinates relative to the tip's
+
+
+@kernel
+def span(pose, xc):
+    """Return the Span of payload state xc below a support in posture pose."""
+    ex, ey, ez = xc[0] - pose.tip[0], xc[1] - pose.tip[1], xc[2] - pose.tip[2]
+    vx, vy, vz = xc[3] - pose.tip_velocity[0], xc[4] - pose.tip_velocity[1], xc[5] - pose.tip_velocity[2]
+    length = sqrt(ex * ex + ey * ey + ez * ez)
+    inverse = 1.0 / length
+    n = (ex * inverse, ey * inverse, ez * inverse)
+    return Span(n, length, n[0] * vx + n[1] * vy + n[2] * vz, (vx, vy, vz))
+
+
+@kernel
+def swing(line):
+    """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of a Span; θ1 = 0 where θ2 = ±90 degrees leaves it open."""
+    nx, ny, nz = line.n
+    vx, vy, vz = line.velocity
+    c2 = sqrt(ny * ny + nz * nz)
+    s1, c1 = (ny / c2, -nz / c2) if c2 > 0.0 else (0.0, 1.0)
+    return s1, c1, c2, (c1 * vy + s1 * vz) / line.length, (c2 * vx + nx * (c1 * vz - s1 * vy)) / line.length
+
+
+@generic
+def rope_tension(rope, p, pose, line, tau, force, reaction):
+    """Return the tension [N].
+
+    Args:
+        rope: the rope's parameters; their type chooses the drive.
+        p: the crane.
+        pose, line: posture of the support, Span of the rope.
+        tau: efforts of all joints; the winch's is the fourth.
+        force: on the payload, the rope's left out (3,) [N].
+        reaction: on the tip, the rope's left out (3,) [N].
+    """
+    raise NotImplementedError
+
+
+@rope_tension.register(ForceRope)
+def _(rope, p, pose, line, tau, force, reaction):
+    return -add_spring(rope.spring, tau[3], line.length)
+
+
+@rope_tension.register(RateRope)
+def _(rope, p, pose, line, tau, force, reaction):
+    return imposed_tension(p, pose, line, tau, force, reaction, imposed_acceleration(rope.time_constant, line, tau[3]))
+
+
+@rope_tension.register(LockedRope)
+def _(rope, p, pose, line, tau, force, reaction):
+    return imposed_tension(p, pose, line, tau, force, reaction, 0.0)
+
+
+@generic
+def imposed_acceleration(time_constant, line, u):
+    """Return the second derivative of the rope's length that the winch imposes at input u."""
+    return u
+
+
+@imposed_acceleration.register(float)
+def _(time_constant, line, u):
+    return (u - line.rate) / time_constant
+
+
+@kernel
+def imposed_tension(p, pose, line, tau, force, reaction, length_acceleration):
+    """Return the tension that gives the rope this second derivative of its length."""
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, reaction)
+    relative, yaw_acceleration = tip_acceleration(p.support, pose, qdd)
+    tip = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
+    nx, ny, nz = line.n
+    m = p.load.mass
+    pull = nx * (force[0] / m - tip[0]) + ny * (force[1] / m - tip[1]) + nz * (force[2] / m - tip[2])
+    return (pull + centripetal(pose, line) - length_acceleration) / (1.0 / m + tip_mobility(p.support, pose, line.n))
+
+
+@kernel
+def centripetal(pose, line):
+    """Return length times |n'|², n' in inertial axes."""
+    ex, ey = line.n[0] * line.length, line.n[1] * line.length
+    vx, vy, vz = line.velocity
+    vx, vy = vx - pose.yaw_rate * ey, vy + pose.yaw_rate * ex
+    return (vx * vx + vy * vy + vz * vz - line.rate * line.rate) / line.length
+
+
+@generic
+def winch_power(rope, u, line, tension):
+    """Return the power [W] that the winch supplies."""
+    return -tension * line.rate
+
+
+@winch_power.register(ForceRope)
+def _(rope, u, line, tension):
+    return u[3] * line.rate
+
+
+@winch_power.register(LockedRope)
+def _(rope, u, line, tension):
+    return 0.0
+
+
+@generic
+def add_rope_energy(rope, energy, length):
+    """Return energy plus what the rope stores at this length."""
+    return energy
+
+
+@add_rope_energy.register(ForceRope)
+def _(rope, energy, length):
+    return add_spring_energy(rope.spring, energy, length)
+
+
+@generic
+def rope_limited(rope, u):
+    """Return u with the winch's demand replaced by what a rope can do: it pulls, it cannot push."""
+    return u
+
+
+@rope_limited.register(ForceRope)
+def _(rope, u):
+    return (u[0], u[1], u[2], min(u[3], 0.0))
+
+
+@generic
+def held_to_rope(rope, pose, xc):
+    """Return the payload state put back on the rope: what the drive holds exactly, rounding must not undo."""
+    return xc
+
+
+@held_to_rope.register(LockedRope)
+def _(rope, pose, xc):
+    line = span(pose, xc)
+    nx, ny, nz = line.n
+    x, y, z = pose.tip
+    return (
+        x + rope.length * nx,
+        y + rope.length * ny,
+        z + rope.length * nz,
+        xc[3] - line.rate * nx,
+        xc[4] - line.rate * ny,
+        xc[5] - line.rate * nz,
+    )

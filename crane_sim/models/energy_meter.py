@@ -1,0 +1,65 @@
+"""A meter makes the energy supplied a state, for runs whose work and losses cannot be had exactly from samples."""
+
+from typing import NamedTuple
+
+from crane_sim import system
+from crane_sim.numerics.jit import generic, lean_generic
+
+
+class Meter(NamedTuple):
+    """The presence of a meter."""
+
+
+@lean_generic
+def meter_size(meter):
+    """Return how many floats the meter adds to the state."""
+    return 1
+
+
+@meter_size.register(type(None))
+def _(meter):
+    return 0
+
+
+@generic
+def with_meter(meter, derivative, p, t, x, u):
+    """Return the derivative of a state of two parts, with the supplied power appended where the crane is metered."""
+    return derivative
+
+
+@with_meter.register(Meter)
+def _(meter, derivative, p, t, x, u):
+    return (derivative[0], derivative[1], system.power(p, t, x, u))
+
+
+@generic
+def metered_state(meter, x):
+    """Return the initial state, with no energy supplied yet where the crane is metered."""
+    return x
+
+
+@metered_state.register(Meter)
+def _(meter, x):
+    return (x[0], x[1], 0.0)
+
+
+@generic
+def metered_like(meter, x, projected):
+    """Return the projected state with the meter's reading of x kept."""
+    return projected
+
+
+@metered_like.register(Meter)
+def _(meter, x, projected):
+    return (projected[0], projected[1], x[2])
+
+
+@generic
+def reading(meter, x):
+    """Return the meter's reading [J], 0 where there is none."""
+    return 0.0
+
+
+@reading.register(Meter)
+def _(meter, x):
+    return x[2]

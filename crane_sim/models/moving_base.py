@@ -1,0 +1,248 @@
+"""A base that moves in the world: what a crane that stands on a ship feels, in the axes of the base.
+
+A vector r of the base is (surge, sway, heave) + R r in the world, with R = Rz(yaw) Ry(pitch) Rx(roll): yaw about the
+vertical first, then pitch about the new y, then roll about the new x, all right-handed. A crane's state stays relative
+to the base. In those axes a mass at r that moves at v feels, per unit of mass,
+
+    f = Rᵀ(-g ẑ - a₀) - w' × r - w × (w × r) - 2 w × v,
+
+a₀ the acceleration of the base's origin, w its angular velocity. What f is more than gravity along the base's own z,
+(0, 0, -g), is `imposed`: it vanishes for a base that rests, and its power is what the base supplies to the crane.
+A base that rests is None everywhere, at no cost.
+"""
+
+from typing import NamedTuple
+
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.trajectories.base_motion import base_motion_at
+
+Vector = tuple[float, float, float]
+
+
+class Pose(NamedTuple):
+    """Where the base is."""
+
+    rows: tuple[Vector, Vector, Vector]  # of R
+    place: Vector  # m, the base's origin in the world
+
+
+class Carried(NamedTuple):
+    """How the base moves at one instant, in the axes of the base."""
+
+    velocity: Vector  # m/s, of the origin
+    push: Vector  # m/s², imposed on a mass at rest in the origin
+    turn: Vector  # rad/s, angular velocity
+    turn_rate: Vector  # rad/s², its derivative, which is the same in the world
+
+
+class BaseState(NamedTuple):
+    """Where the base is and how fast, in its own axes or in ones that are turned about its z."""
+
+    velocity: Vector  # m/s, of the origin
+    turn: Vector  # rad/s, angular velocity
+    up: Vector  # the world's vertical
+    height: float  # m, of the origin in the world
+
+
+@lean_kernel
+def cross(a, b):
+    """Return the vector product (3,) of a and b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@lean_kernel
+def dot(a, b):
+    """Return the scalar product of the vectors (3,) a and b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@lean_kernel
+def rotation(roll, pitch, yaw):
+    """Return the rows of R = Rz(yaw) Ry(pitch) Rx(roll), which takes vectors of the base to the world."""
+    (sr, cr), (sp, cp), (sy, cy) = sincos(roll), sincos(pitch), sincos(yaw)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+@lean_kernel
+def turning(angles, rates, seconds):
+    """Return (angular velocity, its derivative) in base axes, from (roll, pitch, yaw) and their derivatives."""
+    (sr, cr), (sp, cp) = sincos(angles[0]), sincos(angles[1])
+    r, p, y = rates
+    turn = (r - y * sp, p * cr + y * sr * cp, y * cr * cp - p * sr)
+    rate = (
+        seconds[0] - seconds[2] * sp - y * p * cp,
+        seconds[1] * cr - p * r * sr + seconds[2] * sr * cp + y * (r * cr * cp - p * sr * sp),
+        seconds[2] * cr * cp - y * (r * sr * cp + p * cr * sp) - seconds[1] * sr - p * r * cr,
+    )
+    return turn, rate
+
+
+@lean_kernel
+def into(rows, a):
+    """Return Rᵀ a (3,), the world's vector a in the axes of the base."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows
+    return xx * a[0] + yx * a[1] + zx * a[2], xy * a[0] + yy * a[1] + zy * a[2], xz * a[0] + yz * a[1] + zz * a[2]
+
+
+@lean_generic
+def carried(base, gravity, t):
+    """Return the base as Carried at time t [s] where gravity [m/s²] acts along -z of the world; None where it rests."""
+    return _carried(base, gravity, t)
+
+
+@lean_routine
+def _carried(base, gravity, t):
+    x, v, a = base_motion_at(base, t)
+    rows = rotation(x[3], x[4], x[5])
+    turn, turn_rate = turning((x[3], x[4], x[5]), (v[3], v[4], v[5]), (a[3], a[4], a[5]))
+    px, py, pz = into(rows, (-a[0], -a[1], -a[2] - gravity))
+    return Carried(into(rows, v), (px, py, pz + gravity), turn, turn_rate)
+
+
+@carried.register(type(None))
+def _(base, gravity, t):
+    return None
+
+
+@lean_generic
+def imposed(now, r, v):
+    """Return what the base adds to gravity along its own z (3,) [m/s²]: nothing where it rests.
+
+    Args:
+        now: the base, as of `carried`.
+        r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
+    """
+    return 0.0, 0.0, 0.0
+
+
+@imposed.register(Carried)
+def _(now, r, v):
+    x, y, z = cross(now.turn, r)
+    dx, dy, dz = cross(now.turn, (x + 2.0 * v[0], y + 2.0 * v[1], z + 2.0 * v[2]))
+    ex, ey, ez = cross(now.turn_rate, r)
+    return now.push[0] - dx - ex, now.push[1] - dy - ey, now.push[2] - dz - ez
+
+
+@lean_generic
+def add_imposed(now, mass, force, r, v):
+    """Return the force (3,) [N] plus what the base imposes on a mass [kg]; further arguments as of `imposed`."""
+    return force
+
+
+@add_imposed.register(Carried)
+def _(now, mass, force, r, v):
+    x, y, z = imposed(now, r, v)
+    return force[0] + mass * x, force[1] + mass * y, force[2] + mass * z
+
+
+@lean_generic
+def airspeed(now, r, v):
+    """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments as of `imposed`."""
+    return v
+
+
+@airspeed.register(Carried)
+def _(now, r, v):
+    x, y, z = cross(now.turn, r)
+    return now.velocity[0] + x + v[0], now.velocity[1] + y + v[1], now.velocity[2] + z + v[2]
+
+
+@lean_generic
+def seen_turned(now, angle):
+    """Return the base in axes that are turned by an angle [rad] about its z."""
+    return now
+
+
+@seen_turned.register(Carried)
+def _(now, angle):
+    s, c = sincos(angle)
+    velocity, push = turned_back(now.velocity, s, c), turned_back(now.push, s, c)
+    return Carried(velocity, push, turned_back(now.turn, s, c), turned_back(now.turn_rate, s, c))
+
+
+@lean_kernel
+def turned_back(a, s, c):
+    """Return the vector a (3,) in axes turned about z by an angle whose sine and cosine are s and c."""
+    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
+
+
+@lean_generic
+def pose_at(base, t):
+    """Return the base's Pose at time t [s], None where it rests."""
+    x, _, _ = base_motion_at(base, t)
+    return Pose(rotation(x[3], x[4], x[5]), (x[0], x[1], x[2]))
+
+
+@pose_at.register(type(None))
+def _(base, t):
+    return None
+
+
+@lean_generic
+def to_world(pose, r):
+    """Return the point r (3,) [m] of the base in the world."""
+    return r
+
+
+@to_world.register(Pose)
+def _(pose, r):
+    (x, y, z), (a, b, c) = pose.place, pose.rows
+    return x + dot(a, r), y + dot(b, r), z + dot(c, r)
+
+
+@lean_generic
+def to_base(pose, a):
+    """Return the vector a (3,) of the world in the axes of the base."""
+    return a
+
+
+@to_base.register(Pose)
+def _(pose, a):
+    return into(pose.rows, a)
+
+
+@lean_generic
+def base_state(base, t, angle):
+    """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
+    now, pose, (s, c) = carried(base, 0.0, t), pose_at(base, t), sincos(angle)
+    up = turned_back(pose.rows[2], s, c)
+    return BaseState(turned_back(now.velocity, s, c), turned_back(now.turn, s, c), up, pose.place[2])
+
+
+@base_state.register(type(None))
+def _(base, t, angle):
+    return None
+
+
+@lean_kernel
+def added_energy(now, gravity, mass, r, v):
+    """Return (kinetic, potential) energy [J] of a mass in the world less those relative to the base.
+
+    Args:
+        now: BaseState.
+        gravity: m/s².
+        mass: kg.
+        r, v: its position [m] and velocity [m/s] relative to the base (3,), in the axes of `now`.
+    """
+    x, y, z = cross(now.turn, r)
+    u = (now.velocity[0] + x, now.velocity[1] + y, now.velocity[2] + z)
+    return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (now.height + dot(now.up, r) - r[2])
+
+
+@lean_kernel
+def added_spin(now, tensor, own):
+    """Return the kinetic energy [J] of a body's turning in the world less that relative to the base.
+
+    Args:
+        now: BaseState.
+        tensor: (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²], in the axes of `now`.
+        own: angular velocity relative to the base (3,) [rad/s].
+    """
+    a, b, d = tensor
+    along = dot(d, now.turn)
+    return a * (dot(now.turn, own) + 0.5 * dot(now.turn, now.turn)) + b * along * (dot(d, own) + 0.5 * along)

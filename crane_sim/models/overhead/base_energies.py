@@ -1,0 +1,142 @@
+"""Energies of overhead cranes on a moving base: what it adds to those relative to it, mass by mass.
+
+An axis whose motion is imposed has no mass, and a winch's drum feels no turning of the base: neither adds anything.
+"""
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.cables.chain import COS, LENGTH, RATE, SIN, Rods
+from crane_sim.models.cables.chain_3d import node_velocities
+from crane_sim.models.moving_base import BaseState, added_energy, added_spin, base_state
+from crane_sim.models.overhead import planar, spatial
+from crane_sim.models.overhead.elastic import ElasticCrane, mass_of, vector
+from crane_sim.models.overhead.modes import payload_mass
+from crane_sim.models.overhead.planar import PlanarCrane
+from crane_sim.models.overhead.spatial import SpatialCrane, place
+from crane_sim.models.supports.rails import axis_mass
+from crane_sim.numerics.jit import generic, kernel, routine
+
+
+@system.base_energy.register(PlanarCrane)
+def _(p, t, x):
+    return added_in_plane(base_state(p.base, t, 0.0), p, x)
+
+
+@system.base_energy.register(SpatialCrane)
+def _(p, t, x):
+    return added_to_nodes(base_state(p.base, t, 0.0), p, x)
+
+
+@system.base_energy.register(ElasticCrane)
+def _(p, t, x):
+    return added_to_nodes(base_state(p.base, t, 0.0), p, x)
+
+
+@generic
+def added_in_plane(now, p, x):
+    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `now`: `base_state`."""
+    return 0.0, 0.0
+
+
+@added_in_plane.register(BaseState)
+def _(now, p, x):
+    w, (nq, _, _), (mass, r, v) = system.workspace(p), planar.layout(p), bodies(p)
+    planar.links_of(p, x, w)
+    v[:] = planar.node_velocities(p, x, w, planar.first_link(p.hoist, p.cable, x, nq)[1])
+    r[0, 0], mass[0] = x[0], axis_mass(p.trolley)
+    for k in range(len(r) - 1):
+        r[k + 1, 0] = r[k, 0] + w[LENGTH, k] * w[SIN, k]
+        r[k + 1, 2] = r[k, 2] - w[LENGTH, k] * w[COS, k]
+        mass[k + 1] = node_mass(p, x, k)
+    kinetic, potential = added(now, p.gravity, mass, r, v)
+    return kinetic + added_turning(p.rods, now, w), potential
+
+
+@generic
+def added_to_nodes(now, p, x):
+    """Return as `added_in_plane` does, for a crane on a bridge, or with an elastic cable."""
+    return 0.0, 0.0
+
+
+@added_to_nodes.register(BaseState)
+def _(now, p, x):
+    mass, r, v = bodies(p)
+    write_nodes(p, x, mass, r, v)
+    whole = axis_mass(p.bridge)
+    mass[0] = max(axis_mass(p.trolley), p.share * whole)
+    kinetic, potential = added(now, p.gravity, mass, r, v)
+    beam, y, rate = (1.0 - p.share) * whole, r[0, 1], v[0, 1]  # what does not go along x with the trolley
+    more = added_energy(now, p.gravity, beam, (0.0, y, 0.0), (0.0, rate, 0.0))
+    return kinetic + more[0], potential + more[1]
+
+
+@kernel
+def bodies(p):
+    """Return room for masses (N + 1,), positions and velocities (N + 1, 3) of trolley and nodes, zeros."""
+    n = 1 + system.link_count(p)
+    return np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
+
+
+@kernel
+def node_mass(p, x, k):
+    """Return the mass [kg] of the node below link k, from 0, of a chain of rigid links."""
+    mass = p.cable.masses[k]
+    return mass if k + 1 < len(p.cable.masses) else payload_mass(p.switches, x, len(x) - 1, mass)
+
+
+@generic
+def write_nodes(p, x, mass, r, v):
+    """Write masses of the nodes, and positions and velocities of trolley and nodes relative to the base."""
+    raise NotImplementedError
+
+
+@write_nodes.register(SpatialCrane)
+def _(p, x, mass, r, v):
+    nq, _, _ = spatial.layout(p)
+    links = system.workspace(p).links
+    spatial.links_of(p, x, links)
+    place(p, x, r)
+    v[:] = node_velocities(links, x[nq], x[nq + 1], spatial.first_link(p.hoist, p.cable, x, nq)[1])
+    for k in range(len(r) - 1):
+        mass[k + 1] = node_mass(p, x, k)
+
+
+@write_nodes.register(ElasticCrane)
+def _(p, x, mass, r, v):
+    for k in range(len(r)):
+        r[k, 0], r[k, 1], r[k, 2] = vector(p, x, k, 0)
+        v[k, 0], v[k, 1], v[k, 2] = vector(p, x, k, 1)
+    for k in range(1, len(r)):
+        mass[k] = mass_of(p, x, k)
+
+
+@routine
+def added(now, gravity, mass, r, v):
+    """Return (kinetic, potential) energy [J] of masses in the world less those relative to the base.
+
+    Args:
+        now, gravity: as of `added_energy`.
+        mass: (n,) kg.
+        r, v: positions and velocities relative to the base (n, 3).
+    """
+    kinetic, potential = 0.0, 0.0
+    for k in range(len(mass)):
+        at, moves = (r[k, 0], r[k, 1], r[k, 2]), (v[k, 0], v[k, 1], v[k, 2])
+        one, other = added_energy(now, gravity, mass[k], at, moves)
+        kinetic, potential = kinetic + one, potential + other
+    return kinetic, potential
+
+
+@generic
+def added_turning(rods, now, w):
+    """Return what the base adds to the kinetic energy [J] of links that turn as rods; `w`: work array of `chain`."""
+    return 0.0
+
+
+@added_turning.register(Rods)
+def _(rods, now, w):
+    energy = 0.0
+    for k in range(len(rods.inertia)):  # angles of links grow against turns about y
+        energy += added_spin(now, (0.0, rods.inertia[k], (0.0, 1.0, 0.0)), (0.0, -w[RATE, k], 0.0))
+    return energy

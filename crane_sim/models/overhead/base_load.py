@@ -1,0 +1,154 @@
+"""An overhead crane on a moving base: what the base imposes on axes and nodes, whose states are relative to it.
+
+Each function takes the base as of `moving_base.carried`, and does nothing for a base that rests (None).
+"""
+
+from typing import NamedTuple
+
+from crane_sim.models.cables.chain import BELOW, COS, LENGTH, RATE, SIN, TENSION, TURNING, Rods, nudge
+from crane_sim.models.moving_base import Carried, imposed, pose_at, to_world
+from crane_sim.models.supports.rails import axis_mass
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.trajectories.base_motion import Base, SplineBase
+
+Moving = Base | SplineBase
+NOTHING = -0.0
+"""What a base at rest adds: unlike 0.0 it does not even change the sign of a zero."""
+
+
+class Load(NamedTuple):
+    """What the base does to the axes, and with what power."""
+
+    x: float  # N, on the trolley along its rail
+    y: float  # N, on the bridge
+    power: float  # W
+
+
+@lean_generic
+def push_axes(now, trolley, bridge, share, place, speed):
+    """Return the Load of trolley and bridge alone.
+
+    Args:
+        now: the base.
+        trolley, bridge: axes; None where there is no bridge. One whose motion is imposed feels nothing.
+        share: of the mass that the bridge moves, how much is at the trolley's place; the rest is where x = 0.
+        place, speed: of the trolley along x and y [m], [m/s].
+    """
+    return Load(NOTHING, NOTHING, NOTHING)
+
+
+@push_axes.register(Carried)
+def _(now, trolley, bridge, share, place, speed):
+    (x, y), (vx, vy) = place, speed
+    along = axis_mass(trolley) * imposed(now, (x, y, 0.0), (vx, vy, 0.0))[0]
+    across = axis_mass(bridge) * imposed(now, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
+    return Load(along, across, along * vx + across * vy)
+
+
+@lean_kernel
+def tilted(now, r, v):
+    """Return how much more (3,) [m/s²] the base imposes on what is r [m] farther and v [m/s] faster."""
+    return imposed(Carried(now.velocity, (0.0, 0.0, 0.0), now.turn, now.turn_rate), r, v)
+
+
+@lean_generic
+def push_links(now, trolley, rods, w, x, v, rate):
+    """Add what the base imposes on the nodes of a chain in the plane to its work array w.
+
+    Args:
+        now: the base.
+        trolley: the axis that carries the chain.
+        rods: the links' inertia, None where they have none.
+        w: work array of `chain`.
+        x, v: place [m] and velocity [m/s] of the trolley.
+        rate: at which the first link lengthens [m/s].
+
+    Returns:
+        The Load of trolley and links; its force along the rail is still to be added.
+    """
+    return Load(NOTHING, NOTHING, NOTHING)
+
+
+@push_links.register(Carried)
+def _(now, trolley, rods, w, x, v, rate):
+    ax, _, az = imposed(now, (x, 0.0, 0.0), (v, 0.0, 0.0))
+    deck, couples = axis_mass(trolley) * ax, turn_rods(rods, now, w)
+    vx, vz, power, paid = v, 0.0, deck * v + couples.power, rate
+    for k in range(w.shape[1] - 1):
+        s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
+        dx, dz = paid * s + swing * c, swing * s - paid * c
+        ex, _, ez = tilted(now, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz))
+        vx, vz, ax, az = vx + dx, vz + dz, ax + ex, az + ez
+        power += (ax * vx + az * vz) / w[BELOW, k]
+        if k == 0:  # its upper end is on the trolley, whose share is the force along the rail
+            ex, ez = ax, az
+        w[TENSION, k] += s * ex - c * ez
+        w[TURNING, k] += c * ex + s * ez
+        paid = 0.0
+    return Load(deck + couples.x, NOTHING, power)
+
+
+@lean_generic
+def turn_rods(rods, now, w):
+    """Add what the base's turning asks of links that have a moment of inertia; return their Load."""
+    return Load(NOTHING, NOTHING, NOTHING)
+
+
+@turn_rods.register(Rods)
+def _(rods, now, w):
+    power, pull = 0.0, 0.0
+    for k in range(len(rods.inertia)):
+        couple = rods.inertia[k] * now.turn_rate[1]  # angles of links grow against turns about y
+        force = couple / w[LENGTH, k]
+        power += couple * w[RATE, k]
+        if k > 0:
+            nudge(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
+        else:
+            pull = -force * w[COS, 0]
+        nudge(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
+    return Load(pull, NOTHING, power)
+
+
+@lean_generic
+def push_directions(now, links, place, speed, rate, acc):
+    """Add what the base imposes on the nodes of a chain in space to their accelerations acc; return their power [W].
+
+    Args:
+        now: the base.
+        links: `directions.Directions`.
+        place, speed: of the trolley along x and y [m], [m/s].
+        rate: at which the first link lengthens [m/s].
+        acc: (N + 1, 3) [m/s²].
+    """
+    return NOTHING
+
+
+@push_directions.register(Carried)
+def _(now, links, place, speed, rate, acc):
+    (x, y), (vx, vy), z, vz, power, paid = place, speed, 0.0, 0.0, 0.0, rate
+    for k in range(len(links.speeds)):
+        length = links.lengths[k]
+        x, y, z = x + length * links.units[k, 0], y + length * links.units[k, 1], z + length * links.units[k, 2]
+        vx += length * links.rates[k, 0] + paid * links.units[k, 0]
+        vy += length * links.rates[k, 1] + paid * links.units[k, 1]
+        vz += length * links.rates[k, 2] + paid * links.units[k, 2]
+        ax, ay, az = imposed(now, (x, y, z), (vx, vy, vz))
+        acc[k + 1, 0] += ax
+        acc[k + 1, 1] += ay
+        acc[k + 1, 2] += az
+        power += (ax * vx + ay * vy + az * vz) / links.below[k]
+        paid = 0.0
+    return power
+
+
+@generic
+def show(base, t, out):
+    """Turn points (N, 3) [m] of the base, in `out`, to where they are in the world at time t [s]."""
+    pose = pose_at(base, t)
+    for k in range(len(out)):
+        out[k, 0], out[k, 1], out[k, 2] = to_world(pose, (out[k, 0], out[k, 1], out[k, 2]))
+
+
+@show.register(type(None))
+def _(base, t, out):
+    pass

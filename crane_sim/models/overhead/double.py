@@ -1,0 +1,145 @@
+"""An overhead crane with two rigid links of fixed length in the vertical plane, in closed form.
+
+The two tensions solve a symmetric 2 x 2 system (`chain` has the equations for any number of links). State: a flat tuple
+(x, α_1, α_2, x', α_1', α_2', (energy supplied)).
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+from crane_sim import system
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.overhead.rod import on_meter, reading
+from crane_sim.models.supports.actuation import driven, efforts, metered
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, rail
+from crane_sim.numerics.arrays import store
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import kernel
+
+
+class Pair(NamedTuple):
+    """Masses [kg] and lengths [m] of the upper and the lower link; the second mass is the payload."""
+
+    mass1: float
+    mass2: float
+    length1: float
+    length2: float
+
+
+class DoubleCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    cable: Pair
+    gravity: float = 9.81  # m/s²
+    meter: Meter | None = None
+
+    def metered(self, held: bool) -> "DoubleCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return metered(self, held)
+
+
+@kernel
+def solved(p, t, x, tau):
+    """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
+    (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])
+    cable, g = p.cable, p.gravity
+    give, push = rail(p.trolley, t, tau, 0, x[3], 0.0)
+    i1, i2 = 1.0 / cable.mass1, 1.0 / cable.mass2
+    straight, bend = s1 * s2 + c1 * c2, c1 * s2 - s1 * c2  # cosine and sine of α_2 - α_1
+    a, b, c = i1 + s1 * s1 * give, -straight * i1, i1 + i2
+    upper = cable.length1 * x[4] * x[4] + g * c1 - s1 * push
+    lower = cable.length2 * x[5] * x[5]
+    inverse = 1.0 / (a * c - b * b)
+    tension1, tension2 = (c * upper - b * lower) * inverse, (a * lower - b * upper) * inverse
+    trolley = push + give * tension1 * s1
+    turning1 = (bend * tension2 * i1 - g * s1 - c1 * trolley) / cable.length1
+    turning2 = -bend * tension1 * i1 / cable.length2
+    return (trolley, turning1, turning2), (tension1, tension2), s1
+
+
+@system.rhs.register(DoubleCrane)
+def _(p, t, x, u):
+    tau = system.effort(u, p, t, x)
+    acceleration, tension, s1 = solved(p, t, x, tau)
+    power = on_meter(p.meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
+    return (x[3], x[4], x[5], *acceleration, *power)
+
+
+@system.state.register(DoubleCrane)
+def _(p, t, q, v):
+    return (q[0], q[1], q[2], v[0], v[1], v[2], *on_meter(p.meter, 0.0))
+
+
+@system.joints.register(DoubleCrane)
+def _(p, x):
+    return (x[0], x[1], x[2]), (x[3], x[4], x[5])
+
+
+@system.actuated.register(DoubleCrane)
+def _(p, x):
+    return driven(p.trolley, None, x, 0), driven(p.trolley, None, x, 3)
+
+
+@system.held.register(DoubleCrane)
+def _(p, row):
+    return efforts(p.trolley, None, row)
+
+
+@system.acceleration.register(DoubleCrane)
+def _(p, t, x, u):
+    return solved(p, t, x, system.effort(u, p, t, x))[0]
+
+
+@system.kinetic.register(DoubleCrane)
+def _(p, x):
+    cable = p.cable
+    u1, u2 = cable.length1 * x[4], cable.length2 * x[5]
+    vx, vz = x[3] + u1 * cos(x[1]), u1 * sin(x[1])
+    wx, wz = vx + u2 * cos(x[2]), vz + u2 * sin(x[2])
+    nodes = cable.mass1 * (vx * vx + vz * vz) + cable.mass2 * (wx * wx + wz * wz)
+    return 0.5 * (axis_mass(p.trolley) * x[3] * x[3] + nodes)
+
+
+@system.potential.register(DoubleCrane)
+def _(p, x):
+    cable = p.cable
+    upper = (cable.mass1 + cable.mass2) * cable.length1 * cos(x[1])
+    return -p.gravity * (upper + cable.mass2 * cable.length2 * cos(x[2]))
+
+
+@system.link_count.register(DoubleCrane)
+def _(p):
+    return 2
+
+
+@system.tensions.register(DoubleCrane)
+def _(p, t, x, u, rows, i, first):
+    store(rows, i, first, solved(p, t, x, system.effort(u, p, t, x))[1])
+
+
+@system.power.register(DoubleCrane)
+def _(p, t, x, u):
+    tau = system.effort(u, p, t, x)
+    _, tension, s1 = solved(p, t, x, tau)
+    return axis_power(p.trolley, tau, 0, x[3], tension[0] * s1)
+
+
+@system.supplied.register(DoubleCrane)
+def _(p, x):
+    return reading(p.meter, x, 6)
+
+
+@system.point_count.register(DoubleCrane)
+def _(p):
+    return 3
+
+
+@system.points.register(DoubleCrane)
+def _(p, t, x, out):
+    out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
+    for k in range(2):
+        length = p.cable.length1 if k == 0 else p.cable.length2
+        out[k + 1, 0] = out[k, 0] + length * sin(x[1 + k])
+        out[k + 1, 1] = 0.0
+        out[k + 1, 2] = out[k, 2] - length * cos(x[1 + k])

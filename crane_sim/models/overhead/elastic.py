@@ -1,0 +1,349 @@
+"""An overhead crane whose cable is a chain of springs and dampers, in the vertical plane or in space.
+
+State: one array [x, (y), (l1), r_1 .. r_N, x', (y'), (l1'), r_1' .. r_N', (energy supplied), (modes)] with the nodes'
+positions r_k on the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length
+beyond the rest length, l1 of the first link where there is a hoist. Modes: friction of the axes, 1 or 0 for each link
+that is taut or slack, changes of the payload.
+
+An overhead crane with an elastic cable on a moving base: what the base imposes, and its exact derivatives.
+
+Each function takes the base as of `moving_base.carried`, and does nothing for a base that rests (None).
+
+How an overhead crane with an elastic cable moves: forces on nodes, axes and hoist.
+"""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.moving_base import Carried, carried, imposed
+from crane_sim.models.overhead.base_load import NOTHING, Moving, push_axes, tilted
+from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass, story
+from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.supports.actuation import metered
+from crane_sim.models.supports.hoist import Hoist, drum, drum_power, hoisted
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, demands, rail
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine
+from crane_sim.trajectories.inputs import value_at
+
+LINK = 2000
+"""Events of link k, from 0: LINK + 2 k, it went slack; LINK + 2 k + 1, it pulls."""
+
+
+class Springs(NamedTuple):
+    """Node masses and links from the top, (N,) arrays; the last node is the payload."""
+
+    masses: Any  # kg
+    lengths: Any  # m, at rest; the first one is the initial one where there is a hoist
+    stiffness: Any  # N/m
+    damping: Any  # N s/m
+    tension_only: float  # 1: a link that would push is slack, 0: links also push
+
+
+class ElasticCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled. It is in space when it has a bridge."""
+
+    trolley: Axis
+    bridge: Axis | None
+    cable: Springs
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    forces: NodeForces | None = None
+    switches: Switches | None = None
+    meter: Meter | None = None
+    base: Moving | None = None
+    share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
+
+    def metered(self, held: bool) -> "ElasticCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return self._replace(meter=Meter()) if np.any(self.cable.damping) else metered(self, held)
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what event number `which` tells, what a user can change) in words."""
+        if which < LINK:
+            return story(self.switches, which)
+        return f"link {(which - LINK) // 2 + 1} {'pulls' if which % 2 else 'went slack'}", ""
+
+
+@lean_generic
+def dimensions(bridge):
+    """Return in how many dimensions the nodes move."""
+    return 3
+
+
+@dimensions.register(type(None))
+def _(bridge):
+    return 2
+
+
+@lean_kernel
+def layout(p):
+    """Return (number of coordinates, index of the first node's, dimensions, index of the first mode)."""
+    d = dimensions(p.bridge)
+    first = d - 1 + hoisted(p.hoist)
+    nq = first + d * len(p.cable.masses)
+    return nq, first, d, 2 * nq + meter_size(p.meter)
+
+
+@lean_generic
+def rest_of_first(hoist, cable, x, top, nq):
+    """Return (rest length, its rate) of the first link; its coordinate is number `top`."""
+    return x[top], x[nq + top]
+
+
+@rest_of_first.register(type(None))
+def _(hoist, cable, x, top, nq):
+    return cable.lengths[0], 0.0
+
+
+@lean_kernel
+def vector(p, x, k, order):
+    """Return the position (order 0) or velocity (order 1) of node k on the base, (3,); node 0 is the trolley."""
+    nq, first, d, _ = layout(p)
+    if k == 0:
+        i = order * nq
+        return x[i], x[i + 1] if d == 3 else 0.0, 0.0
+    i = order * nq + first + d * (k - 1)
+    return x[i], x[i + 1] if d == 3 else 0.0, x[i + d - 1]
+
+
+@lean_kernel
+def link(p, x, k):
+    """Return (unit vector (3,) from node k to node k + 1, length, elongation, its rate) of link k, from 0."""
+    nq, first, _, _ = layout(p)
+    rest, paid = p.cable.lengths[k], 0.0
+    if k == 0:
+        rest, paid = rest_of_first(p.hoist, p.cable, x, first - 1, nq)
+    (ax, ay, az), (bx, by, bz) = vector(p, x, k, 0), vector(p, x, k + 1, 0)
+    (ux, uy, uz), (vx, vy, vz) = vector(p, x, k, 1), vector(p, x, k + 1, 1)
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    length = sqrt(dx * dx + dy * dy + dz * dz)
+    nx, ny, nz = dx / length, dy / length, dz / length
+    return (nx, ny, nz), length, length - rest, nx * (vx - ux) + ny * (vy - uy) + nz * (vz - uz) - paid
+
+
+@lean_generic
+def tautness(switches, x, first):
+    """Return the mode, 1 taut or 0 slack, of the link whose mode is number `first`."""
+    return 1.0
+
+
+@tautness.register(Switches)
+def _(switches, x, first):
+    return x[first]
+
+
+@lean_kernel
+def pull(p, x, k):
+    """Return (unit vector (3,), tension [N], power that the damper takes [W]) of link k, from 0."""
+    _, _, d, modes = layout(p)
+    n, _, stretch, rate = link(p, x, k)
+    taut = tautness(p.switches, x, modes + d - 1 + k)
+    damping = taut * p.cable.damping[k] * rate
+    return n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate
+
+
+@lean_kernel
+def mass_of(p, x, k):
+    """Return the mass [kg] of node k, from 1."""
+    mass = p.cable.masses[k - 1]
+    return mass if k < len(p.cable.masses) else payload_mass(p.switches, x, len(x) - 1, mass)
+
+
+STILL = (0.0, 0.0, 0.0)
+
+
+@lean_kernel
+def rails(p, x):
+    """Return (place [m], velocity [m/s]) of the trolley along x and y."""
+    nq, _, d, _ = layout(p)
+    if d == 3:
+        return (x[0], x[1]), (x[nq], x[nq + 1])
+    return (x[0], 0.0), (x[nq], 0.0)
+
+
+@lean_kernel
+def deck(p, t, x):
+    """Return the Load of trolley and bridge, as `push_axes` does."""
+    place, speed = rails(p, x)
+    return push_axes(carried(p.base, p.gravity, t), p.trolley, p.bridge, p.share, place, speed)
+
+
+@lean_generic
+def push_points(now, p, x, out):
+    """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
+    return NOTHING
+
+
+@push_points.register(Carried)
+def _(now, p, x, out):
+    nq, first, d, _ = layout(p)
+    power, i = 0.0, nq + first
+    for k in range(1, 1 + len(p.cable.masses)):
+        v = vector(p, x, k, 1)
+        ax, ay, az = imposed(now, vector(p, x, k, 0), v)
+        power += mass_of(p, x, k) * (ax * v[0] + ay * v[1] + az * v[2])
+        out[i] += ax
+        if d == 3:
+            out[i + 1] += ay
+        out[i + d - 1] += az
+        i += d
+    return power
+
+
+@lean_kernel
+def unit(d, b):
+    """Return the unit vector (3,) of coordinate b of d; in the plane the second one is z."""
+    return 1.0 if b == 0 else 0.0, 1.0 if b == 1 and d == 3 else 0.0, 1.0 if b == d - 1 else 0.0
+
+
+@lean_kernel
+def entry_of(d, a, vector3):
+    """Return entry a of d of a vector (3,)."""
+    return vector3[0] if a == 0 else vector3[1] if a == 1 and d == 3 else vector3[2]
+
+
+@lean_generic
+def lean_on(now, p, give, found):
+    """Add the derivatives of the imposed accelerations by positions and velocities to the bands `found`.
+
+    Args:
+        now: the base.
+        p: the crane.
+        give: compliances of the axes [1/kg], (d,) or longer.
+        found: `elastic_linear.Bands`.
+    """
+
+
+@lean_on.register(Carried)
+def _(now, p, give, found):
+    _, first, d, _ = layout(p)
+    middle = 2 * d - 1
+    for b in range(d):
+        by_place, by_speed = tilted(now, unit(d, b), STILL), tilted(now, STILL, unit(d, b))
+        for a in range(d):
+            position, velocity = entry_of(d, a, by_place), entry_of(d, a, by_speed)
+            for k in range(len(p.cable.masses)):
+                found.positions[first + d * k + a, middle + b - a] += position
+                found.velocities[first + d * k + a, middle + b - a] += velocity
+            if a < d - 1 and b < d - 1:
+                mass = axis_mass(p.trolley) if a == 0 else axis_mass(p.bridge)
+                weight = give[a] * mass * (p.share if b < a else 1.0)
+                found.positions[a, middle + b - a] += weight * position
+                found.velocities[a, middle + b - a] += weight * velocity
+
+
+@generic
+def lean_power(now, p, x, power):
+    """Add the derivatives of the imposed power by positions and velocities to `power` (2 nq,)."""
+
+
+@lean_power.register(Carried)
+def _(now, p, x, power):
+    nq, first, d, _ = layout(p)
+    for k in range(1, 1 + len(p.cable.masses)):
+        mass, v, i = mass_of(p, x, k), vector(p, x, k, 1), first + d * (k - 1)
+        still = imposed(now, vector(p, x, k, 0), STILL)
+        for b in range(d):
+            ax, ay, az = tilted(now, unit(d, b), STILL)
+            power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
+            power[nq + i + b] += mass * entry_of(d, b, still)
+    lean_axes(now, p, x, power)
+
+
+@lean_kernel
+def lean_axes(now, p, x, power):
+    """Add what trolley and bridge have of `lean_power`."""
+    nq, _, d, _ = layout(p)
+    (_, (vx, vy)), load = rails(p, x), push_axes(now, p.trolley, p.bridge, p.share, *rails(p, x))
+    trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
+    for b in range(d - 1):
+        reach = p.share if b == 0 else 1.0
+        place, speed = tilted(now, unit(d, b), STILL), tilted(now, STILL, unit(d, b))
+        power[b] += trolley * place[0] + bridge * reach * place[1]
+        power[nq + b] += trolley * speed[0] + bridge * reach * speed[1] + (load.x if b == 0 else load.y)
+
+
+@lean_generic
+def add_pushes(forces, p, t, x, out):
+    """Add the given forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
+    return 0.0
+
+
+@add_pushes.register(NodeForces)
+def _(forces, p, t, x, out):
+    nq, first, d, _ = layout(p)
+    i = nq + first + d * (forces.node - 1) + (forces.axis if d == 3 else forces.axis // 2)
+    force = value_at(forces.channel, t)
+    out[i] += force / mass_of(p, x, forces.node)
+    return force * x[i] + add_pushes(forces.rest, p, t, x, out)
+
+
+@system.fill.register(ElasticCrane)
+def _(p, t, x, u, out, work):
+    move(p, t, x, system.effort(u, p, t, x), out)
+
+
+@lean_routine
+def move(p, t, x, tau, out):
+    """Write the time derivative of the state under efforts tau into `out`; return the power [W] supplied.
+
+    That is the power of drives, imposed motions and given forces, less what friction and dampers take.
+    """
+    nq, _, _, modes = layout(p)
+    n, tension, lost = pull(p, x, 0)
+    lost = hang(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
+    supplied = drive(p, t, x, tau, n, tension, out) + add_pushes(p.forces, p, t, x, out) - lost
+    supplied += push_points(carried(p.base, p.gravity, t), p, x, out)
+    for i in range(nq):
+        out[i] = x[nq + i]
+    for i in range(2 * nq, len(out)):
+        out[i] = 0.0
+    if modes > 2 * nq:
+        out[2 * nq] = supplied
+    return supplied
+
+
+@lean_kernel
+def hang(p, x, force, out):
+    """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
+    nq, first, d, _ = layout(p)
+    lost, i, masses = 0.0, nq + first, p.cable.masses
+    fx, fy, fz = force
+    for k in range(1, len(masses)):
+        (nx, ny, nz), tension, taken = pull(p, x, k)
+        gx, gy, gz, inverse = tension * nx, tension * ny, tension * nz, 1.0 / masses[k - 1]
+        place(out, i, d, (gx - fx) * inverse, (gy - fy) * inverse, (gz - fz) * inverse - p.gravity)
+        fx, fy, fz, lost, i = gx, gy, gz, lost + taken, i + d
+    inverse = 1.0 / mass_of(p, x, len(masses))
+    place(out, i, d, -fx * inverse, -fy * inverse, -fz * inverse - p.gravity)
+    return lost
+
+
+@lean_kernel
+def place(out, i, d, ax, ay, az):
+    """Write a vector to out[i] and on; in the plane its last component takes the place of the one that is not there."""
+    out[i], out[i + 1] = ax, ay
+    out[i + d - 1] = az
+
+
+@lean_kernel
+def drive(p, t, x, tau, n, tension, out):
+    """Write the accelerations of axes and hoist; return the power [W] that they supply."""
+    nq, first, d, modes = layout(p)
+    ship = deck(p, t, x)
+    give, free = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    out[nq] = free + give * tension * n[0] + give * ship.x
+    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + ship.power
+    if d == 3:
+        give, free = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
+        out[nq + 1] = free + give * tension * n[1] + give * ship.y
+        supplied += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], tension * n[1])
+    if first == d:
+        give, free = drum(p.hoist, t, tau)
+        out[nq + first - 1] = free + give * tension
+        supplied += drum_power(p.hoist, tau, x[nq + first - 1], tension)
+    return supplied

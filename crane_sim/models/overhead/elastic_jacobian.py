@@ -1,0 +1,307 @@
+"""The elastic cable's Jacobian, exact and banded, and linear systems with it.
+
+A link couples two neighbouring nodes (the first one node 1 with axes and hoist), so that in the order of the state the
+derivatives of accelerations a(q, v) by positions and velocities are bands of width w = 2 d - 1. The velocities' part of
+(β I - J) y = b is (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an elimination whose
+cost grows like N. It needs no pivoting, being as good as positive definite where no spring pushes hard.
+
+What the force of an elastic link does when its ends move: exact derivatives.
+
+Derivatives of the power that a metered crane with an elastic cable is supplied with.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.moving_base import carried
+from crane_sim.models.overhead.elastic import ElasticCrane, layout, lean_on, lean_power, link, mass_of, tautness, vector
+from crane_sim.models.overhead.modes import mode_of
+from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.supports.hoist import drum, drum_power
+from crane_sim.models.supports.rails import axis_power, demands, rail
+from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
+from crane_sim.trajectories.inputs import value_at
+
+
+class Slopes(NamedTuple):
+    """A link's direction, and derivatives by its lower end less its upper end.
+
+    Rows are the components of the force on the upper end [N] and, last, the tension. What the first link's rest length
+    and its rate do is minus `spring` and minus `damping` times the direction, and times 1.
+    """
+
+    unit: Any  # (d,)
+    positions: Any  # (d + 1, d) N/m
+    velocities: Any  # (d + 1, d) N s/m
+
+
+class Link(NamedTuple):
+    """The rest of what a link's state fixes."""
+
+    spring: float  # N/m, 0 of a slack link
+    damping: float  # N s/m, 0 of a slack link
+    tension: float  # N
+    rate: float  # m/s, of its elongation
+
+
+@kernel
+def slopes_for(d):
+    """Return slopes to fill, in d dimensions."""
+    return Slopes(np.empty(d), np.empty((d + 1, d)), np.empty((d + 1, d)))
+
+
+@routine
+def fill_slopes(p, x, k, slopes):
+    """Fill the slopes of link k, from 0; return its `Link`."""
+    _, _, d, modes = layout(p)
+    (nx, ny, nz), length, stretch, rate = link(p, x, k)
+    (ux, uy, uz), (vx, vy, vz) = vector(p, x, k, 1), vector(p, x, k + 1, 1)
+    wx, wy, wz = vx - ux, vy - uy, vz - uz
+    along = nx * wx + ny * wy + nz * wz
+    taut = tautness(p.switches, x, modes + d - 1 + k)
+    spring, damping = taut * p.cable.stiffness[k], taut * p.cable.damping[k]
+    tension, bend = spring * stretch + damping * rate, damping / length
+    unit, positions, velocities = slopes
+    put(unit, d, nx, ny, nz)
+    put(velocities[d], d, damping * nx, damping * ny, damping * nz)
+    put(
+        positions[d],
+        d,
+        spring * nx + bend * (wx - along * nx),
+        spring * ny + bend * (wy - along * ny),
+        spring * nz + bend * (wz - along * nz),
+    )
+    turning = tension / length
+    for a in range(d):
+        for b in range(d):
+            across = (1.0 if a == b else 0.0) - unit[a] * unit[b]
+            positions[a, b] = unit[a] * positions[d, b] + turning * across
+            velocities[a, b] = unit[a] * velocities[d, b]
+    return Link(spring, damping, tension, rate)
+
+
+@kernel
+def put(out, d, x, y, z):
+    """Write a vector into out (d,); in the plane its last component takes the place of the one that is not there."""
+    out[0], out[1] = x, y
+    out[d - 1] = z
+
+
+@generic
+def power_slopes(meter, p, t, x, tau):
+    """Return the derivatives (2 nq,) of the power [W] by positions and velocities; nothing without a meter."""
+    return slopes_of_power(p, t, x, tau)
+
+
+@power_slopes.register(type(None))
+def _(meter, p, t, x, tau):
+    return np.empty(0)
+
+
+@routine
+def slopes_of_power(p, t, x, tau):
+    """Return the derivatives as `power_slopes` does."""
+    nq, first, d, _ = layout(p)
+    power, slopes, factors = np.zeros(2 * nq), slopes_for(d), np.zeros(d + 1)
+    for k in range(len(p.cable.masses)):
+        info = fill_slopes(p, x, k, slopes)
+        if k == 0:
+            support(p, t, x, tau, info, slopes, factors, power)
+        lower, m = first + d * k, d - 1 if k == 0 else d
+        upper, twice = 0 if k == 0 else lower - d, 2.0 * info.rate
+        for b in range(d):
+            damped = slopes.positions[d, b] - info.spring * slopes.unit[b]
+            position, velocity = -twice * damped, -twice * slopes.velocities[d, b]
+            for f in range(d + 1):
+                position += factors[f] * slopes.positions[f, b]
+                velocity += factors[f] * slopes.velocities[f, b]
+            power[lower + b] += position
+            power[nq + lower + b] += velocity
+            if b < m:
+                power[upper + b] -= position
+                power[nq + upper + b] -= velocity
+        for f in range(d + 1):
+            factors[f] = 0.0
+    add_pushes_power(p.forces, p, t, power)
+    lean_power(carried(p.base, p.gravity, t), p, x, power)
+    return power
+
+
+@routine
+def support(p, t, x, tau, info, slopes, factors, power):
+    """Add what axes and hoist do themselves; fill the factors [m/s] by which the first link's force becomes power."""
+    nq, first, d, _ = layout(p)
+    unit = slopes.unit
+    factors[0] = lean(p, p.trolley, x, tau, 0, 0, info.tension * unit[0], power)
+    if d == 3:
+        factors[1] = lean(p, p.bridge, x, tau, 1, demands(p.trolley), info.tension * unit[1], power)
+    if first == d:
+        rate, total = x[nq + first - 1], 0.0
+        factors[d] = drum_power(p.hoist, tau, rate, 1.0) - drum_power(p.hoist, tau, rate, 0.0)
+        power[nq + first - 1] += drum_power(p.hoist, tau, 1.0, info.tension) + 2.0 * info.rate * info.damping
+        for f in range(d + 1):
+            total += factors[f] * (unit[f] if f < d else 1.0)
+        power[first - 1] -= total * info.spring
+        power[nq + first - 1] -= total * info.damping
+
+
+@kernel
+def lean(p, axis, x, tau, i, own, pull, power):
+    """Return how the power of axis i, linear in the pull, changes with it; add how it changes with its velocity."""
+    nq, _, _, _ = layout(p)
+    v = x[nq + i]
+    step = 1e-3 * abs(v) + 1e-9  # the power is quadratic in v on both sides of v = 0
+    ahead, behind = axis_power(axis, tau, own, v + step, pull), axis_power(axis, tau, own, v - step, pull)
+    power[nq + i] += (ahead - behind) / (2.0 * step)
+    return axis_power(axis, tau, own, v, 1.0) - axis_power(axis, tau, own, v, 0.0)
+
+
+@generic
+def add_pushes_power(forces, p, t, power):
+    """Add what velocities do to the power of given forces."""
+
+
+@add_pushes_power.register(NodeForces)
+def _(forces, p, t, power):
+    nq, first, d, _ = layout(p)
+    a = forces.axis if d == 3 else forces.axis // 2
+    power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
+    add_pushes_power(forces.rest, p, t, power)
+
+
+class Bands(NamedTuple):
+    """Derivatives of accelerations, as `factor_band` takes them, and of the power supplied."""
+
+    positions: Any  # (nq, 2 w + 1)
+    velocities: Any  # (nq, 2 w + 1)
+    power: Any  # (2 nq,) by positions and velocities; empty of a crane without a meter
+
+
+class Factors(NamedTuple):
+    """What solves systems with one shift."""
+
+    shift: float  # 1/s
+    lu: Any  # (nq, 2 w + 1)
+    bands: Bands
+    work: Any  # (nq + 2 w,), zeros at both ends
+
+
+@system.linearised.register(ElasticCrane)
+def _(p, t, x, u):
+    return linear(p, t, x, system.effort(u, p, t, x))
+
+
+@routine
+def linear(p, t, x, tau):
+    """Return the bands at a state; efforts tau are taken as functions of time alone."""
+    nq, first, d, _ = layout(p)
+    found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
+    slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
+    hang_on(p, t, x, tau, slopes, weights, found)
+    lean_on(carried(p.base, p.gravity, t), p, weights, found)
+    for k in range(1, n):
+        fill_slopes(p, x, k, slopes)
+        for a in range(d):
+            weights[a] = 1.0 / p.cable.masses[k - 1]
+        i = first + d * k
+        add_link(slopes, weights, 1.0 / mass_of(p, x, k + 1), (d, d), (i - d, i), found)
+    return found
+
+
+@kernel
+def add(found, d, row, column, weight, position, velocity):
+    """Add the derivatives of one acceleration by one position and its velocity."""
+    j = 2 * d - 1 + column - row
+    found.positions[row, j] += weight * position
+    found.velocities[row, j] += weight * velocity
+
+
+@kernel
+def add_link(slopes, above, below, size, starts, found):
+    """Add a link between coordinates from starts[0] and from starts[1] on, size[0] and size[1] of them.
+
+    `above` and `below` are the accelerations of its ends for a unit force [1/kg], those above one by one.
+    """
+    (m, d), (upper, lower) = size, starts
+    for a in range(d):
+        for b in range(d):
+            position, velocity = slopes.positions[a, b], slopes.velocities[a, b]
+            add(found, d, lower + a, lower + b, -below, position, velocity)
+            if b < m:
+                add(found, d, lower + a, upper + b, below, position, velocity)
+            if a < m:
+                add(found, d, upper + a, lower + b, above[a], position, velocity)
+            if a < m and b < m:
+                add(found, d, upper + a, upper + b, -above[a], position, velocity)
+
+
+@routine
+def hang_on(p, t, x, tau, slopes, give, found):
+    """Add the first link, axes and hoist; fill the axes' compliances `give` (d,)."""
+    _, first, d, _ = layout(p)
+    info, below = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
+    give[0] = rub(p, p.trolley, t, x, tau, 0, 0, found)
+    if d == 3:
+        give[1] = rub(p, p.bridge, t, x, tau, 1, demands(p.trolley), found)
+    add_link(slopes, give, below, (d - 1, d), (0, first), found)
+    if first == d:
+        top, pay = first - 1, drum(p.hoist, t, tau)[0]
+        add(found, d, top, top, -pay, info.spring, info.damping)
+        for a in range(d):
+            position, velocity = info.spring * slopes.unit[a], info.damping * slopes.unit[a]
+            add(found, d, first + a, top, below, position, velocity)
+            add(found, d, top, first + a, pay, slopes.positions[d, a], slopes.velocities[d, a])
+            if a < d - 1:
+                add(found, d, a, top, -give[a], position, velocity)
+                add(found, d, top, a, -pay, slopes.positions[d, a], slopes.velocities[d, a])
+
+
+@kernel
+def rub(p, axis, t, x, tau, i, own, found):
+    """Return the compliance of axis i; add what its velocity does to its acceleration, which is linear in it."""
+    nq, _, d, modes = layout(p)
+    mode = mode_of(p.switches, x, modes, i)
+    give, still = rail(axis, t, tau, own, 0.0, mode)
+    found.velocities[i, 2 * d - 1] += rail(axis, t, tau, own, 1.0, mode)[1] - still
+    return give
+
+
+@system.factored.register(ElasticCrane)
+def _(p, jacobian, shift):
+    return shifted(p, jacobian, shift)
+
+
+@routine
+def shifted(p, found, shift):
+    """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
+    nq, _, d, _ = layout(p)
+    width, lu = 2 * d - 1, np.empty_like(found.positions)
+    for i in range(nq):
+        for j in range(2 * width + 1):
+            lu[i, j] = -found.velocities[i, j] - found.positions[i, j] / shift
+        lu[i, width] += shift
+    factor_band(lu)
+    return Factors(shift, lu, found, np.zeros(nq + 2 * width))
+
+
+@system.solve_shifted.register(ElasticCrane)
+def _(p, factors, b):
+    solve(p, factors, b)
+
+
+@routine
+def solve(p, factors, b):
+    """Overwrite b with the solution; the energy supplied follows from the rest, modes stay."""
+    nq, _, d, modes = layout(p)
+    shift, width, lower = factors.shift, 2 * d - 1, b[nq : 2 * nq]
+    add_band_product(factors.bands.positions, b, 1.0 / shift, lower, width, factors.work)
+    solve_band(factors.lu, lower, width, factors.work)
+    for i in range(nq):
+        b[i] = (b[i] + b[nq + i]) / shift
+    if modes > 2 * nq:
+        for i in range(2 * nq):
+            b[2 * nq] += factors.bands.power[i] * b[i]
+        b[2 * nq] /= shift

@@ -1,0 +1,246 @@
+"""What an overhead crane with an elastic cable shows: joint coordinates, energies, nodes.
+
+How an overhead crane with an elastic cable switches: stick and slip, slack links, its payload; and how it ends.
+"""
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.overhead.base_load import show
+from crane_sim.models.overhead.elastic import (
+    LINK,
+    ElasticCrane,
+    deck,
+    layout,
+    link,
+    mass_of,
+    move,
+    pull,
+    tautness,
+    vector,
+)
+from crane_sim.models.overhead.modes import (
+    FRICTION,
+    LIMIT,
+    PAYLOAD,
+    changes_before,
+    friction_event,
+    hoist_guard,
+    lesser,
+    limits_guard,
+    mode_count,
+    payload_guard,
+    switching_of,
+)
+from crane_sim.models.supports.actuation import efforts_both, pushed, wound
+from crane_sim.models.supports.hoist import drum_inertia, hoist_limited
+from crane_sim.models.supports.rails import axis_guard, axis_mass, demands, freed, rubs
+from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine, routine
+
+
+@system.joints.register(ElasticCrane)
+def _(p, x):
+    nq, _, _, _ = layout(p)
+    return x[:nq].copy(), x[nq : 2 * nq].copy()
+
+
+@system.state.register(ElasticCrane)
+def _(p, t, q, v):
+    return state_of(p, t, q, v)
+
+
+@routine
+def state_of(p, t, q, v):
+    """Return the state, with the modes that positions and velocities tell."""
+    nq, _, d, modes = layout(p)
+    n = len(p.cable.masses)
+    x = np.zeros(modes + mode_count(p.switches, d - 1 + n))
+    for i in range(nq):
+        x[i], x[nq + i] = q[i], v[i]
+    if len(x) > modes:
+        for axis in range(d - 1):
+            x[modes + axis] = np.sign(v[axis])
+        for k in range(n):
+            x[modes + d - 1 + k] = 1.0 if p.cable.tension_only == 0.0 or strain(p, x, k) >= 0.0 else 0.0
+        x[len(x) - 1] = changes_before(p.switches, t)
+    return x
+
+
+@routine
+def strain(p, x, k):
+    """Return the smaller one of k e and k e + c e' [N] of link k: where it is positive, the link pulls."""
+    _, _, stretch, rate = link(p, x, k)
+    spring = p.cable.stiffness[k] * stretch
+    return spring + min(0.0, p.cable.damping[k] * rate)
+
+
+@system.actuated.register(ElasticCrane)
+def _(p, x):
+    nq, _, _, _ = layout(p)
+    return driven_from(p, x, 0), driven_from(p, x, nq)
+
+
+@kernel
+def driven_from(p, x, i):
+    """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
+    _, _, d, _ = layout(p)
+    return (*pushed(p.trolley, x, i), *pushed(p.bridge, x, i + 1), *wound(p.hoist, x, i + d - 1))
+
+
+@system.held.register(ElasticCrane)
+def _(p, row):
+    return efforts_both(p.trolley, p.bridge, p.hoist, row)
+
+
+@system.limited.register(ElasticCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
+
+
+@system.acceleration.register(ElasticCrane)
+def _(p, t, x, u):
+    nq, _, _, _ = layout(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+
+
+@routine
+def energies(p, x):
+    """Return (kinetic, potential) energy, that of slack links left out."""
+    nq, first, d, modes = layout(p)
+    kinetic, potential = 0.5 * axis_mass(p.trolley) * x[nq] ** 2, 0.0
+    if d == 3:
+        kinetic += 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
+    if first == d:
+        kinetic += 0.5 * drum_inertia(p.hoist) * x[nq + first - 1] ** 2
+    for k in range(len(p.cable.masses)):
+        mass, (vx, vy, vz) = mass_of(p, x, k + 1), vector(p, x, k + 1, 1)
+        _, _, stretch, _ = link(p, x, k)
+        taut = tautness(p.switches, x, modes + d - 1 + k)
+        kinetic += 0.5 * mass * (vx * vx + vy * vy + vz * vz)
+        potential += mass * p.gravity * vector(p, x, k + 1, 0)[2]
+        potential += 0.5 * taut * p.cable.stiffness[k] * stretch * stretch
+    return kinetic, potential
+
+
+@system.kinetic.register(ElasticCrane)
+def _(p, x):
+    return energies(p, x)[0]
+
+
+@system.potential.register(ElasticCrane)
+def _(p, x):
+    return energies(p, x)[1]
+
+
+@system.link_count.register(ElasticCrane)
+def _(p):
+    return len(p.cable.masses)
+
+
+@system.tensions.register(ElasticCrane)
+def _(p, t, x, u, rows, i, first):
+    for k in range(len(p.cable.masses)):
+        rows[i, first + k] = pull(p, x, k)[1]
+
+
+@system.power.register(ElasticCrane)
+def _(p, t, x, u):
+    return move(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
+
+
+@system.supplied.register(ElasticCrane)
+def _(p, x):
+    nq, _, _, modes = layout(p)
+    return x[2 * nq] if modes > 2 * nq else 0.0
+
+
+@system.point_count.register(ElasticCrane)
+def _(p):
+    return 1 + len(p.cable.masses)
+
+
+@system.points.register(ElasticCrane)
+def _(p, t, x, out):
+    for k in range(1 + len(p.cable.masses)):
+        out[k, 0], out[k, 1], out[k, 2] = vector(p, x, k, 0)
+    show(p.base, t, out)
+
+
+@system.switching.register(ElasticCrane)
+def _(p):
+    forces = rubs(p.trolley) or rubs(p.bridge) or (p.cable.tension_only > 0.0 and damped(p.cable.damping))
+    return switching_of(p.switches, forces, layout(p)[0])
+
+
+@lean_kernel
+def damped(damping):
+    """Return whether a link has a damper: then whether it pulls depends on its rate too."""
+    found = False
+    for c in damping:
+        found = found or c > 0.0
+    return found
+
+
+@system.guard.register(ElasticCrane)
+def _(p, t, x, u, work):
+    return (*least_guard(p, t, x, system.effort(u, p, t, x)), 0)
+
+
+@lean_routine
+def least_guard(p, t, x, tau):
+    """Return (the smallest guard, its number)."""
+    nq, first, d, modes = layout(p)
+    ((nx, ny, _), tension, _), ship = pull(p, x, 0), deck(p, t, x)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), FRICTION)
+    best = limits_guard(p.switches, best, 0, x[0])
+    if d == 3:
+        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), tension * ny + ship.y)
+        best = limits_guard(p.switches, lesser(best, bridge, FRICTION + 1), 1, x[1])
+    if first == d:
+        best = hoist_guard(p.switches, best, x[first - 1])
+    best = payload_guard(p.switches, best, t, x[len(x) - 1])
+    if p.cable.tension_only > 0.0:
+        for k in range(len(p.cable.masses)):
+            best = lesser(best, link_guard(p, x, k, x[modes + d - 1 + k]), LINK + k)
+    return best
+
+
+@lean_kernel
+def link_guard(p, x, k, taut):
+    """Return the guard [N] of a link that only pulls: a slack one pulls where both its e and its k e + c e' are > 0."""
+    _, _, stretch, rate = link(p, x, k)
+    spring, total = p.cable.stiffness[k] * stretch, p.cable.stiffness[k] * stretch + p.cable.damping[k] * rate
+    return total if taut > 0.0 else -min(spring, total)
+
+
+@system.switched.register(ElasticCrane)
+def _(p, t, x, u, which):
+    return switch(p, t, x, system.effort(u, p, t, x), which)
+
+
+@routine
+def switch(p, t, x, tau, which):
+    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
+    nq, _, d, modes = layout(p)
+    x, event = x.copy(), which
+    before = sum(energies(p, x))
+    if which >= LINK:
+        mode = modes + d - 1 + which - LINK
+        x[mode] = 1.0 - x[mode]
+        event = LINK + 2 * (which - LINK) + int(x[mode])
+    elif which == PAYLOAD:
+        x[len(x) - 1] += 1.0
+    elif which < LIMIT:
+        axis = which - FRICTION
+        failed = x[modes + axis]
+        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
+        (n, tension, _), ship = pull(p, x, 0), deck(p, t, x)
+        if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
+            x[modes] = freed(p.trolley, failed, tau, 0, tension * n[0] + ship.x)
+        else:
+            x[modes + 1] = freed(p.bridge, failed, tau, demands(p.trolley), tension * n[1] + ship.y)
+        event = friction_event(axis, x[modes + axis])
+    else:
+        return x, which, False
+    x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along, a slack spring that left in it
+    return x, event, True

@@ -1,0 +1,146 @@
+"""Where an overhead crane's equations switch, or end: friction, limits, a slack link, a payload that changes.
+
+Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping), then
+how many changes of the payload have passed. Guards have numbers by which a run's events are told apart.
+"""
+
+from typing import Any, NamedTuple
+
+from crane_sim.models.stops import length_story, lesser
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.system import Switching
+
+FRICTION, LIMIT, HOIST, PAYLOAD, LINK = 0, 10, 20, 30, 1000
+"""Numbers of guards: friction and limits + axis, hoist + 0 (too short) or 1 (too long), the payload, links + k."""
+_FORWARDS, _BACKWARDS = 2, 4  # added to FRICTION + axis where it slips from now on; where it sticks, nothing
+
+
+class Switches(NamedTuple):
+    """What can switch and what ends a run; infinite where there is no limit."""
+
+    lower: tuple[float, float]  # m, of trolley and bridge
+    upper: tuple[float, float]
+    shortest: float  # m, of the first link
+    longest: float
+    taut: float  # 1: a run ends when a rigid link goes slack, 0: links are rods that can push
+    times: Any  # (changes,) s, when the payload changes
+    masses: Any  # (changes + 1,) kg, of the payload before, between and after them
+
+
+@generic
+def switching_of(switches, forces, nq):
+    """Return what `system.switching` does for a crane with these switches.
+
+    Args:
+        switches: None for a crane without.
+        forces: whether guards need velocities or forces, links that may not go slack apart.
+        nq: number of coordinates, which stand first in the state and then their rates.
+    """
+    return None
+
+
+@switching_of.register(Switches)
+def _(switches, forces, nq):
+    return Switching(1000, 0 if forces or switches.taut > 0.0 else nq)
+
+
+@lean_generic
+def mode_of(switches, x, first, i):
+    """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without."""
+    return 0.0
+
+
+@mode_of.register(Switches)
+def _(switches, x, first, i):
+    return x[first + i]
+
+
+@lean_generic
+def mode_count(switches, axes):
+    """Return how many floats the modes of a crane with so many axes take."""
+    return 0
+
+
+@mode_count.register(Switches)
+def _(switches, axes):
+    return axes + 1
+
+
+@lean_generic
+def payload_mass(switches, x, last, mass):
+    """Return the payload's mass [kg], `mass` where it never changes; `last` is the index of the state's last float."""
+    return mass
+
+
+@payload_mass.register(Switches)
+def _(switches, x, last, mass):
+    return switches.masses[int(x[last])]
+
+
+@lean_generic
+def changes_before(switches, t):
+    """Return how many changes of the payload have passed before time t."""
+    return 0.0
+
+
+@changes_before.register(Switches)
+def _(switches, t):
+    passed = 0.0
+    for time in switches.times:
+        if time < t:
+            passed += 1.0
+    return passed
+
+
+@lean_kernel
+def friction_event(axis, mode):
+    """Return the number of the event that an axis' friction has come to a mode."""
+    return FRICTION + axis + (_FORWARDS if mode > 0.0 else _BACKWARDS if mode < 0.0 else 0)
+
+
+@lean_kernel
+def limits_guard(switches, best, axis, q):
+    """Return the smallest guard, the travel limits of an axis at q counted in."""
+    return lesser(best, min(q - switches.lower[axis], switches.upper[axis] - q), LIMIT + axis)
+
+
+@lean_kernel
+def hoist_guard(switches, best, length):
+    """Return the smallest guard, the limits of the first link's length counted in."""
+    return lesser(lesser(best, length - switches.shortest, HOIST), switches.longest - length, HOIST + 1)
+
+
+@lean_kernel
+def payload_guard(switches, best, t, passed):
+    """Return the smallest guard, the next change of the payload counted in."""
+    if passed < len(switches.times):
+        return lesser(best, switches.times[int(passed)] - t, PAYLOAD)
+    return best
+
+
+@lean_kernel
+def slack_guard(switches, best, tensions, n):
+    """Return the smallest guard, the first n tensions, of rigid links, counted in where a slack one ends the run."""
+    if switches.taut > 0.0:
+        for k in range(n):
+            best = lesser(best, tensions[k], LINK + k)
+    return best
+
+
+def story(switches: Switches | None, which: int) -> tuple[str, str]:
+    """Return (what guard number `which` of these switches tells, what a user can change) in words."""
+    axis = ("trolley", "bridge")[which % 2]
+    if which >= LINK:
+        return (
+            f"link {which - LINK + 1} went slack, and a rigid link cannot be",
+            "take cable.model: elastic with tension_only, or cable.slack: allow if the links are rods",
+        )
+    if which >= PAYLOAD:
+        return "the payload changed", ""
+    if which >= HOIST:
+        shortest = switches.shortest if switches is not None else 0.0
+        return length_story("hoisted link", "hoist", which - HOIST, shortest)
+    if which >= LIMIT:
+        return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
+    way = {_FORWARDS: "slips forwards", _BACKWARDS: "slips backwards"}.get(which - which % 2, "sticks")
+    return f"the {axis} {way}", ""

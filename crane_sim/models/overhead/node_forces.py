@@ -1,0 +1,38 @@
+"""Given forces on nodes: wind on the payload, a tag line, a push."""
+
+from typing import Any, NamedTuple
+
+from crane_sim.numerics.jit import generic
+from crane_sim.trajectories.inputs import value_at
+
+
+class NodeForces(NamedTuple):
+    """A force along one axis of the base on one node, and the further ones: a list that kernels walk by type."""
+
+    node: int  # 1 .. N
+    axis: int  # 0, 1, 2: x, y, z
+    channel: Any  # N, of time: an input of `trajectories.inputs`
+    rest: Any = None
+
+
+@generic
+def add_forces(forces, t, below, acc):
+    """Add the forces at time t to the nodes' accelerations acc (N + 1, 3); `below` are inverse masses (N,)."""
+
+
+@add_forces.register(NodeForces)
+def _(forces, t, below, acc):
+    acc[forces.node, forces.axis] += value_at(forces.channel, t) * below[forces.node - 1]
+    add_forces(forces.rest, t, below, acc)
+
+
+@generic
+def force_power(forces, t, velocities):
+    """Return the power [W] of the forces at node velocities (N + 1, 3) [m/s]."""
+    return 0.0
+
+
+@force_power.register(NodeForces)
+def _(forces, t, velocities):
+    power = value_at(forces.channel, t) * velocities[forces.node, forces.axis]
+    return power + force_power(forces.rest, t, velocities)

@@ -1,0 +1,380 @@
+"""An overhead crane in the vertical plane: a trolley and a chain of N rigid links, with a hoist or without.
+
+State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
+
+What a planar overhead crane shows: joint coordinates, energies, tensions, nodes.
+
+How a planar overhead crane switches between sticking and slipping, changes its payload, and ends.
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.cables.chain import (
+    BELOW,
+    COS,
+    LENGTH,
+    RATE,
+    SIN,
+    TENSION,
+    TURNING,
+    Chain,
+    Joints,
+    Rods,
+    add_joints,
+    hang,
+    joint_energy,
+    joint_power,
+    nudge,
+    rod_energy,
+    rod_pull,
+    slid,
+    solve_links,
+    work_array,
+)
+from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.moving_base import carried
+from crane_sim.models.overhead.base_load import Moving, push_links, show
+from crane_sim.models.overhead.modes import (
+    FRICTION,
+    PAYLOAD,
+    Switches,
+    changes_before,
+    friction_event,
+    hoist_guard,
+    limits_guard,
+    mode_count,
+    mode_of,
+    payload_guard,
+    payload_mass,
+    slack_guard,
+    story,
+    switching_of,
+)
+from crane_sim.models.overhead.node_forces import NodeForces, force_power
+from crane_sim.models.supports.actuation import driven, efforts, metered
+from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoist_limited, hoisted
+from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, freed, rail, rubs
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.trajectories.inputs import value_at
+
+
+class PlanarCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    cable: Chain
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    joints: Joints | None = None
+    rods: Rods | None = None
+    forces: NodeForces | None = None
+    switches: Switches | None = None
+    meter: Meter | None = None
+    base: Moving | None = None
+
+    def metered(self, held: bool) -> "PlanarCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return metered(self, held)
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(self.switches, which)
+
+
+class Solved(NamedTuple):
+    """What state and efforts fix at one instant, beside what is in the work array."""
+
+    trolley: float  # m/s²
+    paid: float  # m/s², of the first link's length
+    pull: float  # N, of the cable and of a moving base on the trolley along x
+    given: float  # W, that the moving base supplies
+
+
+@lean_kernel
+def layout(p):
+    """Return (number of coordinates, index of the first angle, index of the first mode)."""
+    first = 1 + hoisted(p.hoist)
+    nq = first + len(p.cable.masses)
+    return nq, first, 2 * nq + meter_size(p.meter)
+
+
+@lean_generic
+def first_link(hoist, chain, x, nq):
+    """Return (length, rate) of the first link."""
+    return x[1], x[nq + 1]
+
+
+@first_link.register(type(None))
+def _(hoist, chain, x, nq):
+    return chain.lengths[0], 0.0
+
+
+@system.workspace.register(PlanarCrane)
+def _(p):
+    return work_array(p.cable.masses, p.cable.lengths)
+
+
+@lean_kernel
+def links_of(p, x, w):
+    """Fill the work array with what the state tells of the links."""
+    nq, first, _ = layout(p)
+    n = len(p.cable.masses)
+    for k in range(n):
+        w[SIN, k], w[COS, k] = sincos(x[first + k])
+    for k in range(n):
+        w[RATE, k] = x[nq + first + k]
+    w[LENGTH, 0] = first_link(p.hoist, p.cable, x, nq)[0]
+    w[BELOW, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+
+
+@lean_generic
+def push_nodes(forces, t, w):
+    """Add what forces on nodes ask of the links."""
+
+
+@push_nodes.register(NodeForces)
+def _(forces, t, w):
+    push = value_at(forces.channel, t) * w[BELOW, forces.node - 1]
+    nudge(w, forces.node, push if forces.axis == 0 else 0.0, push if forces.axis == 2 else 0.0)
+    push_nodes(forces.rest, t, w)
+
+
+@lean_routine
+def solved(p, t, x, tau, w):
+    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
+    nq, first, modes = layout(p)
+    links_of(p, x, w)
+    give, push = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    pay, run = drum(p.hoist, t, tau)
+    hang(w, push, p.gravity)
+    rate = first_link(p.hoist, p.cable, x, nq)[1]
+    field = push_links(carried(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
+    twist = add_joints(p.joints, w, x, first) + field.x
+    w[TENSION, 0] -= w[SIN, 0] * give * twist
+    w[TURNING, 0] -= w[COS, 0] * give * twist
+    push_nodes(p.forces, t, w)
+    free = w[TENSION, 0]
+    solve_links(p.rods, w, (give, pay, run, rate))
+    pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
+    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give, free)
+    return Solved(push + give * pull, paid, pull, field.power)
+
+
+@system.fill.register(PlanarCrane)
+def _(p, t, x, u, out, work):
+    derive(p, t, x, u, out, work)
+
+
+@lean_routine
+def derive(p, t, x, u, out, work):
+    """Write the time derivative of the state into `out`."""
+    nq, first, modes = layout(p)
+    tau = system.effort(u, p, t, x)
+    now = solved(p, t, x, tau, work)
+    for i in range(nq):
+        out[i] = x[nq + i]
+    out[nq] = now.trolley
+    if first == 2:
+        out[nq + 1] = now.paid
+    for k in range(nq - first):
+        out[nq + first + k] = work[TURNING, k]
+    for i in range(2 * nq, len(out)):
+        out[i] = 0.0
+    if modes > 2 * nq:
+        out[2 * nq] = supply(p, t, x, tau, now, work)
+
+
+@lean_kernel
+def supply(p, t, x, tau, now, w):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    nq, first, _ = layout(p)
+    rate = first_link(p.hoist, p.cable, x, nq)[1]
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, w[TENSION, 0])
+    power += joint_power(p.joints, x[nq + first : 2 * nq]) + now.given
+    return power + forces_supply(p.forces, p, t, x, w, rate)
+
+
+@generic
+def forces_supply(forces, p, t, x, w, rate):
+    """Return the power [W] of forces on nodes."""
+    return force_power(forces, t, node_velocities(p, x, w, rate))
+
+
+@forces_supply.register(type(None))
+def _(forces, p, t, x, w, rate):
+    return 0.0
+
+
+@routine
+def node_velocities(p, x, w, rate):
+    """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
+    nq, n = layout(p)[0], w.shape[1] - 1
+    v = np.zeros((n + 1, 3))
+    v[0, 0] = x[nq]
+    for k in range(n):
+        s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
+        paid = rate if k == 0 else 0.0
+        v[k + 1, 0] = v[k, 0] + paid * s + swing * c
+        v[k + 1, 2] = v[k, 2] - paid * c + swing * s
+    return v
+
+
+@system.joints.register(PlanarCrane)
+def _(p, x):
+    nq, _, _ = layout(p)
+    return x[:nq].copy(), x[nq : 2 * nq].copy()
+
+
+@system.state.register(PlanarCrane)
+def _(p, t, q, v):
+    nq, _, modes = layout(p)
+    x = np.zeros(modes + mode_count(p.switches, 1))
+    for i in range(nq):
+        x[i], x[nq + i] = q[i], v[i]
+    if len(x) > modes:
+        x[modes], x[len(x) - 1] = np.sign(v[0]), changes_before(p.switches, t)
+    return x
+
+
+@system.actuated.register(PlanarCrane)
+def _(p, x):
+    nq, _, _ = layout(p)
+    return driven(p.trolley, p.hoist, x, 0), driven(p.trolley, p.hoist, x, nq)
+
+
+@system.held.register(PlanarCrane)
+def _(p, row):
+    return efforts(p.trolley, p.hoist, row)
+
+
+@system.limited.register(PlanarCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
+
+
+@system.acceleration.register(PlanarCrane)
+def _(p, t, x, u):
+    nq, _, _ = layout(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+
+
+@routine
+def energies(p, x):
+    """Return (kinetic, potential) energy."""
+    nq, first, _ = layout(p)
+    n, w, rate = len(p.cable.masses), system.workspace(p), first_link(p.hoist, p.cable, x, nq)[1]
+    links_of(p, x, w)
+    v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
+    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * drum_inertia(p.hoist) * rate * rate
+    kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
+    for k in range(n):
+        mass = 1.0 / w[BELOW, k]
+        z = z - w[LENGTH, k] * w[COS, k]
+        kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 2] ** 2)
+        potential += mass * p.gravity * z
+    return kinetic, potential
+
+
+@system.kinetic.register(PlanarCrane)
+def _(p, x):
+    return energies(p, x)[0]
+
+
+@system.potential.register(PlanarCrane)
+def _(p, x):
+    return energies(p, x)[1]
+
+
+@system.link_count.register(PlanarCrane)
+def _(p):
+    return len(p.cable.masses)
+
+
+@system.tensions.register(PlanarCrane)
+def _(p, t, x, u, rows, i, first):
+    w = system.workspace(p)
+    solved(p, t, x, system.effort(u, p, t, x), w)
+    for k in range(w.shape[1] - 1):
+        rows[i, first + k] = w[TENSION, k]
+
+
+@system.power.register(PlanarCrane)
+def _(p, t, x, u):
+    tau, w = system.effort(u, p, t, x), system.workspace(p)
+    return supply(p, t, x, tau, solved(p, t, x, tau, w), w)
+
+
+@system.supplied.register(PlanarCrane)
+def _(p, x):
+    nq, _, modes = layout(p)
+    return x[2 * nq] if modes > 2 * nq else 0.0
+
+
+@system.point_count.register(PlanarCrane)
+def _(p):
+    return 1 + len(p.cable.masses)
+
+
+@system.points.register(PlanarCrane)
+def _(p, t, x, out):
+    nq, first, _ = layout(p)
+    length, _ = first_link(p.hoist, p.cable, x, nq)
+    out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
+    for k in range(len(p.cable.masses)):
+        link = length if k == 0 else p.cable.lengths[k]
+        out[k + 1, 0] = out[k, 0] + link * sin(x[first + k])
+        out[k + 1, 1] = 0.0
+        out[k + 1, 2] = out[k, 2] - link * cos(x[first + k])
+    show(p.base, t, out)
+
+
+@system.switching.register(PlanarCrane)
+def _(p):
+    return switching_of(p.switches, rubs(p.trolley), layout(p)[0])
+
+
+@system.guard.register(PlanarCrane)
+def _(p, t, x, u, work):
+    return least_guard(p, t, x, system.effort(u, p, t, x), work)
+
+
+@lean_routine
+def least_guard(p, t, x, tau, w):
+    """Return (the smallest guard, its number, evaluations)."""
+    nq, _, modes = layout(p)
+    forces = p.switches.taut > 0.0 or (rubs(p.trolley) and x[modes] == 0.0)
+    pull = solved(p, t, x, tau, w).pull if forces else 0.0
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
+    best = limits_guard(p.switches, best, 0, x[0])
+    best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
+    best = payload_guard(p.switches, best, t, x[len(x) - 1])
+    value, which = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
+    return value, which, int(forces)
+
+
+@system.switched.register(PlanarCrane)
+def _(p, t, x, u, which):
+    return switch(p, t, x, system.effort(u, p, t, x), which)
+
+
+@routine
+def switch(p, t, x, tau, which):
+    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
+    nq, _, modes = layout(p)
+    x = x.copy()
+    if which == PAYLOAD:
+        before = sum(energies(p, x))
+        x[len(x) - 1] += 1.0
+        x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
+        return x, PAYLOAD, True
+    if which == FRICTION:
+        failed = x[modes]
+        x[nq], x[modes] = (0.0 if failed != 0.0 else x[nq]), 0.0
+        x[modes] = freed(p.trolley, failed, tau, 0, solved(p, t, x, tau, system.workspace(p)).pull)
+        return x, friction_event(0, x[modes]), True
+    return x, which, False

@@ -1,0 +1,397 @@
+"""An overhead crane whose cable is one straight line: a single link, or a light taut cable below a heavy payload.
+
+For one link the equations are exact; for a chain they leave out that the links can bend, an error of the order of the
+square of (mass of the nodes above / mass of the payload). With M = Σ m_i, S = Σ m_i r_i, I = Σ m_i r_i² over the nodes
+at distances r_i below the trolley:
+
+    T = M g cos α + S α'² - M (x'' sin α + l''),   V = -(M - S²/I)(x'' cos α + g sin α + 2 l' α'),
+    I α'' = -S (x'' cos α + g sin α + 2 l' α'),
+
+where T pulls the trolley along the line and V across it. State: a flat tuple of floats
+(x, (l1), α, x', (l1'), α', (energy supplied), (modes)).
+
+What a crane with a straight cable shows, and how it switches.
+"""
+
+from math import cos, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.overhead.modes import (
+    FRICTION,
+    LINK,
+    PAYLOAD,
+    Switches,
+    changes_before,
+    friction_event,
+    hoist_guard,
+    lesser,
+    limits_guard,
+    mode_of,
+    payload_guard,
+    payload_mass,
+    story,
+    switching_of,
+)
+from crane_sim.models.supports.actuation import driven, efforts, metered
+from crane_sim.models.supports.hoist import Hoist, MasslessHoist, drum, drum_inertia, drum_power, hoist_limited, hoisted
+from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, freed, rail, rubs
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.states import replaced
+
+MASS, DISTANCE = 0, 1
+"""Rows of a line's nodes: m_i [kg], the payload's as the scene has it at first, and b_i [m]."""
+
+
+class Line(NamedTuple):
+    """Nodes on a straight line. Distances are from the first link's lower end; sums leave out the payload."""
+
+    length: float  # m, of the first link where there is no hoist
+    mass: float  # kg, Σ m_i of the nodes above the payload
+    first: float  # kg m, Σ m_i b_i
+    second: float  # kg m², Σ m_i b_i²
+    payload: float  # kg
+    reach: float  # m, b_N of the payload
+    nodes: Any  # (2, N), MASS and DISTANCE of all nodes from the top
+
+
+class RodCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    cable: Line
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    switches: Switches | None = None
+    meter: Meter | None = None
+
+    def metered(self, held: bool) -> "RodCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return metered(self, held)
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(self.switches, which)
+
+
+class Swing(NamedTuple):
+    """What state and efforts fix at one instant."""
+
+    s: float  # sin α
+    c: float  # cos α
+    trolley: float  # m/s²
+    paid: float  # m/s²
+    turning: float  # rad/s²
+    tension: float  # N, at the top
+    pull: float  # N, of the cable on the trolley along x
+
+
+@kernel
+def layout(p):
+    """Return (number of coordinates, index of the first mode)."""
+    nq = 2 + hoisted(p.hoist)
+    return nq, 2 * nq + meter_size(p.meter)
+
+
+@generic
+def upper(hoist, cable, x):
+    """Return (length, rate) of the first link."""
+    return x[1], x[4]
+
+
+@upper.register(type(None))
+def _(hoist, cable, x):
+    return cable.length, 0.0
+
+
+@kernel
+def moments(p, x, length):
+    """Return (M [kg], S [kg m], I [kg m²], M I - S²) of the nodes, about the trolley."""
+    cable = p.cable
+    payload = payload_mass(p.switches, x, len(x) - 1, cable.payload)
+    total = cable.mass + payload
+    s0 = cable.first + payload * cable.reach
+    i0 = cable.second + payload * cable.reach * cable.reach
+    return total, s0 + total * length, i0 + length * (2.0 * s0 + total * length), total * i0 - s0 * s0
+
+
+@generic
+def pulled(hoist, total, rest, push, give, s, c, side, known):
+    """Return (trolley's acceleration, tension, acceleration of the length).
+
+    Args:
+        hoist: its type decides which of tension and length is unknown.
+        total: mass [kg] below the trolley.
+        rest: M g cos α + S α'² [N], the tension of a trolley at rest and a length that does not change.
+        push, give: free acceleration [m/s²] and compliance [1/kg] of the trolley.
+        s, c: sine and cosine of the angle.
+        side: (M - S²/I [kg], g sin α + 2 l' α' [m/s²]), what the line carries across.
+        known: (compliance, free acceleration) of the length, as of `drum`.
+    """
+    across, fall = side
+    pay, run = known
+    ease = 1.0 / (1.0 + total * pay)
+    slack = (rest - total * run) * ease
+    a = (push + give * (s * slack - across * c * fall)) / (1.0 + give * (total * s * s * ease + across * c * c))
+    tension = slack - total * s * a * ease
+    return a, tension, run + pay * tension
+
+
+@pulled.register(MasslessHoist)
+def _(hoist, total, rest, push, give, s, c, side, known):
+    across, fall = side
+    _, tension = known
+    a = (push + give * (s * tension - across * c * fall)) / (1.0 + give * across * c * c)
+    return a, tension, (rest - tension) / total - s * a
+
+
+@kernel
+def swing_of(p, t, x, tau):
+    """Return what state x at time t and joint efforts tau fix."""
+    nq, modes = layout(p)
+    (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
+    length, rate = upper(p.hoist, p.cable, x)
+    total, first, second, gram = moments(p, x, length)
+    give, push = rail(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
+    across, fall = gram / second, p.gravity * s + 2.0 * rate * w
+    rest = total * p.gravity * c + first * w * w
+    known = drum(p.hoist, t, tau)
+    a, tension, paid = pulled(p.hoist, total, rest, push, give, s, c, (across, fall), known)
+    turning = -(first / second) * (c * a + fall)
+    return Swing(s, c, a, paid, turning, tension, tension * s - across * (c * a + fall) * c)
+
+
+@generic
+def length_rates(hoist, x, paid):
+    """Return (rate, acceleration) of the first link's length, each a tuple, empty without a hoist."""
+    return (x[4],), (paid,)
+
+
+@length_rates.register(type(None))
+def _(hoist, x, paid):
+    return (), ()
+
+
+@generic
+def on_meter(meter, value):
+    """Return the value of the meter as a tuple, empty where there is none."""
+    return (value,)
+
+
+@on_meter.register(type(None))
+def _(meter, value):
+    return ()
+
+
+@generic
+def frozen(switches):
+    """Return the derivatives of the modes, zeros."""
+    return ()
+
+
+@frozen.register(Switches)
+def _(switches):
+    return 0.0, 0.0
+
+
+@system.rhs.register(RodCrane)
+def _(p, t, x, u):
+    nq, _ = layout(p)
+    tau = system.effort(u, p, t, x)
+    now = swing_of(p, t, x, tau)
+    rate, paid = length_rates(p.hoist, x, now.paid)
+    power = on_meter(p.meter, supply(p, x, tau, now))
+    return (x[nq], *rate, x[2 * nq - 1], now.trolley, *paid, now.turning, *power, *frozen(p.switches))
+
+
+@kernel
+def supply(p, x, tau, now):
+    """Return the power [W] that drives, imposed motions and losses supply."""
+    nq, _ = layout(p)
+    _, rate = upper(p.hoist, p.cable, x)
+    return axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.tension)
+
+
+@generic
+def coordinates(hoist, x, i):
+    """Return the joint coordinates (nq,) that stand from x[i] on, as a tuple."""
+    return x[i], x[i + 1], x[i + 2]
+
+
+@coordinates.register(type(None))
+def _(hoist, x, i):
+    return x[i], x[i + 1]
+
+
+@generic
+def first_modes(switches, t, v):
+    """Return the modes that a crane with trolley velocity v starts in at time t."""
+    return ()
+
+
+@first_modes.register(Switches)
+def _(switches, t, v):
+    return np.sign(v), changes_before(switches, t)
+
+
+@system.state.register(RodCrane)
+def _(p, t, q, v):
+    known = first_modes(p.switches, t, v[0])
+    return (*coordinates(p.hoist, q, 0), *coordinates(p.hoist, v, 0), *on_meter(p.meter, 0.0), *known)
+
+
+@system.joints.register(RodCrane)
+def _(p, x):
+    nq, _ = layout(p)
+    return coordinates(p.hoist, x, 0), coordinates(p.hoist, x, nq)
+
+
+@system.actuated.register(RodCrane)
+def _(p, x):
+    nq, _ = layout(p)
+    return driven(p.trolley, p.hoist, x, 0), driven(p.trolley, p.hoist, x, nq)
+
+
+@system.held.register(RodCrane)
+def _(p, row):
+    return efforts(p.trolley, p.hoist, row)
+
+
+@system.limited.register(RodCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
+
+
+@system.acceleration.register(RodCrane)
+def _(p, t, x, u):
+    nq, _ = layout(p)
+    return coordinates(p.hoist, system.rhs(p, t, x, u), nq)
+
+
+@system.kinetic.register(RodCrane)
+def _(p, x):
+    nq, _ = layout(p)
+    length, rate = upper(p.hoist, p.cable, x)
+    total, first, second, _ = moments(p, x, length)
+    s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
+    carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
+    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * drum_inertia(p.hoist) * rate * rate
+
+
+@system.potential.register(RodCrane)
+def _(p, x):
+    nq, _ = layout(p)
+    length, _ = upper(p.hoist, p.cable, x)
+    return -p.gravity * moments(p, x, length)[1] * cos(x[nq - 1])
+
+
+@system.link_count.register(RodCrane)
+def _(p):
+    return p.cable.nodes.shape[1]
+
+
+@system.tensions.register(RodCrane)
+def _(p, t, x, u, rows, i, first):
+    nq, _ = layout(p)
+    now, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
+    fall, square = p.gravity * now.c - now.trolley * now.s - now.paid, x[2 * nq - 1] * x[2 * nq - 1]
+    rows[i, first] = now.tension
+    for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
+        reach = length + p.cable.nodes[DISTANCE, k - 1]
+        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (fall + reach * square)
+
+
+@system.power.register(RodCrane)
+def _(p, t, x, u):
+    tau = system.effort(u, p, t, x)
+    return supply(p, x, tau, swing_of(p, t, x, tau))
+
+
+@generic
+def reading(meter, x, i):
+    """Return entry i of x, where the meter stands; 0 without one."""
+    return x[i]
+
+
+@reading.register(type(None))
+def _(meter, x, i):
+    return 0.0
+
+
+@system.supplied.register(RodCrane)
+def _(p, x):
+    nq, _ = layout(p)
+    return reading(p.meter, x, 2 * nq)
+
+
+@system.point_count.register(RodCrane)
+def _(p):
+    return 1 + p.cable.nodes.shape[1]
+
+
+@system.points.register(RodCrane)
+def _(p, t, x, out):
+    nq, _ = layout(p)
+    length, _ = upper(p.hoist, p.cable, x)
+    s, c = sin(x[nq - 1]), cos(x[nq - 1])
+    out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
+    for i in range(p.cable.nodes.shape[1]):
+        r = length + p.cable.nodes[DISTANCE, i]
+        out[i + 1, 0], out[i + 1, 1], out[i + 1, 2] = x[0] + r * s, 0.0, -r * c
+
+
+@system.switching.register(RodCrane)
+def _(p):
+    return switching_of(p.switches, rubs(p.trolley), layout(p)[0])
+
+
+@system.guard.register(RodCrane)
+def _(p, t, x, u, work):
+    nq, modes = layout(p)
+    tau = system.effort(u, p, t, x)
+    taut = p.switches.taut > 0.0
+    forces = taut or (rubs(p.trolley) and x[modes] == 0.0)
+    tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
+    best = limits_guard(p.switches, best, 0, x[0])
+    best = hoist_guard(p.switches, best, upper(p.hoist, p.cable, x)[0])
+    best = payload_guard(p.switches, best, t, x[modes + 1])
+    value, which = lesser(best, tension, LINK) if taut else best
+    return value, which, int(forces)
+
+
+@kernel
+def forces_of(p, t, x, tau):
+    """Return (tension, pull on the trolley) [N]."""
+    now = swing_of(p, t, x, tau)
+    return now.tension, now.pull
+
+
+@system.switched.register(RodCrane)
+def _(p, t, x, u, which):
+    return switch(p, t, x, system.effort(u, p, t, x), which)
+
+
+@kernel
+def energy(p, x):
+    """Return the total energy [J]."""
+    return system.kinetic(p, x) + system.potential(p, x)
+
+
+@routine
+def switch(p, t, x, tau, which):
+    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
+    nq, modes = layout(p)
+    if which == PAYLOAD:
+        after = replaced(x, modes + 1, x[modes + 1] + 1.0)
+        gained = energy(p, after) - energy(p, x)  # the payload takes its energy along
+        return replaced(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
+    if which == FRICTION:
+        still = replaced(replaced(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
+        mode = freed(p.trolley, x[modes], tau, 0, swing_of(p, t, still, tau).pull)
+        return replaced(still, modes, mode), friction_event(0, mode), True
+    return x, which, False

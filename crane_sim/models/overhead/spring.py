@@ -1,0 +1,133 @@
+"""An overhead crane whose cable is one spring and damper in the vertical plane, in closed form.
+
+`elastic` has the equations for any number of links. State: a flat tuple (x, X, Z, x', X', Z', (energy supplied)) with
+the payload's position (X, Z) in the world. The link pulls with T = k e + c e', e its length beyond the rest length.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+from crane_sim import system
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.overhead.rod import on_meter, reading
+from crane_sim.models.supports.actuation import driven, efforts, metered
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, rail
+from crane_sim.numerics.jit import lean_kernel
+
+
+class Spring(NamedTuple):
+    """The link and what hangs on it."""
+
+    mass: float  # kg, of the payload
+    length: float  # m, at rest
+    stiffness: float  # N/m
+    damping: float  # N s/m
+
+
+class SpringCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    trolley: Axis
+    cable: Spring
+    gravity: float = 9.81  # m/s²
+    meter: Meter | None = None
+
+    def metered(self, held: bool) -> "SpringCrane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        return self._replace(meter=Meter()) if self.cable.damping else metered(self, held)
+
+
+@lean_kernel
+def pull(p, x):
+    """Return (unit vector down the link (2,), tension [N], elongation [m], power [W] that the damper takes)."""
+    dx, dz = x[1] - x[0], x[2]
+    inverse = 1.0 / sqrt(dx * dx + dz * dz)
+    nx, nz = dx * inverse, dz * inverse
+    stretch = (dx * dx + dz * dz) * inverse - p.cable.length
+    rate = nx * (x[4] - x[3]) + nz * x[5]
+    damping = p.cable.damping * rate
+    return (nx, nz), p.cable.stiffness * stretch + damping, stretch, damping * rate
+
+
+@lean_kernel
+def accelerations(p, t, x, tau):
+    """Return the accelerations of trolley and payload (3,) [m/s²]."""
+    (nx, nz), tension, _, _ = pull(p, x)
+    give, push = rail(p.trolley, t, tau, 0, x[3], 0.0)
+    drawn = tension / p.cable.mass
+    return push + give * tension * nx, -drawn * nx, -drawn * nz - p.gravity
+
+
+@lean_kernel
+def supply(p, x, tau):
+    """Return the power [W] that drive and imposed motion supply, less what the damper takes."""
+    (nx, _), tension, _, lost = pull(p, x)
+    return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
+
+
+@system.rhs.register(SpringCrane)
+def _(p, t, x, u):
+    tau = system.effort(u, p, t, x)
+    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *on_meter(p.meter, supply(p, x, tau)))
+
+
+@system.state.register(SpringCrane)
+def _(p, t, q, v):
+    return (q[0], q[1], q[2], v[0], v[1], v[2], *on_meter(p.meter, 0.0))
+
+
+@system.joints.register(SpringCrane)
+def _(p, x):
+    return (x[0], x[1], x[2]), (x[3], x[4], x[5])
+
+
+@system.actuated.register(SpringCrane)
+def _(p, x):
+    return driven(p.trolley, None, x, 0), driven(p.trolley, None, x, 3)
+
+
+@system.held.register(SpringCrane)
+def _(p, row):
+    return efforts(p.trolley, None, row)
+
+
+@system.acceleration.register(SpringCrane)
+def _(p, t, x, u):
+    return accelerations(p, t, x, system.effort(u, p, t, x))
+
+
+@system.kinetic.register(SpringCrane)
+def _(p, x):
+    return 0.5 * (axis_mass(p.trolley) * x[3] * x[3] + p.cable.mass * (x[4] * x[4] + x[5] * x[5]))
+
+
+@system.potential.register(SpringCrane)
+def _(p, x):
+    stretch = pull(p, x)[2]
+    return p.cable.mass * p.gravity * x[2] + 0.5 * p.cable.stiffness * stretch * stretch
+
+
+@system.tensions.register(SpringCrane)
+def _(p, t, x, u, rows, i, first):
+    rows[i, first] = pull(p, x)[1]
+
+
+@system.power.register(SpringCrane)
+def _(p, t, x, u):
+    return supply(p, x, system.effort(u, p, t, x))
+
+
+@system.supplied.register(SpringCrane)
+def _(p, x):
+    return reading(p.meter, x, 6)
+
+
+@system.point_count.register(SpringCrane)
+def _(p):
+    return 2
+
+
+@system.points.register(SpringCrane)
+def _(p, t, x, out):
+    out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
+    out[1, 0], out[1, 1], out[1, 2] = x[1], 0.0, x[2]

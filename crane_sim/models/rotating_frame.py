@@ -1,0 +1,29 @@
+"""Between a frame that turns about the vertical and inertial space: the axes are the frame's throughout."""
+
+from crane_sim.numerics.jit import kernel
+
+
+@kernel
+def inertial_velocity(position, velocity, w):
+    """Return the inertial velocity (3,) of a point whose frame coordinates change at `velocity`; w: yaw rate."""
+    return velocity[0] - w * position[1], velocity[1] + w * position[0], velocity[2]
+
+
+@kernel
+def inertial_acceleration(second, position, velocity, w, w_dot):
+    """Return the inertial acceleration (3,) from the second rate of change of frame coordinates."""
+    return (
+        second[0] - 2.0 * w * velocity[1] - w_dot * position[1] - w * w * position[0],
+        second[1] + 2.0 * w * velocity[0] + w_dot * position[0] - w * w * position[1],
+        second[2],
+    )
+
+
+@kernel
+def frame_acceleration(inertial, position, velocity, w, w_dot):
+    """Return the second rate of change (3,) of frame coordinates: the inverse of `inertial_acceleration`."""
+    return (
+        inertial[0] + 2.0 * w * velocity[1] + w_dot * position[1] + w * w * position[0],
+        inertial[1] - 2.0 * w * velocity[0] - w_dot * position[0] + w * w * position[1],
+        inertial[2],
+    )

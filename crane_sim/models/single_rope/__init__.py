@@ -1,0 +1,1 @@
+"""Cranes with one rope: any support, rope and load put together."""

@@ -1,0 +1,306 @@
+"""A crane: support x cable x load and their effects, put together.
+
+State x = (support state, payload state), and a third float, the energy supplied [J], when the crane is metered.
+
+What a crane shows to the outside: joint coordinates, energies, accelerations, points in the world.
+"""
+
+from math import cos, sin
+from typing import Any, NamedTuple
+
+from crane_sim import system
+from crane_sim.models.cables.rope import (
+    ForceRope,
+    LockedRope,
+    RateRope,
+    Span,
+    add_rope_energy,
+    held_to_rope,
+    rope_limited,
+    rope_tension,
+    span,
+    swing,
+    winch_power,
+)
+from crane_sim.models.effects import (
+    LinearFriction,
+    PaperFriction,
+    PayloadDrag,
+    PayloadForce,
+    QuadraticFriction,
+    add_drag,
+    swing_moments,
+)
+from crane_sim.models.energy_meter import Meter, metered_like, metered_state, reading, with_meter
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.moving_base import (
+    BaseState,
+    add_imposed,
+    added_energy,
+    airspeed,
+    base_state,
+    carried,
+    pose_at,
+    seen_turned,
+    to_base,
+    to_world,
+    turned_back,
+)
+from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
+from crane_sim.models.stops import Stops, story
+from crane_sim.models.supports import (
+    corners,
+    demanded,
+    drive_power,
+    driven,
+    entered,
+    posture,
+    shown,
+    shown_acceleration,
+    skeleton,
+    support_acceleration,
+    support_base_energy,
+    support_kinetic,
+    support_potential,
+    tip_acceleration,
+    with_base,
+    with_couple,
+    yaw,
+)
+from crane_sim.models.supports.driven_point import Point
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, kernel
+from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.inputs import value_at
+
+SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
+
+
+class Crane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    support: Any  # a Knuckle, a Point: whatever answers what `crane_sim.models.supports` asks
+    cable: ForceRope | RateRope | LockedRope
+    load: PointLoad
+    gravity: float = 9.81  # m/s²
+    swing_friction: SwingFriction | None = None
+    drag: PayloadDrag | None = None
+    meter: Meter | None = None
+    base: Base | SplineBase | None = None
+    force: PayloadForce | None = None
+    stops: Stops | None = None
+
+    def metered(self, held: bool) -> "Crane":
+        """Return the model with a meter where held efforts do not tell all the energy supplied."""
+        lossy = self.swing_friction is not None or self.drag is not None or self.force is not None
+        imposed = isinstance(self.cable, RateRope) or isinstance(self.support, Point) or self.base is not None
+        return self._replace(meter=Meter()) if lossy or imposed or not held else self
+
+    def story(self, which: int) -> tuple[str, str]:
+        """Return (what guard number `which` tells, what a user can change) in words."""
+        return story(self.support, self.stops or Stops(), which)
+
+
+class Motion(NamedTuple):
+    """Everything that the state and the efforts fix at one instant."""
+
+    pose: NamedTuple
+    line: Span
+    support: tuple[float, float, float]  # joint accelerations of the support
+    payload: tuple[float, float, float]  # second rates of change of the payload's coordinates
+    tension: float
+    pull: tuple[float, float, float]  # N, of rope and swing joints on the tip
+
+
+@generic
+def add_swing_friction(friction, line, force, reaction, tau, support):
+    """Return (force on the payload, reaction on the tip, joint efforts) with the swing joints' friction added.
+
+    The friction is internal: what it pulls on the payload it pushes on the tip, and the couple between the two turns
+    the support about the vertical (the swing angles are measured in its frame).
+    """
+    s1, c1, c2, w1, w2 = swing(line)
+    a1, a2 = swing_moments(friction, line.n, w1, w2)
+    nx, inverse = line.n[0], -1.0 / line.length
+    fx = inverse * a2 * c2
+    fy = inverse * (a1 * c1 - a2 * s1 * nx)
+    fz = inverse * (a1 * s1 + a2 * c1 * nx)
+    couple = line.length * (line.n[1] * fx - nx * fy)
+    force = (force[0] + fx, force[1] + fy, force[2] + fz)
+    return force, (reaction[0] - fx, reaction[1] - fy, reaction[2] - fz), with_couple(support, tau, couple)
+
+
+@add_swing_friction.register(type(None))
+def _(friction, line, force, reaction, tau, support):
+    return force, reaction, tau
+
+
+@generic
+def friction_power(friction, line):
+    """Return the power [W] that the swing joints' friction takes out, negative."""
+    _, _, _, w1, w2 = swing(line)
+    a1, a2 = swing_moments(friction, line.n, w1, w2)
+    return -a1 * w1 - a2 * w2
+
+
+@friction_power.register(type(None))
+def _(friction, line):
+    return 0.0
+
+
+@generic
+def add_given(given, force, p, t, xs):
+    """Return the force (3,) [N] plus a given one at time t, in the axes of the support's frame."""
+    return force
+
+
+@add_given.register(PayloadForce)
+def _(given, force, p, t, xs):
+    s, c = sincos(yaw(p.support, xs))
+    world = (value_at(given.x, t), value_at(given.y, t), value_at(given.z, t))
+    x, y, z = turned_back(to_base(pose_at(p.base, t), world), s, c)
+    return force[0] + x, force[1] + y, force[2] + z
+
+
+@kernel
+def base_of(p, t, xs):
+    """Return the base at time t in the axes of the support's frame, None where it rests."""
+    return seen_turned(carried(p.base, p.gravity, t), yaw(p.support, xs))
+
+
+@kernel
+def motion(p, t, xs, xc, tau):
+    """Return the Motion of crane p at time t and its state under joint efforts tau."""
+    pose = posture(p.support, xs)
+    line = span(pose, xc)
+    position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
+    base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
+    force = add_imposed(base, p.load.mass, (0.0, 0.0, -p.load.mass * p.gravity), position, moving)
+    force = add_given(p.force, add_drag(p.drag, force, airspeed(base, position, moving)), p, t, xs)
+    tau = with_base(p.support, tau, base, pose)
+    force, reaction, tau = add_swing_friction(p.swing_friction, line, force, (0.0, 0.0, 0.0), tau, p.support)
+    tension = rope_tension(p.cable, p, pose, line, tau, force, reaction)
+    nx, ny, nz = tension * line.n[0], tension * line.n[1], tension * line.n[2]
+    tip = (reaction[0] + nx, reaction[1] + ny, reaction[2] + nz)
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, tip)
+    _, w_dot = tip_acceleration(p.support, pose, qdd)
+    inverse = 1.0 / p.load.mass
+    inertial = ((force[0] - nx) * inverse, (force[1] - ny) * inverse, (force[2] - nz) * inverse)
+    return Motion(pose, line, qdd, frame_acceleration(inertial, position, velocity, w, w_dot), tension, tip)
+
+
+@system.rhs.register(Crane)
+def _(p, t, x, u):
+    xs, xc = x[0], x[1]
+    now = motion(p, t, xs, xc, system.effort(u, p, t, x))
+    return with_meter(p.meter, ((*xs[3:], *now.support), (*xc[3:], *now.payload)), p, t, x, u)
+
+
+@system.power.register(Crane)
+def _(p, t, x, u):
+    tau = system.effort(u, p, t, x)
+    now = motion(p, t, x[0], x[1], tau)
+    position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], now.pose.yaw_rate), base_of(p, t, x[0])
+    force = add_drag(p.drag, (0.0, 0.0, 0.0), airspeed(base, position, moving))
+    force = add_given(p.force, force, p, t, x[0])
+    (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
+    joints = drive_power(p.support, with_base(p.support, tau, base, now.pose), now.pose, now.pull)
+    joints = joints + winch_power(p.cable, tau, now.line, now.tension)
+    return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, now.line)
+
+
+@system.project.register(Crane)
+def _(p, x):
+    return metered_like(p.meter, x, (x[0], held_to_rope(p.cable, posture(p.support, x[0]), x[1])))
+
+
+@system.tensions.register(Crane)
+def _(p, t, x, u, rows, i, first):
+    rows[i, first] = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+
+
+@system.limited.register(Crane)
+def _(p, u):
+    return rope_limited(p.cable, u)
+
+
+@system.joints.register(Crane)
+def _(p, x):
+    return shown(p.support, p, x)
+
+
+@system.actuated.register(Crane)
+def _(p, x):
+    return driven(p.support, p, x)
+
+
+@system.held.register(Crane)
+def _(p, row):
+    return demanded(p.support, p, row)
+
+
+@system.state.register(Crane)
+def _(p, t, q, v):
+    return metered_state(p.meter, entered(p.support, p, q, v))
+
+
+@system.acceleration.register(Crane)
+def _(p, t, x, u):
+    return shown_acceleration(p.support, p, motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
+
+
+@system.kinetic.register(Crane)
+def _(p, x):
+    pose = posture(p.support, x[0])
+    vx, vy, vz = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
+    return support_kinetic(p.support, pose) + 0.5 * p.load.mass * (vx * vx + vy * vy + vz * vz)
+
+
+@system.potential.register(Crane)
+def _(p, x):
+    pose = posture(p.support, x[0])
+    energy = support_potential(p.support, pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
+    return add_rope_energy(p.cable, energy, span(pose, x[1]).length)
+
+
+@system.base_energy.register(Crane)
+def _(p, t, x):
+    return added_to(base_state(p.base, t, yaw(p.support, x[0])), p, x)
+
+
+@generic
+def added_to(now, p, x):
+    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `now`: `base_state`."""
+    return 0.0, 0.0
+
+
+@added_to.register(BaseState)
+def _(now, p, x):
+    pose = posture(p.support, x[0])
+    moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
+    kinetic, potential = added_energy(now, p.gravity, p.load.mass, x[1][:3], moving)
+    others = support_base_energy(p.support, now, pose, p.gravity)
+    return kinetic + others[0], potential + others[1]
+
+
+@system.point_count.register(Crane)
+def _(p):
+    return 1 + corners(p.support)
+
+
+@system.tip_index.register(Crane)
+def _(p):
+    return corners(p.support) - 1
+
+
+@system.points.register(Crane)
+def _(p, t, x, out):
+    angle, pose = yaw(p.support, x[0]), pose_at(p.base, t)
+    c, s = cos(angle), sin(angle)
+    for i, (a, b, z) in enumerate((*skeleton(p.support, x[0]), x[1][:3])):
+        out[i, 0], out[i, 1], out[i, 2] = to_world(pose, (c * a - s * b, s * a + c * b, z))
+
+
+@system.supplied.register(Crane)
+def _(p, x):
+    return reading(p.meter, x)

@@ -1,0 +1,123 @@
+"""Joint coordinates of cranes with one rope: the support's own, then the rope's and the swing's.
+
+What a support registers here depends on the rope below it, so supports and cables need not know each other.
+"""
+
+from math import atan2, cos, sin, sqrt
+
+from crane_sim.models.cables.rope import LockedRope, span, swing
+from crane_sim.models.supports import demanded, driven, entered, posture, shown, shown_acceleration, tip_acceleration
+from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim.numerics.jit import generic, kernel
+
+POLE = 1e-9
+"""cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from it."""
+
+
+@shown.register(Knuckle)
+def _(support, p, x):
+    xs, xc = x[0], x[1]
+    line = span(posture(p.support, xs), xc)
+    _, _, c2, w1, w2 = swing(line)
+    theta1, theta2 = atan2(line.n[1], -line.n[2]), atan2(line.n[0], c2)
+    return (*xs[:3], line.length, theta1, theta2), (*xs[3:], line.rate, w1 / max(c2, POLE), w2)
+
+
+@generic
+def winch_joint(rope, line):
+    """Return the actuated rope coordinate and its rate, each a tuple, empty for a braked winch."""
+    return (line.length,), (line.rate,)
+
+
+@winch_joint.register(LockedRope)
+def _(rope, line):
+    return (), ()
+
+
+@driven.register(Knuckle)
+def _(support, p, x):
+    q, v = winch_joint(p.cable, span(posture(p.support, x[0]), x[1]))
+    return (*x[0][:3], *q), (*x[0][3:], *v)
+
+
+@generic
+def winch_effort(rope, row):
+    """Return the winch's effort in the array `row` as a tuple, empty for a braked winch."""
+    return (row[3],)
+
+
+@winch_effort.register(LockedRope)
+def _(rope, row):
+    return ()
+
+
+@demanded.register(Knuckle)
+def _(support, p, row):
+    return (row[0], row[1], row[2], *winch_effort(p.cable, row))
+
+
+@entered.register(Knuckle)
+def _(support, p, q, v):
+    d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
+    rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
+    pose = posture(p.support, (q[0], q[1], q[2], v[0], v[1], v[2]))
+    (x, y, z), (vx, vy, vz) = pose.tip, pose.tip_velocity
+    payload = (x + d * s2, y + d * c2 * s1, z - d * c1 * c2)
+    velocity = (
+        vx + rate * s2 + w2 * c2,
+        vy + rate * c2 * s1 + w1 * c1 - w2 * s1 * s2,
+        vz - rate * c1 * c2 + w1 * s1 + w2 * c1 * s2,
+    )
+    return (q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, *velocity)
+
+
+@shown_acceleration.register(Knuckle)
+def _(support, p, now):
+    line = now.line
+    tip, _ = tip_acceleration(p.support, now.pose, now.support)
+    ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
+    nx, ny, nz = line.n
+    s1, c1, c2, w1, w2 = swing(line)
+    vx, vy, vz = line.velocity
+    turning = (vx * vx + vy * vy + vz * vz - line.rate * line.rate) / line.length
+    rope = nx * ax + ny * ay + nz * az + turning
+    theta1 = w1 / max(c2, POLE)
+    first = (c1 * ay + s1 * az - 2.0 * line.rate * w1) / line.length + 2.0 * nx * theta1 * w2
+    second = (c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * line.rate * w2) / line.length - nx * c2 * theta1 * theta1
+    return (*now.support, rope, first / max(c2, POLE), second)
+
+
+@shown.register(Point)
+def _(support, p, x):
+    line = span(posture(support, x[0]), x[1])
+    return (*x[0][:3], *line.n), (*x[0][3:], *_rates(line))
+
+
+@kernel
+def _rates(line):
+    """Return the derivative (3,) [1/s] of a Span's unit vector."""
+    (nx, ny, nz), (vx, vy, vz), rate = line.n, line.velocity, line.rate
+    return (vx - rate * nx) / line.length, (vy - rate * ny) / line.length, (vz - rate * nz) / line.length
+
+
+@shown_acceleration.register(Point)
+def _(support, p, now):
+    line, tip = now.line, now.support
+    (nx, ny, nz), (wx, wy, wz) = line.n, _rates(line)
+    ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
+    along = nx * ax + ny * ay + nz * az + line.length * (wx * wx + wy * wy + wz * wz)
+    x = (ax - along * nx - 2.0 * line.rate * wx) / line.length
+    y = (ay - along * ny - 2.0 * line.rate * wy) / line.length
+    return (*tip, x, y, (az - along * nz - 2.0 * line.rate * wz) / line.length)
+
+
+@entered.register(Point)
+def _(support, p, q, v):
+    inverse, length = 1.0 / sqrt(q[3] * q[3] + q[4] * q[4] + q[5] * q[5]), p.cable.length
+    nx, ny, nz = q[3] * inverse, q[4] * inverse, q[5] * inverse
+    along = nx * v[3] + ny * v[4] + nz * v[5]
+    payload = (q[0] + length * nx, q[1] + length * ny, q[2] + length * nz)
+    x, y = v[0] + length * (v[3] - along * nx), v[1] + length * (v[4] - along * ny)
+    z = v[2] + length * (v[5] - along * nz)
+    return (q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, x, y, z)

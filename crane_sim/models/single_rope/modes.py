@@ -1,0 +1,37 @@
+"""How the run of a crane with one rope ends: its guards, which look at positions alone unless the rope must pull."""
+
+from crane_sim import system
+from crane_sim.models.cables.rope import span
+from crane_sim.models.single_rope.crane import Crane, motion
+from crane_sim.models.stops import ROPE, SLACK, lesser, switching_of
+from crane_sim.models.supports import posture, support_guard
+from crane_sim.numerics.jit import lean_routine
+
+
+@system.switching.register(Crane)
+def _(p):
+    return switching_of(p.stops)
+
+
+@system.guard.register(Crane)
+def _(p, t, x, u, work):
+    return least_guard(p, t, x, u)
+
+
+@lean_routine
+def least_guard(p, t, x, u):
+    """Return (the smallest guard, its number, evaluations)."""
+    stops, forces = p.stops, p.stops.taut > 0.0
+    line = span(posture(p.support, x[0]), x[1])
+    left = line.length + stops.lead * min(line.rate, 0.0) - stops.shortest
+    best = lesser((left, ROPE), stops.longest - line.length, ROPE + 1)
+    best = support_guard(p.support, best, x[0])
+    value, which = best
+    if forces:
+        value, which = lesser(best, motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension, SLACK)
+    return value, which, int(forces)
+
+
+@system.switched.register(Crane)
+def _(p, t, x, u, which):
+    return x, which, False

@@ -1,0 +1,130 @@
+"""Supports carry the upper end of the rope. One file each; the protocol every support answers is here.
+
+A support works in a frame of its own: origin at its base, z up, turned about z by its yaw angle (a trolley's is 0).
+Its state is a tuple (positions..., velocities...). All vectors below are in that frame; `tip_velocity` is the rate of
+change of the tip's coordinates in it.
+"""
+
+from crane_sim.numerics.jit import generic
+
+
+@generic
+def posture(support, xs):
+    """Return a NamedTuple of what state xs fixes: at least tip (3,), tip_velocity (3,), yaw_rate."""
+    raise NotImplementedError
+
+
+@generic
+def support_acceleration(support, pose, gravity, tau, force):
+    """Return the joint accelerations under joint efforts tau and a force (3,) [N] on the tip."""
+    raise NotImplementedError
+
+
+@generic
+def tip_acceleration(support, pose, qdd):
+    """Return (second rate of change of the tip's coordinates (3,), yaw acceleration) at joint accelerations qdd."""
+    raise NotImplementedError
+
+
+@generic
+def tip_mobility(support, pose, n):
+    """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
+    raise NotImplementedError
+
+
+@generic
+def with_couple(support, tau, couple):
+    """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
+    raise NotImplementedError
+
+
+@generic
+def with_base(support, tau, base, pose):
+    """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
+
+    `base` is as of `crane_sim.models.moving_base.carried`, in the axes of the support's frame. A support without
+    masses, and a base that rests, leave tau as it is.
+    """
+    return tau
+
+
+@generic
+def drive_power(support, tau, pose, pull):
+    """Return the power [W] of joint efforts tau where the tip is pulled by a force (3,) [N]."""
+    raise NotImplementedError
+
+
+@generic
+def yaw(support, xs):
+    """Return the angle [rad] of the support's frame about z."""
+    raise NotImplementedError
+
+
+@generic
+def skeleton(support, xs):
+    """Return the support's polyline, base to tip, in its own frame: a tuple of (x, y, z)."""
+    raise NotImplementedError
+
+
+@generic
+def support_kinetic(support, pose):
+    """Return the support's kinetic energy [J], without rope and load."""
+    raise NotImplementedError
+
+
+@generic
+def support_potential(support, pose, gravity):
+    """Return the support's potential energy [J] of gravity and joint springs, without rope and load."""
+    raise NotImplementedError
+
+
+@generic
+def support_base_energy(support, now, pose, gravity):
+    """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
+
+    `now` is as of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame. A support without
+    masses has none.
+    """
+    return 0.0, 0.0
+
+
+@generic
+def support_guard(support, best, xs):
+    """Return the smallest (guard, number) of `crane_sim.models.stops`, the travel limits of the support counted in."""
+    return best
+
+
+@generic
+def corners(support):
+    """Return the number of points of the support's polyline."""
+    raise NotImplementedError
+
+
+@generic
+def shown(support, p, x):
+    """Return (q, v), the joint coordinates of the crane p on this support in state x."""
+    raise NotImplementedError
+
+
+@generic
+def entered(support, p, q, v):
+    """Return (support state, payload state) of the crane p on this support at joint coordinates q, v."""
+    raise NotImplementedError
+
+
+@generic
+def shown_acceleration(support, p, now):
+    """Return the joint accelerations of the crane p on this support, whose Motion is `now`."""
+    raise NotImplementedError
+
+
+@generic
+def driven(support, p, x):
+    """Return (q, v) of the actuated joints only."""
+    raise NotImplementedError
+
+
+@generic
+def demanded(support, p, row):
+    """Return the efforts in the array `row` as a tuple."""
+    raise NotImplementedError

@@ -1,0 +1,189 @@
+"""A suspension point that is driven, as a boom's tip or a laboratory's gantry would be, without a mass of its own.
+
+The drive is ideal, its efforts are the point's accelerations; or it is a servo whose efforts are demanded positions:
+y₀'' = -kd y₀' - kp (y₀ - effort), axis by axis. Both are relative to the base, and what the cable pulls does not move
+the point. Joint coordinates are the point's position and the unit vector from it to the payload: no angles, so no
+direction is singular.
+"""
+
+from typing import NamedTuple
+
+from crane_sim.files.types import NonNegative, Positive, Range
+from crane_sim.models.stops import LIMIT, travel_guard
+from crane_sim.models.supports import (
+    corners,
+    demanded,
+    drive_power,
+    driven,
+    posture,
+    skeleton,
+    support_acceleration,
+    support_guard,
+    support_kinetic,
+    support_potential,
+    tip_acceleration,
+    tip_mobility,
+    with_couple,
+    yaw,
+)
+from crane_sim.numerics.jit import generic
+
+Vector = tuple[float, float, float]
+
+
+class Servo(NamedTuple):
+    """A servo that follows demanded positions."""
+
+    kp: Positive  # 1/s²
+    kd: NonNegative  # 1/s
+
+
+class Lift(NamedTuple):
+    """The presence of a vertical drive."""
+
+
+class Box(NamedTuple):
+    """Travel limits of the point relative to the base; a run ends where one is reached."""
+
+    x: Range | None = None  # m, of `tip_x`
+    y: Range | None = None  # m, of `tip_y`
+    z: Range | None = None  # m, of `tip_z`, of a point with a vertical drive
+
+
+class Point(NamedTuple):
+    """Parameters of the support."""
+
+    servo: Servo | None = None  # None: efforts are accelerations
+    lift: Lift | None = None  # None: the point keeps its height
+    limits: Box | None = None
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return f"suspension point along {'xyz'[i]}", f"suspension.limits.{'xyz'[i]}"
+
+
+class PointPosture(NamedTuple):
+    """What the state fixes."""
+
+    tip: Vector  # m
+    tip_velocity: Vector  # m/s
+    yaw_rate: float
+
+
+@generic
+def served(servo, demand, q, v):
+    """Return the acceleration [m/s²] of an axis at position q and velocity v: the demand itself without a servo."""
+    return demand
+
+
+@served.register(Servo)
+def _(servo, demand, q, v):
+    return -servo.kd * v - servo.kp * (q - demand)
+
+
+@generic
+def lifted(lift, servo, tau, pose):
+    """Return the vertical acceleration [m/s²]: none without a lift."""
+    return 0.0
+
+
+@lifted.register(Lift)
+def _(lift, servo, tau, pose):
+    return served(servo, tau[2], pose.tip[2], pose.tip_velocity[2])
+
+
+@posture.register(Point)
+def _(support, xs):
+    return PointPosture(xs[:3], xs[3:], 0.0)
+
+
+@support_acceleration.register(Point)
+def _(support, pose, gravity, tau, force):
+    x = served(support.servo, tau[0], pose.tip[0], pose.tip_velocity[0])
+    y = served(support.servo, tau[1], pose.tip[1], pose.tip_velocity[1])
+    return x, y, lifted(support.lift, support.servo, tau, pose)
+
+
+@tip_acceleration.register(Point)
+def _(support, pose, qdd):
+    return qdd, 0.0
+
+
+@tip_mobility.register(Point)
+def _(support, pose, n):
+    return 0.0
+
+
+@with_couple.register(Point)
+def _(support, tau, couple):
+    return tau
+
+
+@drive_power.register(Point)
+def _(support, tau, pose, pull):
+    vx, vy, vz = pose.tip_velocity
+    return -pull[0] * vx - pull[1] * vy - pull[2] * vz
+
+
+@support_guard.register(Point)
+def _(support, best, xs):
+    return box_guard(support.limits, best, xs)
+
+
+@generic
+def box_guard(limits, best, xs):
+    """Return what `support_guard` does for a point with these limits."""
+    return best
+
+
+@box_guard.register(Box)
+def _(limits, best, xs):
+    best = travel_guard(limits.x, best, xs[0], LIMIT)
+    best = travel_guard(limits.y, best, xs[1], LIMIT + 1)
+    return travel_guard(limits.z, best, xs[2], LIMIT + 2)
+
+
+@yaw.register(Point)
+def _(support, xs):
+    return 0.0
+
+
+@skeleton.register(Point)
+def _(support, xs):
+    return (xs[:3],)
+
+
+@corners.register(Point)
+def _(support):
+    return 1
+
+
+@support_kinetic.register(Point)
+def _(support, pose):
+    return 0.0
+
+
+@support_potential.register(Point)
+def _(support, pose, gravity):
+    return 0.0
+
+
+@driven.register(Point)
+def _(support, p, x):
+    return moved(support.lift, x[0][:3]), moved(support.lift, x[0][3:])
+
+
+@demanded.register(Point)
+def _(support, p, row):
+    return moved(support.lift, row)
+
+
+@generic
+def moved(lift, vector):
+    """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
+    return vector[0], vector[1]
+
+
+@moved.register(Lift)
+def _(lift, vector):
+    return vector[0], vector[1], vector[2]

@@ -1,0 +1,106 @@
+"""Hoists: what changes the first link's length. What a cable needs of one is how its length answers the tension."""
+
+from typing import NamedTuple
+
+from crane_sim.files.types import Positive
+from crane_sim.numerics.jit import generic, kernel, lean_generic
+from crane_sim.trajectories.profiles import Motion, moved_at
+
+
+class PrescribedHoist(NamedTuple):
+    """A winch that gives the first link a length that is a function of time."""
+
+    profile: Motion
+
+
+class ForceHoist(NamedTuple):
+    """A winch with inertia that takes a force command; positive pays out."""
+
+    inertia: Positive  # kg, drum inertia over radius squared
+    push: float = 0.0  # 1: efforts that pay out are applied, 0: as zero, since a rope cannot push
+
+
+class MasslessHoist(NamedTuple):
+    """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
+
+    push: float = 0.0  # as of `ForceHoist`
+
+
+Hoist = PrescribedHoist | ForceHoist | MasslessHoist
+
+
+@lean_generic
+def hoisted(hoist):
+    """Return how many coordinates the hoist has."""
+    return 1
+
+
+@hoisted.register(type(None))
+def _(hoist):
+    return 0
+
+
+@lean_generic
+def drum(hoist, t, tau):
+    """Return (compliance [1/kg], free acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
+    return 0.0, 0.0
+
+
+@drum.register(PrescribedHoist)
+def _(hoist, t, tau):
+    return 0.0, moved_at(hoist.profile, t)[2]
+
+
+@drum.register(ForceHoist)
+def _(hoist, t, tau):
+    return 1.0 / hoist.inertia, tau[len(tau) - 1] / hoist.inertia
+
+
+@drum.register(MasslessHoist)
+def _(hoist, t, tau):
+    return -1.0, -tau[len(tau) - 1]
+
+
+@lean_generic
+def drum_inertia(hoist):
+    """Return the modelled inertia [kg] of the winch."""
+    return 0.0
+
+
+@drum_inertia.register(ForceHoist)
+def _(hoist):
+    return hoist.inertia
+
+
+@lean_generic
+def drum_power(hoist, tau, rate, tension):
+    """Return the power [W] that the winch supplies at this rate of length and tension."""
+    return -tension * rate
+
+
+@drum_power.register(ForceHoist)
+def _(hoist, tau, rate, tension):
+    return tau[len(tau) - 1] * rate
+
+
+@generic
+def hoist_limited(hoist, u):
+    """Return the efforts (nu,) with the hoist's, the last one, replaced by what it can apply."""
+    return u
+
+
+@hoist_limited.register(ForceHoist)
+def _(hoist, u):
+    return pulling(hoist.push, u)
+
+
+@hoist_limited.register(MasslessHoist)
+def _(hoist, u):
+    return pulling(hoist.push, u)
+
+
+@kernel
+def pulling(push, u):
+    """Return the efforts with the last one, which pays out where it is positive, at most 0 unless `push` is 1."""
+    last = u[-1] if push > 0.0 else min(u[-1], 0.0)
+    return (*u[:-1], last)

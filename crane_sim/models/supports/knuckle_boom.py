@@ -1,0 +1,349 @@
+"""Knuckle-boom crane: a tower that slews, a boom and a jib that luff.
+
+Model of Ambrosino, Dawans, Thierens, Garone, "Oscillation Reduction for Knuckle Cranes", with the misprints corrected,
+in the slewing frame (e_r, e_t, e_z): neither the slew angle nor the swing angles appear, and the 6x6 solve of the
+Lagrange form becomes one division (slew) and one 2x2 solve (boom, jib). alpha is the slew angle; beta and gamma are
+the elevations of boom and jib, both from the horizontal.
+
+What a moving base does to a knuckle-boom crane: efforts on its joints, in addition to those of a base that rests.
+
+In the slewing frame (e_r, e_t, e_z) boom and jib are masses at their middles, which feel the imposed acceleration, and
+rods whose own inertia resists the turning of the base. With an axial inertia I_a a rod's inertia tensor is
+I 1 + (I_a - I) u uᵀ, u along the rod. Without one the model lets the inertia resist the turning about the luffing axis
+l = -e_t only, and so it does here: the tensor is I l lᵀ. The tower has an inertia about e_z only, I_t e_z e_zᵀ.
+With Ω = w + ω, ω relative to the base, such a tensor a 1 + b d dᵀ, d fixed in the body, gives the body the moment
+
+    -(a s + b [(d·s) d + (d·Ω) Ω × d - (d·ω) ω × d]),   s = w' + w × ω,
+
+in addition to what it feels at w = w' = 0.
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+from crane_sim.files.types import AngleRange, NonNegative, Positive
+from crane_sim.models.effects import (
+    BoomSpring,
+    JibSpring,
+    add_jib_spring,
+    add_jib_spring_energy,
+    add_spring,
+    add_spring_energy,
+)
+from crane_sim.models.moving_base import Carried, added_energy, added_spin, cross, dot, imposed
+from crane_sim.models.stops import LIMIT, travel_guard
+from crane_sim.models.supports import (
+    corners,
+    drive_power,
+    posture,
+    skeleton,
+    support_acceleration,
+    support_base_energy,
+    support_guard,
+    support_kinetic,
+    support_potential,
+    tip_acceleration,
+    tip_mobility,
+    with_base,
+    with_couple,
+    yaw,
+)
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine
+
+
+class Rod(NamedTuple):
+    """Boom or jib: a rod whose centre of mass is at its middle."""
+
+    length: Positive  # m, between its joints
+    mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
+    inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
+    axial_inertia: NonNegative | None = None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
+    # does not turn with the slew
+    limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
+
+
+class Tower(NamedTuple):
+    """What slews besides boom and jib."""
+
+    inertia: Positive  # kg m², about the vertical
+    limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
+
+
+class Knuckle(NamedTuple):
+    """Parameters of the support."""
+
+    boom: Rod
+    jib: Rod
+    tower: Tower
+    boom_spring: BoomSpring | None = None
+    jib_spring: JibSpring | None = None
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return (("slew", "tower.limits"), ("boom", "boom.limits"), ("jib", "jib.limits"))[i]
+
+
+class KnucklePosture(NamedTuple):
+    """What the state fixes. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
+
+    tip: tuple[float, float, float]  # (r, 0, h)
+    tip_velocity: tuple[float, float, float]  # (r', 0, h')
+    yaw_rate: float  # alpha'
+    beta: float
+    gamma: float
+    beta_rate: float
+    gamma_rate: float
+    cb: float  # cos beta
+    sb: float
+    cg: float  # cos gamma
+    sg: float
+    c: float  # K3 cos(beta - gamma), inertia coupling of boom and jib
+    s: float  # K3 sin(beta - gamma)
+    slew_inertia: float  # kg m²
+    hb: float  # -½ d(slew inertia)/d beta
+    hg: float
+    boom_inertia: float  # IB + K1
+    jib_inertia: float  # IJ + K2
+
+
+@generic
+def turning_inertia(axial, inertia, c, s):
+    """Return (inertia about the vertical, -½ its derivative by the elevation) of a rod; none where axial is absent."""
+    return 0.0, 0.0
+
+
+@turning_inertia.register(float)
+def _(axial, inertia, c, s):
+    return inertia * c * c + axial * s * s, (inertia - axial) * s * c
+
+
+@posture.register(Knuckle)
+def _(support, xs):
+    _, beta, gamma, yaw_rate, vb, vg = xs
+    boom, jib = support.boom, support.jib
+    (sb, cb), (sg, cg) = sincos(beta), sincos(gamma)
+    k1 = boom.length * boom.length * (0.25 * boom.mass + jib.mass)
+    k2 = 0.25 * jib.length * jib.length * jib.mass
+    k3 = 0.5 * boom.length * jib.length * jib.mass
+    p1, p2 = k1 * cb + k3 * cg, k2 * cg + k3 * cb
+    boom_turning, boom_slope = turning_inertia(boom.axial_inertia, boom.inertia, cb, sb)
+    jib_turning, jib_slope = turning_inertia(jib.axial_inertia, jib.inertia, cg, sg)
+    return KnucklePosture(
+        tip=(boom.length * cb + jib.length * cg, 0.0, boom.length * sb + jib.length * sg),
+        tip_velocity=(-boom.length * sb * vb - jib.length * sg * vg, 0.0, boom.length * cb * vb + jib.length * cg * vg),
+        yaw_rate=yaw_rate,
+        beta=beta,
+        gamma=gamma,
+        beta_rate=vb,
+        gamma_rate=vg,
+        cb=cb,
+        sb=sb,
+        cg=cg,
+        sg=sg,
+        c=k3 * (cb * cg + sb * sg),
+        s=k3 * (sb * cg - cb * sg),
+        slew_inertia=support.tower.inertia + cb * p1 + cg * p2 + boom_turning + jib_turning,
+        hb=sb * p1 + boom_slope,
+        hg=sg * p2 + jib_slope,
+        boom_inertia=boom.inertia + k1,
+        jib_inertia=jib.inertia + k2,
+    )
+
+
+@kernel
+def _solve_luff(pose, b2, b3):
+    """Solve the 2x2 system of boom and jib."""
+    inverse = 1.0 / (pose.boom_inertia * pose.jib_inertia - pose.c * pose.c)
+    return (pose.jib_inertia * b2 - pose.c * b3) * inverse, (pose.boom_inertia * b3 - pose.c * b2) * inverse
+
+
+@support_acceleration.register(Knuckle)
+def _(support, pose, gravity, tau, force):
+    boom, jib = support.boom, support.jib
+    fr, ft, fz = force
+    wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
+    u2 = add_spring(support.boom_spring, tau[1], pose.beta)
+    u2, u3 = add_jib_spring(support.jib_spring, u2, tau[2], pose.beta, pose.gamma)
+    slew = (tau[0] + pose.tip[0] * ft + 2.0 * wa * (pose.hb * wb + pose.hg * wg)) / pose.slew_inertia
+    b2 = u2 + boom.length * (pose.cb * fz - pose.sb * fr)
+    b3 = u3 + jib.length * (pose.cg * fz - pose.sg * fr)
+    b2 = b2 - gravity * boom.length * pose.cb * (0.5 * boom.mass + jib.mass) - pose.s * wg * wg - pose.hb * wa * wa
+    b3 = b3 - gravity * jib.length * pose.cg * 0.5 * jib.mass + pose.s * wb * wb - pose.hg * wa * wa
+    luff, knuckle = _solve_luff(pose, b2, b3)
+    return slew, luff, knuckle
+
+
+@tip_acceleration.register(Knuckle)
+def _(support, pose, qdd):
+    boom, jib = support.boom.length, support.jib.length
+    wb2, wg2 = pose.beta_rate * pose.beta_rate, pose.gamma_rate * pose.gamma_rate
+    radial = -boom * (pose.sb * qdd[1] + pose.cb * wb2) - jib * (pose.sg * qdd[2] + pose.cg * wg2)
+    vertical = boom * (pose.cb * qdd[1] - pose.sb * wb2) + jib * (pose.cg * qdd[2] - pose.sg * wg2)
+    return (radial, 0.0, vertical), qdd[0]
+
+
+@tip_mobility.register(Knuckle)
+def _(support, pose, n):
+    slew = pose.tip[0] * n[1]
+    boom = support.boom.length * (pose.cb * n[2] - pose.sb * n[0])
+    jib = support.jib.length * (pose.cg * n[2] - pose.sg * n[0])
+    luff, knuckle = _solve_luff(pose, boom, jib)
+    return slew * slew / pose.slew_inertia + boom * luff + jib * knuckle
+
+
+@with_couple.register(Knuckle)
+def _(support, tau, couple):
+    return (tau[0] + couple, *tau[1:])
+
+
+@support_guard.register(Knuckle)
+def _(support, best, xs):
+    best = travel_guard(support.tower.limits, best, xs[0], LIMIT)
+    best = travel_guard(support.boom.limits, best, xs[1], LIMIT + 1)
+    return travel_guard(support.jib.limits, best, xs[2], LIMIT + 2)
+
+
+@yaw.register(Knuckle)
+def _(support, xs):
+    return xs[0]
+
+
+@skeleton.register(Knuckle)
+def _(support, xs):
+    boom, jib = support.boom.length, support.jib.length
+    x, z = boom * cos(xs[1]), boom * sin(xs[1])
+    return (0.0, 0.0, 0.0), (x, 0.0, z), (x + jib * cos(xs[2]), 0.0, z + jib * sin(xs[2]))
+
+
+@support_kinetic.register(Knuckle)
+def _(support, pose):
+    wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
+    luff = pose.boom_inertia * wb * wb + pose.jib_inertia * wg * wg
+    return 0.5 * (pose.slew_inertia * wa * wa + luff) + pose.c * wb * wg
+
+
+@support_potential.register(Knuckle)
+def _(support, pose, gravity):
+    boom, jib = support.boom, support.jib
+    energy = gravity * boom.length * pose.sb * (0.5 * boom.mass + jib.mass)
+    energy = energy + 0.5 * gravity * jib.mass * jib.length * pose.sg
+    energy = add_spring_energy(support.boom_spring, energy, pose.beta)
+    return add_jib_spring_energy(support.jib_spring, energy, pose.beta, pose.gamma)
+
+
+@with_base.register(Knuckle)
+def _(support, tau, base, pose):
+    return shaken(base, support, tau, pose)
+
+
+@drive_power.register(Knuckle)
+def _(support, tau, pose, pull):
+    return tau[0] * pose.yaw_rate + tau[1] * pose.beta_rate + tau[2] * pose.gamma_rate
+
+
+@generic
+def shaken(base, support, tau, pose):
+    """Return the joint efforts tau plus what the base imposes on tower, boom and jib."""
+    return tau
+
+
+@shaken.register(Carried)
+def _(base, support, tau, pose):
+    slew, luff, fold = _efforts(base, support, pose)
+    return (tau[0] + slew, tau[1] + luff, tau[2] + fold, *tau[3:])
+
+
+@lean_routine
+def _efforts(base, support, pose):
+    boom, jib = support.boom, support.jib
+    slew, x, z = pushed(base, boom, pose, (0.0, 0.0), (0.0, 0.0), pose.cb, pose.sb, pose.beta_rate)
+    knee, rate = boom.length, boom.length * pose.beta_rate
+    knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
+    turn, jx, jz = pushed(base, jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
+    luff = boom.length * (pose.cb * (0.5 * z + jz) - pose.sb * (0.5 * x + jx))
+    fold = 0.5 * jib.length * (pose.cg * jz - pose.sg * jx)
+    boom_turn, boom_luff = spun(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
+    jib_turn, jib_fold = spun(base, jib, pose, pose.cg, pose.sg, pose.gamma_rate)
+    slew = slew + turn + boom_turn + jib_turn - support.tower.inertia * base.turn_rate[2]
+    return slew, luff + boom_luff, fold + jib_fold
+
+
+@lean_kernel
+def pushed(base, rod, pose, root, root_rate, c, s, rate):
+    """Return (moment about the vertical [N m], radial, vertical force [N]) that the base imposes on a rod's mass.
+
+    Args:
+        base, rod, pose: the base in the slewing frame, the rod, the posture.
+        root, root_rate: where the rod begins (radial, vertical) [m], and how that moves in the slewing frame.
+        c, s, rate: cosine and sine of the rod's elevation, its rate [rad/s].
+    """
+    at, moves = middle(rod, pose, root, root_rate, c, s, rate)
+    x, y, z = imposed(base, at, moves)
+    return rod.mass * y * at[0], rod.mass * x, rod.mass * z
+
+
+@lean_kernel
+def middle(rod, pose, root, root_rate, c, s, rate):
+    """Return (position [m], velocity [m/s]) of a rod's middle relative to the base (3,); arguments as of `pushed`."""
+    half = 0.5 * rod.length
+    at = (root[0] + half * c, 0.0, root[1] + half * s)
+    return at, (root_rate[0] - half * s * rate, pose.yaw_rate * at[0], root_rate[1] + half * c * rate)
+
+
+@lean_kernel
+def spun(base, rod, pose, c, s, rate):
+    """Return the moments [N m] (about the vertical, about the luffing axis) by which a rod's inertia resists."""
+    a, b, d = tensor(rod.axial_inertia, rod.inertia, c, s)
+    own = (0.0, -rate, pose.yaw_rate)
+    x, y, z = cross(base.turn, own)
+    resisted = (x + base.turn_rate[0], y + base.turn_rate[1], z + base.turn_rate[2])
+    whole = (own[0] + base.turn[0], own[1] + base.turn[1], own[2] + base.turn[2])
+    along, first, second = dot(d, resisted), dot(d, whole), dot(d, own)
+    _, whole_y, whole_z = cross(whole, d)
+    _, own_y, own_z = cross(own, d)
+    luffing = a * resisted[1] + b * (along * d[1] + first * whole_y - second * own_y)
+    slewing = a * resisted[2] + b * (along * d[2] + first * whole_z - second * own_z)
+    return -slewing, luffing
+
+
+@lean_generic
+def tensor(axial, inertia, c, s):
+    """Return (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²] of a rod; about the luffing axis only."""
+    return 0.0, inertia, (0.0, -1.0, 0.0)
+
+
+@tensor.register(float)
+def _(axial, inertia, c, s):
+    return inertia, axial - inertia, (c, 0.0, s)
+
+
+@support_base_energy.register(Knuckle)
+def _(support, now, pose, gravity):
+    rate, knee = support.boom.length * pose.beta_rate, support.boom.length
+    knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
+    still = (0.0, 0.0)
+    boom = rod_energy(now, gravity, support.boom, pose, still, still, pose.cb, pose.sb, pose.beta_rate)
+    jib = rod_energy(now, gravity, support.jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
+    tower = added_spin(now, (0.0, support.tower.inertia, (0.0, 0.0, 1.0)), (0.0, 0.0, pose.yaw_rate))
+    return boom[0] + jib[0] + tower, boom[1] + jib[1]
+
+
+@lean_kernel
+def rod_energy(now, gravity, rod, pose, root, root_rate, c, s, rate):
+    """Return (kinetic, potential) energy [J] of a rod in the world less those relative to the base.
+
+    Args:
+        now: BaseState.
+        gravity: m/s².
+        rod, pose, root, root_rate, c, s, rate: as of `pushed`.
+    """
+    at, moves = middle(rod, pose, root, root_rate, c, s, rate)
+    kinetic, potential = added_energy(now, gravity, rod.mass, at, moves)
+    own = (0.0, -rate, pose.yaw_rate)
+    return kinetic + added_spin(now, tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
+
+
+@corners.register(Knuckle)
+def _(support):
+    return 3

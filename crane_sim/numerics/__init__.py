@@ -1,0 +1,1 @@
+"""Compiled arithmetic: kernels and their cache, states, arrays, lanes, linear systems; numba only here."""

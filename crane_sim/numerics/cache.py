@@ -1,0 +1,68 @@
+"""Where compiled code is kept, and the sources that it may come from."""
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+
+_NUMBA = version("numba")
+_PACKAGES = tuple(Path(__file__).resolve().parents[2] / name for name in ("crane_sim", "crane_control"))
+PLAIN = (
+    "ros",
+    "orchestration",
+    "recording",
+    "evaluation/reproduce",
+    "evaluation/league",
+    "evaluation/soak",
+    "evaluation/documentation",
+    "cli",
+    "nodes",
+)
+"""Folders of a package without kernels, and whose files no kernel imports: what changes there changes none."""
+
+
+def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
+    """Return a digest of the Python sources below `folders`, PLAIN ones apart, and of what compiles them."""
+    sha = hashlib.sha256(f"{sys.version} {_NUMBA}".encode())
+    for folder in folders:
+        for file in sorted(file for file in folder.rglob("*.py") if not _is_plain(file, folder)):
+            sha.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes())
+    return sha.hexdigest()[:16]
+
+
+def _is_plain(file: Path, folder: Path) -> bool:
+    return any(file.relative_to(folder).is_relative_to(plain) for plain in PLAIN)
+
+
+def covers(file: Path) -> bool:
+    """Return whether the digest is also of this file."""
+    return any(file.is_relative_to(package) and not _is_plain(file, package) for package in _PACKAGES)
+
+
+AT_IMPORT = digest()
+_KEPT = 8  # folders of compiled code, one for each state of the sources
+
+
+def cache_folder() -> Path:
+    """Return the folder for compiled code of these sources: $CRANE_SIM_CACHE, else the user's cache folder."""
+    root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    folder = Path(root) / "crane_sim" / AT_IMPORT
+    try:
+        if not folder.is_dir():
+            folder.mkdir(parents=True, exist_ok=True)
+            _prune(folder.parent)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass  # a read-only home: compile anew in every process rather than not at all
+    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / AT_IMPORT
+
+
+def _prune(root: Path) -> None:
+    """Remove all but the newest folders of compiled code."""
+    folders = sorted(root.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
+    for old in folders[_KEPT:]:
+        shutil.rmtree(old, ignore_errors=True)

@@ -1,0 +1,272 @@
+"""Compiled kernels: the only file that imports numba, beside the algebra of states, arrays and lanes below it.
+
+A scene's physics is a tree of NamedTuples, and a `generic` function picks the body that fits the type of its first
+argument, at compile time. Numba therefore compiles exactly what a scene is made of, an absent part (None) costs
+nothing, and no function is ever passed to another one, so compiled code can be kept on disk.
+
+Compiled code is kept in a folder named after a digest of every source file that it may come from (and of the versions
+that produced it). It is read and written only while the files still have the digest they had before the first kernel
+was imported, so stale machine code cannot be met.
+"""
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import numba
+import numpy as np
+from llvmlite.binding import Linkage
+from numba._dynfunc import make_function
+from numba.core import config as numba_config
+from numba.core import event, types
+from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.typed_passes import AnnotateTypes, NativeLowering
+from numba.extending import intrinsic as _intrinsic
+from numba.extending import overload
+
+from crane_sim.numerics.cache import AT_IMPORT, cache_folder, covers, digest
+
+Function = Callable[..., Any]
+intrinsic: Any = _intrinsic
+"""Marks a function that returns (signature, generator of LLVM instructions)."""
+
+
+class LinkedLibrary(JITCodeLibrary):
+    """Code that callers link in: it is never called by itself, so no machine code is made of it."""
+
+    optimized = False
+    _final_module: Any
+    _shared_module: Any
+
+    def _optimize_final_module(self) -> None:
+        """Leave it to the entry, which optimises all that is linked into it; of many copies, do it once before."""
+        if self.optimized:
+            super()._optimize_final_module()
+
+    def _get_module_for_linking(self) -> Any:
+        self._ensure_finalized()
+        if self._shared_module is None:
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == Linkage.external:
+                    function.linkage = "linkonce_odr"  # several callers link it in
+            self._shared_module = self._final_module
+        return self._shared_module
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class _OptimizedLibrary(LinkedLibrary):
+    optimized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LinkedLowering(NativeLowering):
+    """Numba's lowering into a `LinkedLibrary`."""
+
+    _name = "linked_lowering"
+    _library = LinkedLibrary
+
+    def run_pass(self, state: Any) -> Literal[True]:
+        """Lower the function, and register it under a key that stands for its address."""
+        name = state.func_id.func_qualname
+        state.library = self._library(state.targetctx.codegen(), name)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        lowered = state.cr
+        key = make_function(lowered.fndesc.lookup_module(), name, name, 0, lowered.env, (state.library,))
+        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])
+        state.reload_init.extend(state.library._reload_init)
+        state.cr = lowered._replace(cfunc=key)
+        return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _OptimizedLowering(_LinkedLowering):
+    _name = "optimized_lowering"
+    _library = _OptimizedLibrary
+
+
+class _LinkedCompiler(CompilerBase):
+    """Numba's compiler for functions that only compiled code calls."""
+
+    _lowering: type = _LinkedLowering
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes with the lowering replaced."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        needed = [(step, why) for step, why in passes.passes if step is not AnnotateTypes]  # it keeps the source's tree
+        passes.passes[:] = [(self._lowering if step is NativeLowering else step, why) for step, why in needed]
+        passes.finalize()
+        return [passes]
+
+
+class _OptimizedCompiler(_LinkedCompiler):
+    """Numba's compiler for functions of which a caller holds many copies, such as the stages of a step."""
+
+    _lowering = _OptimizedLowering
+
+
+OPTIONS: Any = {
+    "error_model": "numpy",
+    "forceinline": True,
+    "no_cfunc_wrapper": True,
+    "no_cpython_wrapper": True,
+    "pipeline_class": _LinkedCompiler,
+    "_nrt": True,  # said, since pieces would inherit it from the one that first calls them
+}
+"""Compile options of every kernel: IEEE division, no reassociation; small pieces melt into the loop that calls them."""
+LEAN: Any = OPTIONS | {"_nrt": False}
+"""Of pieces that allocate nothing and return numbers only, never an array: arrays pass through them uncounted, which
+saves some six nanoseconds for each of them. An array that is returned, or received
+from a counted piece, would be freed twice, or never."""
+
+
+class _CheckedCache(FunctionCache):
+    """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory."""
+
+    def load_overload(self, sig, target_context):
+        return super().load_overload(sig, target_context) if _trusted() else None
+
+    def save_overload(self, sig, data):
+        if _trusted():
+            super().save_overload(sig, data)
+
+
+_outside: list[str] = []  # kernels of other packages, whose files the digest does not cover
+
+
+def _trusted() -> bool:
+    return not _outside and digest() == AT_IMPORT
+
+
+def _note_origin(f: Function) -> None:
+    file = Path(f.__code__.co_filename).resolve()
+    if not covers(file):
+        _outside.append(str(file))
+
+
+def kernel(f: Function) -> Function:
+    """Compile `f` into the kernels that call it."""
+    _note_origin(f)
+    return numba.njit(f, **OPTIONS)
+
+
+def routine(f: Function) -> Function:
+    """Compile `f` as one piece that kernels call: for long bodies, whose copies would cost minutes to compile."""
+    _note_origin(f)
+    return numba.njit(f, **(OPTIONS | {"forceinline": False}))
+
+
+def lean_kernel(f: Function) -> Function:
+    """Compile `f` as `kernel` does, by the rules of LEAN."""
+    _note_origin(f)
+    return numba.njit(f, **LEAN)
+
+
+def lean_routine(f: Function) -> Function:
+    """Compile `f` as `routine` does, by the rules of LEAN."""
+    _note_origin(f)
+    return numba.njit(f, **(LEAN | {"forceinline": False}))
+
+
+def entry(f: Function) -> Function:
+    """Compile `f` for calls from Python, and keep the result on disk."""
+    dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
+    settings: Any = numba_config
+    if not settings.DISABLE_JIT:
+        settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
+        dispatcher._cache = _CheckedCache(f)
+        settings.CACHE_DIR = previous
+    return dispatcher
+
+
+class _Begun(event.Listener):
+    """Calls a function whenever something begins."""
+
+    def __init__(self, begin: Callable[[], object]) -> None:
+        self._begin = begin
+
+    def on_start(self, event: Any) -> None:
+        self._begin()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def watched(begin: Callable[[], object]) -> Iterator[None]:
+    """Call `begin` whenever a kernel is compiled while the block runs; one that is read from disk is not."""
+    with event.install_listener("numba:compile", _Begun(begin)):
+        yield
+
+
+class Generic(Protocol):
+    """A function whose body is chosen by the type of its first argument."""
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the body for these arguments."""
+        ...
+
+    def register(self, cls: type) -> Callable[[Function], Function]:
+        """Return a decorator that adds the body for first arguments of class `cls`."""
+        ...
+
+    def knows(self, cls: type) -> bool:
+        """Return whether there is a body for `cls` other than the default."""
+        ...
+
+
+def lean_generic(f: Function) -> Generic:
+    """Make `f` what `generic` makes of it, all bodies by the rules of LEAN."""
+    return generic(f, LEAN)
+
+
+def stage_generic(f: Function) -> Generic:
+    """Make `f` what `generic` makes of it, all bodies optimised before they are copied into the stages of a step."""
+    return generic(f, OPTIONS | {"pipeline_class": _OptimizedCompiler})
+
+
+def generic(f: Function, options: Any = OPTIONS) -> Generic:
+    """Make `f` a function whose body is chosen by the type of its first argument, in Python and in kernels alike.
+
+    `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float`, `np.ndarray` or
+    `type(None)` (the part is absent), exactly as functools.singledispatch does. The body given here is the default.
+    """
+    table = functools.singledispatch(f)
+
+    @functools.wraps(f)
+    def call(*args: Any) -> Any:
+        return table.dispatch(type(args[0]))(*args)
+
+    def register(cls: type) -> Callable[[Function], Function]:
+        def add(body: Function) -> Function:
+            _note_origin(body)
+            return table.register(cls)(body)
+
+        return add
+
+    def choose(*args: Any) -> Function:
+        return table.dispatch(_python_type(args[0]))
+
+    overload(call, strict=False, jit_options=options)(choose)
+    generic_call: Any = call
+    generic_call.register = register
+    generic_call.knows = lambda cls: table.dispatch(cls) is not f
+    return generic_call
+
+
+def _python_type(t: types.Type) -> type:
+    """Return the Python class that the numba type `t` stands for."""
+    if isinstance(t, types.NamedTuple | types.NamedUniTuple):
+        return t.instance_class
+    kinds = {types.BaseTuple: tuple, types.NoneType: type(None), types.Float: float, types.Integer: int}
+    kinds |= {types.Array: np.ndarray}
+    return next((python for kind, python in kinds.items() if isinstance(t, kind)), object)

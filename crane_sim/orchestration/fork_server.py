@@ -1,0 +1,115 @@
+"""A program that loads what all nodes of a scene need, once, and then forks a node wherever one is wanted.
+
+It never imports ROS: middleware begins in the forked process, where its threads are.
+"""
+
+import json
+import os
+import selectors
+import socket
+import sys
+import traceback
+from importlib import import_module
+
+import numpy as np
+
+from crane_sim import load_scene
+from crane_sim.laws import fast_half
+from crane_sim.process_signals import tie, untie
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.metrics import derived
+
+
+def warm(scene: Scene) -> None:
+    """Load the compiled code of the scene's law, and of what is derived from its states; and slow packages."""
+    import_module("crane_sim.recording.layout")  # what a recorder needs of scipy
+    if scene.law is not None:
+        fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
+        scene.law(0.0, scene.initial_q, scene.initial_v)
+    effort = np.zeros((1, len(scene.actuated)))
+    derived(scene, np.zeros(1), np.array([scene.initial_q]), np.array([scene.initial_v]), effort)
+
+
+class Forks:
+    """The nodes that were forked, each with the pipe on which its end is told."""
+
+    def __init__(self, channel: socket.socket) -> None:
+        """Serve the orders that come through a channel."""
+        self._channel = channel
+        self._living: dict[int, tuple[int, int]] = {}  # by the handle of a process: its id, its report pipe
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(channel, selectors.EVENT_READ)
+
+    def serve(self) -> None:
+        """Fork and reap until the orchestrator is gone."""
+        while True:
+            for key, _ in self._selector.select():
+                if key.fd != self._channel.fileno():
+                    self._reap(key.fd)
+                elif not self._fork():
+                    return
+
+    def _fork(self) -> bool:
+        order, fds, _, _ = socket.recv_fds(self._channel, 65536, 2)
+        if not order:
+            return False
+        control, report = fds
+        bind = tie()
+        pid = os.fork()
+        if pid == 0:
+            bind()  # until somebody knows its id, nobody else could end it
+            _tell(report, "born", pid=os.getpid())
+            untie()
+            self._forget_others()
+            os._exit(_node(json.loads(order), control, report))
+        os.close(control)
+        handle = os.pidfd_open(pid)
+        self._living[handle] = pid, report
+        self._selector.register(handle, selectors.EVENT_READ)
+        return True
+
+    def _reap(self, handle: int) -> None:
+        pid, report = self._living.pop(handle)
+        self._selector.unregister(handle)
+        os.close(handle)
+        _, status = os.waitpid(pid, 0)
+        _tell(report, "ended", code=os.waitstatus_to_exitcode(status))
+        os.close(report)
+
+    def _forget_others(self) -> None:
+        self._selector.close()
+        self._channel.close()
+        for handle, (_, report) in self._living.items():
+            os.close(handle)
+            os.close(report)
+
+
+def _node(order: list[str], control: int, report: int) -> int:
+    """Be a node, in a process of its own; return its exit code."""
+    os.setsid()
+    module, *arguments = order
+    sys.argv = [module, *arguments, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
+    try:
+        return import_module(module).main()
+    except BaseException:  # nothing may return into the nursery's own loop
+        traceback.print_exc()
+        return 1
+
+
+def _tell(report: int, event: str, **fields: int) -> None:
+    try:
+        os.write(report, (json.dumps({"event": event, **fields}) + "\n").encode())
+    except BrokenPipeError:
+        return
+
+
+def main() -> int:
+    """Run the program: its arguments are the scene and the channel's file descriptor."""
+    scene, channel = sys.argv[1:]
+    warm(load_scene(scene))
+    Forks(socket.socket(fileno=int(channel))).serve()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,75 @@
+"""The environment of ROS nodes: a domain of their own, Fast DDS's profile, this package."""
+
+import os
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+from crane_sim.files.catalogue import config_folder
+
+DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
+
+
+_RERUN_SAYS = "warn,re_log_encoding::rrd::file_sink=error"  # not that a long recording has no footer: that is meant
+
+
+@contextmanager
+def reserved_domain(wanted: int | None = None) -> Iterator[int]:
+    """Yield a ROS domain id: `wanted`, or one that nobody on this machine uses until the block ends.
+
+    Raises:
+        RuntimeError: all are taken; one line.
+    """
+    if wanted is not None:
+        yield wanted
+        return
+    first = os.getpid() % len(DOMAINS)
+    for domain in (*DOMAINS[first:], *DOMAINS[:first]):
+        with closing(socket.socket(socket.AF_UNIX)) as mark:
+            try:
+                mark.bind(f"\0crane_sim domain {domain}")  # an abstract name: gone with this process, however it ends
+            except OSError:
+                continue
+            if not _in_use(domain):
+                yield domain
+                return
+    raise RuntimeError(f"no free ROS domain id between {DOMAINS[0]} and {DOMAINS[-1]}")
+
+
+def _in_use(domain: int) -> bool:
+    base = 7400 + 250 * domain  # discovery: the multicast port, then one unicast port per participant
+    for port in (base, *range(base + 10, base + 20, 2)):
+        with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
+            try:
+                probe.bind(("", port))
+            except OSError:
+                return True
+    return False
+
+
+def environment(domain: int, log_folder: Path) -> dict[str, str]:
+    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package.
+
+    Raises:
+        RuntimeError: the environment names another profile of Fast DDS, and there is no such file; one line.
+    """
+    package_root = Path(__file__).parents[2]
+    profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
+    if not os.path.isfile(profile):  # Fast DDS would silently speak on every interface
+        raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
+    folder, name = os.path.split(profile)  # Fast DDS 3 drops a file of 2 as a whole, for one element's name
+    newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
+    path = os.environ.get("PYTHONPATH")
+    ours = {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",  # LOCALHOST would override the profile's transports
+        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": profile,  # Jazzy
+        "FASTDDS_DEFAULT_PROFILES_FILE": newer if os.path.isfile(newer) else profile,  # Kilted and later
+        "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
+    }
+    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder), "RUST_LOG": _RERUN_SAYS}
+    inherited = {key: value for key, value in os.environ.items() if key != "ROS_LOCALHOST_ONLY"}
+    return defaults | inherited | ours

@@ -1,0 +1,120 @@
+"""How large a crane is and where its picture is taken from: what the drawing needs beside the crane's own solids."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin, tan
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from crane_sim.description.knuckle import pedestal_height
+
+if TYPE_CHECKING:
+    from crane_sim.description.workspace import Room
+    from crane_sim.models.single_rope.crane import Crane
+    from crane_sim.scenes.scene import Scene
+
+Vector = tuple[float, float, float]
+VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
+ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
+FAR = 10.0  # depths of the cable: the longest rail that is shown whole
+TROLLEY = "crane/trolley"
+PLANE, SPACE = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
+
+
+class Framing(NamedTuple):
+    """World coordinates in m."""
+
+    size: float  # a typical length of the crane: sets line widths
+    ground: Vector  # middle of the ground that is drawn
+    ground_size: float  # from its middle to its edge
+    eye: Vector
+    look_at: Vector
+    follows: str = ""  # the entity that the eye goes along with, keeping its distance
+
+
+def of_knuckle(scene: Scene) -> Framing:
+    """Return how to draw a scene's knuckle-boom crane."""
+    crane: Crane = scene.model
+    size = crane.support.boom.length + crane.support.jib.length
+    heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])  # where the crane works
+    aside = heading - radians(72.0)
+    return Framing(
+        size=size,
+        ground=(0.0, 0.0, -pedestal_height(crane)),
+        ground_size=1.25 * size,
+        eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
+        look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
+    )
+
+
+def of_pendulum(scene: Scene) -> Framing:
+    """Return how to draw a suspension point and its payload."""
+    (x, y, z), length = scene.initial_q[:3], float(scene.model.cable.length)
+    ends = [(x, y), (scene.reference or (x, y))[:2]]
+    (x, y), span = np.mean(ends, axis=0), float(np.ptp(ends, axis=0).max())
+    far = 1.8 * max(length, 0.7 * span)
+    return Framing(
+        size=length,
+        ground=(float(x), float(y), z - 1.5 * length),
+        ground_size=max(1.5 * length, 0.8 * span),
+        eye=(float(x) + 0.5 * far, float(y) - 1.5 * far, z + 0.5 * far),
+        look_at=(float(x), float(y), z - 0.6 * length),
+    )
+
+
+def knuckle_scales(scene: Scene) -> tuple[float, ...]:
+    """Return the efforts (nu,) that are drawn as arrows of a seventh of a knuckle-boom crane's size.
+
+    A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth. A winch that
+    takes its acceleration or its rate gets one of its unit.
+    """
+    crane: Crane = scene.model
+    boom, jib, load = crane.support.boom, crane.support.jib, crane.load.mass
+    scales = {"N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass), "N": load * crane.gravity}
+    scales |= {"m/s²": 1.0, "m/s": 1.0}
+    slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)
+    return (0.2 * slew, *others)
+
+
+def of_room(room: Room) -> Framing:
+    """Return how to draw an overhead crane whose motion fills a room.
+
+    All of it is in the picture, unless the trolley goes so far that nothing would be seen: then the eye goes along.
+    """
+    depth, floor = room.depth, room.floor
+    sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
+    sides[2, 1] = max(room.high[2], 0.15 * depth)
+    x, y, z = (float(value) for value in sides.mean(axis=1))
+    span = float(np.ptp(sides[:2], axis=1).max())
+    half = 0.6 * max(span, 1.5 * depth)
+    far = span > FAR * depth
+    if far:
+        sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
+    towards = _outwards(*(SPACE if room.spatial else PLANE))
+    eye = np.array([x, y, z]) + _distance(sides, towards) * towards
+    return Framing(
+        size=depth if far else max(depth, 0.3 * span),
+        ground=(x, y, floor),
+        ground_size=half,
+        eye=(float(eye[0]), float(eye[1]), float(eye[2])),
+        look_at=(x, y, z),
+        follows=f"{TROLLEY}/boxes" if far else "",
+    )
+
+
+def _outwards(heading: float, height: float) -> np.ndarray:
+    """Return the unit vector (3,) from the crane to the eye."""
+    around, up = radians(heading), radians(height)
+    return np.array([cos(up) * cos(around), cos(up) * sin(around), sin(up)])
+
+
+def _distance(sides: np.ndarray, towards: np.ndarray) -> float:
+    """Return how far the eye must stand from the middle of a box with sides (3, 2) to see all its corners."""
+    right = np.cross((0.0, 0.0, 1.0), towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    corners = np.array(np.meshgrid(*sides)).reshape(3, -1).T - sides.mean(axis=1)
+    slope = tan(radians(0.5 * VIEW))
+    wide, high = np.abs(corners @ right) / (ASPECT * slope), np.abs(corners @ up) / slope
+    return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

@@ -1,0 +1,1 @@
+"""MCAP files of a run's ROS messages."""

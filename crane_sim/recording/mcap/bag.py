@@ -1,0 +1,154 @@
+"""Keeps the messages of a run, in the very bytes that came over the wire, for the tools of others: an MCAP file."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from crane_sim.recording.files import before_reset
+from crane_sim.recording.mcap.file import McapFile
+from crane_sim.recording.mcap.topic import Topic, stamp_of
+
+STATES, EFFORTS = "joint_states", "applied_effort"
+SAVE_SECONDS = 0.5  # at most so much of a run is lost with a killed process
+_SILENCE, _QUIET = 2.0, 0.1  # s without a message until nothing is expected any more; until everything seems to be here
+
+
+@dataclass
+class _Track:
+    """A topic and what has come on it."""
+
+    number: int
+    topic: Topic
+    count: int = 0
+    stamp: int = 0  # of the newest message, ns
+    newest: bytes = b""  # kept where the topic is latched
+
+
+class Bag:
+    """Takes serialized messages and writes each at its stamp, or at the newest state's where it has none.
+
+    Attributes:
+        broken: one line on why the file could not be written, empty while it can; messages are then ignored.
+        last_step: the newest one of which all states and efforts are on the disk.
+        passes: resets of the plant.
+    """
+
+    def __init__(
+        self, path: Path, topics: Mapping[str, Topic], period_ns: int, after: int = 0, passes: int = 0
+    ) -> None:
+        """Start the file.
+
+        Args:
+            path: the complete file.
+            topics: by the name that `takers` uses; `joint_states` and `applied_effort` are among them.
+            period_ns: control period; state k carries k times this as its stamp.
+            after: step behind which the messages begin.
+            passes: resets before that.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        self._path, self._period_ns = path, period_ns
+        self._tracks = {name: _Track(number, topic) for number, (name, topic) in enumerate(topics.items())}
+        self._states, self._efforts = self._tracks[STATES], self._tracks[EFFORTS]
+        self._file = self._new_file()
+        self._now, self.passes = (after + 1) * period_ns, passes
+        self._heard = self._saved = time.monotonic()
+        self.broken, self.last_step, self._after = "", after, after
+        self._older = 0  # steps in a file that could not be written further, from before a reset
+
+    def takers(self) -> dict[str, Callable[[bytes], None]]:
+        """Return one function of a serialized message per topic."""
+        return {name: partial(self._take, track) for name, track in self._tracks.items()}
+
+    def idle(self) -> None:
+        """Hand over what waits, when its time has come; to be called now and then."""
+        if time.monotonic() - self._saved > SAVE_SECONDS:
+            self.save()
+
+    def save(self) -> None:
+        """Hand over all that waits."""
+        if not self.broken:
+            self._guarded(self._file.save)
+        self._saved = time.monotonic()
+        if not self.broken:
+            whole = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort belongs to no step
+            self.last_step = max(whole // self._period_ns, self.last_step)
+
+    def has_all(self, steps: int | None) -> bool:
+        """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
+        silence = time.monotonic() - self._heard
+        if self.broken or silence > _SILENCE:
+            return True
+        if steps is None or silence < _QUIET:
+            return False
+        last = steps * self._period_ns
+        return self._states.stamp >= last + self._period_ns and self._efforts.stamp >= last
+
+    def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
+        """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where some is missing."""
+        if not self.broken:
+            self._guarded(self._file.close)
+        steps = summary.get("steps", self.last_step) - self._after
+        if self.broken:
+            before = f" since the last reset, and {self._older} from before it" if self._older else ""
+            counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
+            return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
+        added = {"mcap": str(self._path)}
+        found = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
+        if found < steps:
+            return added | {"error": f"recorder: {self._path} is incomplete, it has {max(found, 0)} of {steps} steps"}
+        return added
+
+    def abandon(self) -> None:
+        """Remove the file."""
+        self._file.abandon()
+
+    def _take(self, track: _Track, data: bytes) -> None:
+        self._heard = time.monotonic()
+        stamp = stamp_of(data) if track.topic.stamped else 0
+        if track is self._states:
+            if stamp < self._now:
+                self._start_over()
+            self._now = stamp
+        if self.broken:
+            return
+        if track.topic.latched:
+            track.newest = data
+        track.count, track.stamp = track.count + 1, stamp
+        self._guarded(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
+
+    def _start_over(self) -> None:
+        """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds.
+
+        A file that could not be written stays as it is, and has no step behind the reset.
+        """
+        done = self.last_step - self._after
+        self.passes += 1
+        self._now, self.last_step, self._after = self._period_ns, 0, 0
+        if not self.broken:
+            self._guarded(self._set_aside)
+        if self.broken:
+            self._older += done
+            return
+        for track in self._tracks.values():
+            track.count = track.stamp = 0
+            if track.newest:
+                self._take(track, track.newest)
+
+    def _set_aside(self) -> None:
+        self._file.close()
+        self._path.replace(before_reset(self._path, self.passes))
+        self._file = self._new_file()
+
+    def _new_file(self) -> McapFile:
+        return McapFile(self._path, [track.topic for track in self._tracks.values()])
+
+    def _guarded(self, work: Callable[..., None], *arguments: Any) -> None:
+        try:
+            work(*arguments)
+        except OSError as error:
+            self.broken = f"{self._file.part}: {error.strerror}"

@@ -1,0 +1,98 @@
+"""An MCAP file in the making: chunks in a folder beside it, one file where the user asked for it when complete."""
+
+import errno
+import logging
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import Writer
+from rosbags.rosbag2.enums import StoragePlugin
+from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys import Stores, get_typestore
+
+from crane_sim.recording.files import hold, unfinished
+from crane_sim.recording.mcap.repair import repair_folder
+from crane_sim.recording.mcap.topic import Topic
+
+_NEVER = QosTime(9_223_372_036, 854_775_807)  # ROS 2's infinite duration
+
+
+class McapFile:
+    """A ROS 2 bag of one MCAP file; every method raises OSError when the disk is full or gone.
+
+    Attributes:
+        path: the complete file.
+        part: the folder that holds what there is of it until then.
+    """
+
+    def __init__(self, path: Path, topics: Sequence[Topic]) -> None:
+        """Start a file of these topics, after recovering what a killed recorder left in its place.
+
+        Raises:
+            FileExistsError: another recorder is writing it.
+        """
+        self.path, self.part = path, unfinished(path)
+        _make_room(self.part)
+        self._writer = Writer(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer.open()
+        self._lock = hold(self.part)
+        types = get_typestore(Stores.ROS2_JAZZY)
+        self._connections = [
+            self._writer.add_connection(topic.name, topic.kind, typestore=types, offered_qos_profiles=[_qos(topic)])
+            for topic in topics
+        ]
+
+    def write(self, topic: int, time: int, data: bytes) -> None:
+        """Append a serialized message of a topic, given by its number, at a time, ns."""
+        self._writer.write(self._connections[topic], time, data)
+
+    def save(self) -> None:
+        """Hand what there is over to the system, as a whole chunk: it survives this process."""
+        storage = self._writer.storage
+        if isinstance(storage, McapWriter):
+            if storage.chunk.bio.tell():
+                storage.close_chunk()
+            storage.bio.flush()
+
+    def close(self) -> None:
+        """Write the index and put the file into its place; what was there before is replaced."""
+        self._writer.close()
+        (self.part / f"{self.part.name}.mcap").replace(self.path)
+        self._remove()
+
+    def abandon(self) -> None:
+        """Remove the unfinished file."""
+        self._writer.abort()
+        self._remove()
+
+    def _remove(self) -> None:
+        shutil.rmtree(self.part)
+        if self._lock is not None:
+            os.close(self._lock)
+
+
+def _make_room(part: Path) -> None:
+    if not part.exists():
+        return
+    recovered = repair_folder(part)
+    if part.exists():
+        raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it")
+    what = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
+    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, what)
+
+
+def _qos(topic: Topic) -> Qos:
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=1 if topic.latched else 10,
+        reliability=QosReliability.RELIABLE if topic.reliable else QosReliability.BEST_EFFORT,
+        durability=QosDurability.TRANSIENT_LOCAL if topic.latched else QosDurability.VOLATILE,
+        deadline=_NEVER,
+        lifespan=_NEVER,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_NEVER,
+        avoid_ros_namespace_conventions=False,
+    )

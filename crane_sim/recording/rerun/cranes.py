@@ -1,0 +1,284 @@
+"""What every crane on the stage has in common: frames, levers, the turn of a rope.
+
+Solids of a description as static entities of a recording: one for boxes, one for cylinders.
+
+A crane whose joints place all of it: its URDF moves in the recording.
+
+An overhead crane that the nodes of its cable place: solids on rails, one line for the cable, one entity for nodes.
+
+Rails and legs are as long as the motion needs. They are static, and what is static can be logged anew: the picture
+grows with a run, and is fitted to all of it in the end.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+import rerun as rr
+import rerun.urdf  # noqa: F401  (makes rr.urdf available)
+
+from crane_sim.description import gantry
+from crane_sim.description.workspace import room_of
+from crane_sim.recording.camera import TROLLEY, of_room
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from crane_sim.description.solids import Shape
+    from crane_sim.description.workspace import Room
+    from crane_sim.recording.camera import Framing
+    from crane_sim.recording.layout import Layout, Numbers, Suspension
+
+
+Vector = tuple[float, float, float]
+
+
+ROPE = (214, 219, 226)
+
+
+STRAND = 0.0035  # radius of a rope, of the crane's size
+
+
+class Lever(NamedTuple):
+    """Where an effort pushes: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
+
+    frame: str
+    origin: Vector
+    direction: Vector
+
+
+class Cast(Protocol):
+    """A crane that is drawn."""
+
+    def lever(self, joint: str) -> Lever:
+        """Return where the effort of an actuated joint pushes."""
+        ...
+
+    def dress(self, size: float) -> None:
+        """Log what depends on the crane's size [m] and does not move."""
+
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
+        """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
+
+        Return a new framing where the old one is outgrown.
+        """
+        ...
+
+    def settle(self) -> Framing | None:
+        """Fit what stands still to the whole motion; return how to look at it, None if that is as before."""
+        ...
+
+
+def turn_from_z(direction: Numbers) -> NDArray[np.float64]:
+    """Return unit quaternions (xyzw) that turn the z axis into the directions (n, 3); zero vectors give no turn."""
+    unit = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
+    x, y, z = unit.T
+    # half-way form of the shortest arc; straight down has no unique arc, the half turn about x is taken
+    quaternion = np.column_stack([-y, x, np.zeros_like(z), 1.0 + z])
+    quaternion[z < -1.0 + 1e-12] = (1.0, 0.0, 0.0, 0.0)
+    return quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
+
+
+def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequence[Shape]) -> None:
+    """Log boxes and cylinders that stand in a frame, in place of those that this entity had before."""
+    for kind, solids in (("boxes", _boxes(shapes)), ("cylinders", _cylinders(shapes))):
+        if solids is not None:
+            rec.log(f"{entity}/{kind}", rr.CoordinateFrame(frame), solids, static=True)
+
+
+def _boxes(shapes: Sequence[Shape]) -> rr.Boxes3D | None:
+    chosen = [shape for shape in shapes if len(shape.size) == 3]
+    if not chosen:
+        return None
+    return rr.Boxes3D(
+        half_sizes=[[0.5 * edge for edge in shape.size] for shape in chosen],
+        centers=[shape.at for shape in chosen],
+        rotation_axis_angles=[_lean(shape) for shape in chosen],
+        colors=[_color(shape) for shape in chosen],
+        fill_mode="solid",
+    )
+
+
+def _cylinders(shapes: Sequence[Shape]) -> rr.Cylinders3D | None:
+    chosen = [shape for shape in shapes if len(shape.size) == 2]
+    if not chosen:
+        return None
+    return rr.Cylinders3D(
+        radii=[shape.size[0] for shape in chosen],
+        lengths=[shape.size[1] for shape in chosen],
+        centers=[shape.at for shape in chosen],
+        rotation_axis_angles=[_lean(shape) for shape in chosen],
+        colors=[_color(shape) for shape in chosen],
+        fill_mode="solid",
+    )
+
+
+def _lean(shape: Shape) -> rr.RotationAxisAngle:
+    """Return a shape's turn about x, the only one that an overhead crane's solids have."""
+    return rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=shape.rpy[0])
+
+
+def _color(shape: Shape) -> tuple[int, ...]:
+    return tuple(round(255.0 * float(part)) for part in shape.color.split())
+
+
+ARM = 0.15  # of the crane's size: where the push is drawn that a torque makes
+
+
+class RobotCast:
+    """Draws the solids of a URDF at the joint coordinates, and rods from node to node of the rope."""
+
+    def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
+        """Log the solids."""
+        self._rec, self._layout = rec, layout
+        tree = _load(layout.robot)
+        self._joints = {joint.name: joint for joint in tree.joints()}
+        rec.send_chunks(tree.stream(include_joint_transforms=False))
+        for joint in self._joints.values():
+            if joint.joint_type == "fixed" and layout.stand != joint.child_link:
+                rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
+        rec.log("rope", rr.CoordinateFrame(layout.stand), static=True)
+
+    def lever(self, joint: str) -> Lever:
+        """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""
+        found = self._joints[joint]
+        axis = np.array(found.axis)
+        if found.joint_type == "prismatic":
+            return Lever(found.child_link, (0.0, 0.0, 0.0), _vector(axis))
+        return Lever(found.child_link, (ARM, 0.0, 0.0), _vector(np.cross(axis, (1.0, 0.0, 0.0))))
+
+    def dress(self, size: float) -> None:
+        """Log the rope's thickness."""
+        rods = rr.Cylinders3D(lengths=1.0, radii=STRAND * size, colors=ROPE, fill_mode="solid")
+        self._rec.log("rope", rods, static=True)
+
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
+        """Add frames; the framing stays."""
+        values = dict(zip(self._layout.joints, q.T, strict=True))
+        for joint in self._joints.values():
+            if joint.joint_type == "fixed":
+                continue
+            mimic = joint.mimic
+            own = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
+            columns = joint.compute_transform_columns(own.tolist(), clamp=False)
+            self._rec.send_columns(f"tf/{joint.name}", time, columns)
+        self._hang(time, nodes[:, self._layout.tip :])
+
+    def settle(self) -> Framing | None:
+        """Return None: a boom's reach is known from the start."""
+
+    def _hang(self, time: list[rr.TimeColumn], nodes: Numbers) -> None:
+        frames, links = nodes.shape[0], nodes.shape[1] - 1
+        start, end = nodes[:, :-1].reshape(-1, 3), nodes[:, 1:].reshape(-1, 3)
+        length = np.linalg.norm(end - start, axis=1)
+        columns = rr.InstancePoses3D.columns(
+            translations=0.5 * (start + end),
+            quaternions=turn_from_z(end - start),
+            scales=np.column_stack([np.ones_like(length), np.ones_like(length), length]),
+        )
+        self._rec.send_columns("rope", time, columns.partition([links] * frames))
+
+
+def _vector(values: Numbers) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _load(robot: str) -> rr.urdf.UrdfTree:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "crane.urdf")
+        path.write_text(robot)
+        return rr.urdf.UrdfTree.from_file_path(path)
+
+
+NODE = (184, 191, 199)
+
+
+SLACK = 0.3  # of its edges, that a room grows beyond what it has to hold: it grows seldom
+
+
+LEVERS = {
+    "trolley": Lever("trolley", (0.0, -0.06, 0.03), (1.0, 0.0, 0.0)),
+    "bridge": Lever("trolley", (0.1, 0.0, 0.03), (0.0, 1.0, 0.0)),
+    "hoist": Lever("trolley", (0.1, -0.06, 0.03), (0.0, 0.0, -1.0)),
+}
+
+
+class GantryCast:
+    """Draws what `Suspension` tells."""
+
+    def __init__(self, rec: rr.RecordingStream, suspension: Suspension, stand: str) -> None:
+        """Log the solids in the room that is expected; all of them stand in the frame `stand`."""
+        self._rec, self._suspension, self._stand = rec, suspension, stand
+        self._low, self._high, self._shortest = np.full(3, np.inf), np.full(3, -np.inf), np.inf
+        for entity in ("rope", "rope/nodes"):
+            rec.log(entity, rr.CoordinateFrame(stand), static=True)
+        self._build(suspension.room)
+
+    def lever(self, joint: str) -> Lever:
+        """Return a place beside the trolley, where it hides nothing."""
+        return LEVERS[joint]
+
+    def dress(self, size: float) -> None:
+        """Log the cable's thickness."""
+        self._rec.log("rope", rr.LineStrips3D.from_fields(colors=ROPE, radii=STRAND * size), static=True)
+        radii = np.array(self._radii(self._room))
+        self._beads = bool(np.any(radii > STRAND * size))  # others are hidden in the line
+        if self._beads:
+            self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE, radii=radii), static=True)
+
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
+        """Add frames; the framing is a new one where the room was too small."""
+        self._watch(nodes)
+        grown = None
+        if not self._room.holds(self._low, self._high):
+            more = SLACK * (self._high - self._low)
+            grown = self._build(room_of(self._low - more, self._high + more, self._shortest, self._room.spatial))
+        if self._room.spatial:
+            self._place(time, "bridge", nodes[:, 0] * (0.0, 1.0, 0.0))
+        self._place(time, "trolley", nodes[:, 0])
+        self._place(time, "payload", nodes[:, -1], turn_from_z(nodes[:, -2] - nodes[:, -1]))
+        self._rec.send_columns("rope", time, rr.LineStrips3D.columns(strips=nodes.astype(np.float32)))
+        if self._beads:
+            beads = rr.Points3D.columns(positions=nodes[:, 1:-1].reshape(-1, 3))
+            self._rec.send_columns("rope/nodes", time, beads.partition([nodes.shape[1] - 2] * len(nodes)))
+        return grown
+
+    def settle(self) -> Framing | None:
+        """Make the room as large as the motion was."""
+        if not np.isfinite(self._low).all():
+            return None
+        return self._build(room_of(self._low, self._high, self._shortest, self._room.spatial))
+
+    def _watch(self, nodes: Numbers) -> None:
+        """Remember the room that the nodes (F, N+1, 3) take."""
+        self._low, self._high = np.minimum(self._low, nodes.min((0, 1))), np.maximum(self._high, nodes.max((0, 1)))
+        self._shortest = min(self._shortest, float(np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1).min()))
+
+    def _build(self, room: Room) -> Framing:
+        """Log the solids, which replace those that were logged before."""
+        self._room = room
+        mass = self._suspension.hang.masses[-1]
+        log_solids(self._rec, "crane/base", self._stand, gantry.base(room))
+        if room.spatial:
+            log_solids(self._rec, "crane/bridge", "bridge", gantry.bridge(room))
+        log_solids(self._rec, TROLLEY, "trolley", gantry.trolley(room))
+        log_solids(self._rec, "payload/box", "payload", gantry.payload(mass, room))
+        return of_room(room)
+
+    def _radii(self, room: Room) -> list[float]:
+        hang = self._suspension.hang
+        pairs = list(zip(hang.masses, hang.lengths, strict=True))
+        return [gantry.node_radius(mass, length, room) for mass, length in pairs[:-1]]
+
+    def _place(self, time: list[rr.TimeColumn], frame: str, at: Numbers, turn: Numbers | None = None) -> None:
+        frames = len(at)
+        columns = rr.Transform3D.columns(
+            translation=at, quaternion=turn, parent_frame=[self._stand] * frames, child_frame=[frame] * frames
+        )
+        self._rec.send_columns(f"tf/{frame}", time, columns)

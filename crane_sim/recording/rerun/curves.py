@@ -1,0 +1,205 @@
+"""The curves of a recording: which entity holds them, their names and colours, and how a block yields their values.
+
+`plots/*` keeps every quantity in SI at the full rate. `shown/*` repeats what the overview plots, one unit per entity
+and angles in degrees, because a plot has one axis and people read degrees.
+
+What a curve of a recording is: its entity, its name and colour, and how a block yields its values.
+
+The curves that the nodes of an overhead crane's cable tell, whatever its coordinates are.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from crane_sim.recording.layout import Block, Layout, label
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from crane_sim.recording.layout import Numbers, Suspension
+
+
+Color = tuple[int, int, int]
+
+
+PALETTE: tuple[Color, ...] = (
+    (86, 156, 236),
+    (245, 166, 60),
+    (94, 201, 118),
+    (205, 128, 224),
+    (70, 204, 205),
+    (240, 100, 96),
+)
+
+
+PLAIN: Color = (226, 230, 236)
+
+
+class Channel(NamedTuple):
+    """The curves of one entity; `values` returns (K,) or (K, curves), or None where the run has no such quantity."""
+
+    entity: str
+    names: tuple[str, ...]
+    colors: tuple[Color, ...]
+    values: Callable[[Block], Numbers | None]
+    width: float = 1.6
+
+
+def colors_of(which: Sequence[int]) -> tuple[Color, ...]:
+    """Return the colours of curves by their numbers."""
+    return tuple(PALETTE[i % len(PALETTE)] for i in which)
+
+
+def soften(color: Color) -> Color:
+    """Return the darker tone that marks a target beside the curve that is to reach it."""
+    red, green, blue = color
+    return (6 * red // 10, 6 * green // 10, 6 * blue // 10)
+
+
+BLUE_GREEN, XZ = (PALETTE[0], PALETTE[2]), (0, 2)
+
+
+def cable_channels(cable: Suspension) -> list[Channel]:
+    """Return them: the energies, the payload's way, swings that are no joints, the length of an elastic cable."""
+    parts = ("kinetic [J]", "potential [J]")
+    listed = [
+        Channel("plots/energy_parts", parts, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),
+        *(_planar(cable) if cable.planar else _spatial()),
+    ]
+    if cable.elastic:
+        listed.append(Channel("shown/cable_m", ("cable",), (PALETTE[3],), lambda b: _length(b.nodes)))
+    return listed
+
+
+def _planar(cable: Suspension) -> list[Channel]:
+    listed = [Channel("shown/payload_m", ("x", "z"), BLUE_GREEN, lambda b: b.nodes[:, -1, XZ])]
+    if cable.elastic:
+        names, lower = tuple(f"link {k}" for k in cable.links), np.array(cable.links)
+        colors = colors_of(range(1, 1 + len(names)))
+        listed.append(Channel("shown/swing_deg", names, colors, lambda b: _lean(_links(b.nodes)[:, lower - 1], 0)))
+    if len(cable.links) > 1:
+        names = ("trolley to payload",)
+        listed.append(Channel("shown/swing_total_deg", names, (PLAIN,), lambda b: _lean(_whole(b.nodes), 0), 2.2))
+    return listed
+
+
+def _spatial() -> list[Channel]:
+    return [
+        Channel("shown/lean_deg", ("towards x", "towards y"), PALETTE, lambda b: _leans(_whole(b.nodes))),
+        Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing)),
+    ]
+
+
+def _links(nodes: Numbers) -> Numbers:
+    """Return the vectors (K, N, 3) from node to node."""
+    return np.diff(nodes, axis=1)
+
+
+def _whole(nodes: Numbers) -> Numbers:
+    """Return the vector (K, 3) from the trolley to the payload."""
+    return nodes[:, -1] - nodes[:, 0]
+
+
+def _lean(line: Numbers, axis: int) -> Numbers:
+    """Return the angles [°] from the downward vertical of vectors (..., 3), seen across a horizontal axis."""
+    return np.degrees(np.arctan2(line[..., axis], -line[..., 2]))
+
+
+def _leans(line: Numbers) -> Numbers:
+    return np.column_stack([_lean(line, 0), _lean(line, 1)])
+
+
+def _length(nodes: Numbers) -> Numbers:
+    return np.linalg.norm(_links(nodes), axis=2).sum(axis=1)
+
+
+def channels(layout: Layout) -> list[Channel]:
+    """List every curve of a run, in the order in which they are written."""
+    return [channel for channel in _stored(layout) + _shown(layout) if channel.names]
+
+
+def turns(layout: Layout) -> list[int]:
+    """Return the indices of the coordinates that are actuated angles."""
+    return [i for i in layout.driven if layout.units[i] == "rad"]
+
+
+def _stored(layout: Layout) -> list[Channel]:
+    driven = layout.driven
+    names = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.joints, layout.units, strict=True))
+    rates = tuple(f"{label(j)} [{u}/s]" for j, u in zip(layout.joints, layout.units, strict=True))
+    efforts = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.actuated, layout.effort_units, strict=True))
+    derived = f", {layout.provenance}" if layout.provenance else ""
+    targets, colors = tuple(names[i] for i in driven), colors_of(range(len(names)))
+    return [
+        Channel("plots/q", names, colors, lambda b: b.q),
+        Channel("plots/v", rates, colors, lambda b: b.v),
+        Channel("plots/q_ref", targets, colors_of(driven), lambda b: b.reference),
+        Channel("plots/q_err", targets, colors_of(driven), lambda b: _minus(b.reference, b.q[:, driven])),
+        Channel("plots/effort", efforts, colors_of(driven), lambda b: b.effort),
+        Channel("plots/effort_demanded", efforts, colors_of(driven), lambda b: b.demanded),
+        Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
+        Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
+        Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
+        Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
+        Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
+        Channel("plots/tension", (f"{layout.tension} [N]{derived}",), (PALETTE[3],), lambda b: b.tension),
+    ]
+
+
+def _shown(layout: Layout) -> list[Channel]:
+    torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
+    ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.ways]
+    return [
+        *_pair(layout, "shown/angle_deg", turns(layout), np.degrees),
+        *(curves for entity, which in ways for curves in _pair(layout, entity, which, np.asarray)),
+        *_swings(layout),
+        _of(layout, "shown/rate", layout.moving if layout.crowded else [], lambda b: b.v[:, layout.moving]),
+        _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
+    ]
+
+
+def _swings(layout: Layout) -> list[Channel]:
+    """Return the swings that are joints, and what else is told of the cable."""
+    which = [layout.joints.index(name) for name in layout.swings]
+    joints = _of(layout, "shown/swing_deg", which, lambda b: np.degrees(b.q[:, which]))
+    if layout.suspension:
+        return [joints, *cable_channels(layout.suspension)]
+    total = Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
+    return [joints, total]
+
+
+def _pair(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
+    """Return the curves of coordinates and, for those that are actuated, of their targets."""
+    curves = _of(layout, entity, which, lambda b: shown(b.q[:, which]))
+    driven = [i for i in which if i in layout.driven]
+    columns = [layout.driven.index(i) for i in driven]
+    names = tuple(f"{label(layout.joints[i])} target" for i in driven)
+    colors = tuple(soften(color) for color in _colors(layout, driven))
+    target = Channel(
+        f"{entity}_target",
+        names,
+        colors,
+        lambda b: None if b.reference is None else shown(b.reference[:, columns]),
+        1.2,
+    )
+    return [target, curves]
+
+
+def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Block], Numbers]) -> Channel:
+    return Channel(entity, tuple(label(layout.joints[i]) for i in which), _colors(layout, which), values)
+
+
+def _colors(layout: Layout, which: Sequence[int]) -> tuple[tuple[int, int, int], ...]:
+    """Return colours that are different for all coordinates that are plotted."""
+    return colors_of([layout.moving.index(i) for i in which])
+
+
+def _column(values: Numbers | None, index: int) -> Numbers | None:
+    return None if values is None else values[:, index]
+
+
+def _minus(left: Numbers | None, right: Numbers) -> Numbers | None:
+    return None if left is None else left - right

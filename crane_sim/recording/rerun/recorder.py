@@ -1,0 +1,195 @@
+"""Records a run from its messages, knowing stamps and numbers but no ROS: pairs, blocks, resets, failures."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from crane_sim.recording.files import before_reset, set_aside
+from crane_sim.recording.rerun.repair import LIMIT, Before, Parts
+from crane_sim.recording.rerun.session import Session, block_of
+from crane_sim.recording.rerun.writer import RecordingError
+from crane_sim.recording.step_assembler import Pairing, Row
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from crane_sim.scenes.scene import Scene
+
+BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
+SILENCE = 2.0  # s without a message until what is missing counts as lost
+_QUIET = 0.3  # s without one until all is here of a run whose length nobody knows
+
+
+class Recorder:
+    """Takes the messages of a run in any order between topics and writes complete steps in blocks.
+
+    Attributes:
+        broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
+        last_step: the newest one on the disk.
+        passes: resets of the plant.
+        on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        path: Path,
+        live_port: int | None = None,
+        run_id: str = "",
+        whole: Path | None = None,
+        before: Before | None = None,
+    ) -> None:
+        """Start the file.
+
+        Args:
+            scene: what is recorded.
+            path: the complete file, or the part of it that this recorder writes.
+            live_port: serve the run to viewers on this port, too.
+            run_id: what the viewer knows the run by, numbered behind a reset; empty: one of its own for each file.
+            whole: the complete file, where others wrote parts of it.
+            before: what they left.
+
+        Raises:
+            RecordingError: the file cannot be written.
+        """
+        before = before or Before()
+        self._scene, self._path = scene, whole or path
+        warm_up(scene)
+        self._parts = Parts(self._path, before)
+        self._run_id, self.passes = run_id, before.passes
+        self._session = Session(scene, path, live_port, self._pass_id, repairs=whole is None)
+        self._session.recorded = before.recorded
+        self._pairing = Pairing(scene.period_ns, scene.reference, scene.sampled, before.after)
+        self._mode = ""
+        self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
+        self._heard = time.monotonic()
+        self.broken = ""
+        self._older = 0  # steps in a file that could not be written further, from before a reset
+        self.on_reset: Callable[[], object] = lambda: None
+
+    def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
+        """Take the joint state (nq,) of a stamp [ns]."""
+        self._heard = time.monotonic()
+        if self._pairing.begins_anew(stamp):
+            self._start_over()
+        if not self._last_time:
+            self._last_time = self._heard
+        self._pairing.add_state(stamp, q, v)
+
+    def effort(self, stamp: int, effort: Sequence[float]) -> None:
+        """Take the effort (nu,) applied from a stamp on."""
+        self._heard = time.monotonic()
+        self._pairing.add_effort(stamp, effort)
+        self._tend()
+
+    def command(self, stamp: int, effort: Sequence[float]) -> None:
+        """Take the effort (nu,) demanded in answer to the state of a stamp."""
+        self._pairing.add_command(stamp, effort)
+
+    def accepted(self, stamp: int, effort: Sequence[float]) -> None:
+        """Take the effort (nu,) that the plant says it has accepted in answer to the state of a stamp."""
+        self._pairing.add_accepted(stamp, effort)
+
+    def reference(self, stamp: int, target: Sequence[float]) -> None:
+        """Take the target (nu,) that holds from a stamp on."""
+        self._pairing.add_reference(stamp, target)
+
+    def mode(self, name: str) -> None:
+        """Take the simulation's mode."""
+        if name != self._mode and not self.broken:
+            self._session.mode(self.last_step + self._pairing.waiting + 1, name)
+        self._mode = name
+
+    @property
+    def recorded(self) -> int:
+        """Steps on the disk, those in earlier parts among them."""
+        return self._session.recorded
+
+    @property
+    def _pass_id(self) -> str:
+        """What the viewer knows the present pass by: the same for whoever writes a part of it."""
+        return f"{self._run_id}-{self.passes}" if self._run_id and self.passes else self._run_id
+
+    def idle(self) -> None:
+        """Write what waits, when its time has come; to be called now and then."""
+        self._tend()
+
+    def save(self) -> None:
+        """Write all that waits: nothing more is coming."""
+        self._write(final=True)
+
+    def has_all(self, steps: int | None) -> bool:
+        """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
+        if self.broken or time.monotonic() - self._heard > (_QUIET if steps is None else SILENCE):
+            return True
+        return steps is not None and self._pairing.has(steps)
+
+    def finish(self, summary: Mapping[str, Any], within: float = LIMIT) -> dict[str, Any]:
+        """Write the rest and the run's summary; return what the recorder adds to the summary.
+
+        That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
+        could not be joined within so many seconds stay as they are, and are named as `parts`.
+        """
+        began = time.monotonic()
+        self.save()
+        steps = summary.get("steps", self.last_step)
+        lost = max(self.last_step, steps) - self._session.recorded
+        closed = None if self.broken else self._guarded(lambda: self._session.close({"steps": steps, **summary}, lost))
+        if closed is None:
+            own, files = self._session.broken(self.broken, lost, self._older), self._parts.all(self._session.part)
+        else:
+            left = within - (time.monotonic() - began)
+            own, files = closed, self._parts.joined(Path(closed["recording"]), left)
+        return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
+
+    def _tend(self) -> None:
+        waiting = self._pairing.waiting
+        due = time.monotonic() - self._last_time >= BLOCK_SECONDS
+        if waiting >= BLOCK_STEPS or (waiting and due):
+            self._write(final=False)
+
+    def _write(self, final: bool) -> None:
+        rows = self._pairing.take(final)
+        if rows and not self.broken:
+            self._guarded(lambda: self._session.write(rows))
+        if not rows or self.broken:
+            return
+        step, now = rows[-1].step, time.monotonic()
+        simulated = (step - self.last_step) * self._scene.period
+        self._session.pace(step, simulated / max(now - self._last_time, 1e-9))
+        self.last_step, self._last_time = step, now
+
+    def _guarded(self, work: Callable[[], Any]) -> Any:
+        try:
+            return work()
+        except RecordingError as error:
+            self.broken = str(error)
+            return None
+
+    def _start_over(self) -> None:
+        """The plant was reset: keep the steps so far in a file of their own, and begin a new one.
+
+        A file that could not be written stays as it is, and has no step behind the reset.
+        """
+        done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
+        self._pairing = Pairing(self._scene.period_ns, self._scene.reference, self._scene.sampled)
+        self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
+        recorded, self._session.recorded = self._session.recorded, 0
+        if self.broken:
+            self._older += recorded
+            return
+        set_aside(
+            [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)
+        )
+        self._parts = Parts(self._path, Before())
+        self.on_reset()
+        fresh = self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        self._session = fresh or self._session
+
+
+def warm_up(scene: Scene) -> None:
+    """Compile what derives the plots now, not while messages pile up."""
+    effort = (0.0,) * len(scene.actuated)
+    block_of(scene, [Row(1, scene.initial_q, scene.initial_v, effort, effort, scene.reference)])

@@ -1,0 +1,136 @@
+"""Makes recordings whole again that a killed recorder left as `.part` files.
+
+A recording in parts: a recorder died, another one went on in a file of its own; in the end they become one file.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import subprocess
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import rerun_cli
+
+from crane_sim.process_signals import tie
+from crane_sim.recording.files import free_name, held, hold, joining
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+
+LIMIT = 60.0  # s for making one recording of what there is
+
+
+_LOOK = 0.05  # s between two looks at what time is left
+
+
+def repair_leftovers(folder: Path) -> list[Path]:
+    """Repair every `.rrd.part` file in a folder that nobody is writing, and return the recovered recordings.
+
+    A file from which nothing can be recovered stays as it is.
+    """
+    if not folder.is_dir():
+        return []
+    found = [repair(part) for part in sorted(folder.glob("*.rrd.part"))]
+    return [path for path in found if path is not None]
+
+
+def repair(part: Path, left: Callable[[], float] | None = None) -> Path | None:
+    """Turn one leftover into `<name>.recovered.rrd`, or the first such name that is free.
+
+    Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
+    are no seconds `left`; without that, `LIMIT`.
+    """
+    with held(part) as ours:
+        if not ours:
+            return None
+        target = free_name(part)
+        fresh = joining(target)
+        if not optimized([part], fresh, left or countdown(LIMIT)):
+            return None
+        fresh.replace(target)
+        part.unlink()
+    logging.getLogger(__name__).warning("%s was left by a killed run: recovered as %s", part, target)
+    return target
+
+
+def countdown(seconds: float) -> Callable[[], float]:
+    """Return what tells how many of so many seconds are left."""
+    until = time.monotonic() + seconds
+    return lambda: until - time.monotonic()
+
+
+def optimized(parts: Sequence[Path], whole: Path, left: Callable[[], float]) -> bool:
+    """Whether recordings, which may be unfinished, have become the `whole`; else there is none.
+
+    That is given up as soon as there are no seconds `left`, which is asked again and again: they may become fewer. The
+    program that does it ends with this process, however that ends.
+    """
+    if left() <= 0.0:
+        return False
+    command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(whole)]
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=tie()) as program:
+        while program.poll() is None and left() > 0.0:
+            with suppress(subprocess.TimeoutExpired):
+                program.wait(_LOOK)
+        program.kill()  # if it still runs
+    if not program.returncode and whole.is_file():
+        return True
+    whole.unlink(missing_ok=True)
+    return False
+
+
+def viewer_program() -> Path:
+    """Return the Rerun program itself; its Python wrapper would leave it behind when killed."""
+    return Path(rerun_cli.__file__).with_name("rerun")
+
+
+_MARGIN = 0.3  # s less than there are, so that the outcome can still be told
+
+
+class Before(NamedTuple):
+    """What earlier recorders of the same run have left."""
+
+    after: int = 0  # the last step that is known to be on the disk
+    recorded: int = 0  # steps that are
+    parts: tuple[Path, ...] = ()  # their files, in order, most of them unfinished
+    passes: int = 0  # resets of the plant that they have taken in
+
+
+class Parts:
+    """The earlier files of a run, kept from everyone who looks for leftovers."""
+
+    def __init__(self, whole: Path, before: Before) -> None:
+        """Take over what is there; `whole` is what all become in the end."""
+        self._whole = whole
+        self._parts = [part for part in before.parts if part.exists()]
+        self._locks = [hold(part) for part in self._parts]
+
+    def all(self, last: Path) -> list[Path]:
+        """Return the earlier files and the `last` one."""
+        return [*self._parts, last]
+
+    def joined(self, last: Path, within: float) -> list[Path]:
+        """Join the earlier files and the `last` one, which is complete; return the files that there are then.
+
+        That is the whole or, where it could not be made because the disk is full or gone or it would take longer than
+        `within` seconds, every part of it.
+        """
+        if not self._parts:
+            return self.all(last)
+        fresh = joining(self._whole)
+        if not optimized([*self._parts, last], fresh, countdown(within - _MARGIN)):
+            return self.all(last)
+        fresh.replace(self._whole)
+        for part in {*self._parts, last} - {self._whole}:
+            part.unlink()
+        for lock in self._locks:
+            if lock is not None:
+                os.close(lock)
+        self._parts = []
+        return [self._whole]

@@ -1,0 +1,124 @@
+"""The 3D scene of a recording: crane, cable, payload trail and target, at about 30 frames per second."""
+
+from __future__ import annotations
+
+from math import ceil, log10
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+
+from crane_sim.recording.layout import WORLD, aboard, turns
+from crane_sim.recording.rerun.cranes import GantryCast, RobotCast
+from crane_sim.recording.rerun.timelines import times
+
+if TYPE_CHECKING:
+    from crane_sim.recording.camera import Framing
+    from crane_sim.recording.layout import Block, Layout, Numbers
+
+FRAME_NS = 33_000_000  # of scene time between two frames
+TRAIL, TARGET, PUSH = (255, 132, 74), (64, 214, 132), (88, 176, 255)
+GROUND, GRID = (70, 77, 86), (108, 117, 128)
+
+
+class Stage:
+    """Draws blocks into a recording; keeps the last payload position, so that the trail joins across blocks."""
+
+    def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
+        """Log the crane's solids and everything else that does not move."""
+        self._rec, self._layout, self._framing = rec, layout, layout.framing
+        self._stride = max(1, FRAME_NS // layout.period_ns)
+        self._last: Numbers | None = None
+        self._aimed = False
+        self._cast = GantryCast(rec, layout.suspension, layout.stand) if layout.suspension else RobotCast(rec, layout)
+        for entity in ("payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
+            rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
+        for name in layout.actuated:
+            rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.lever(name).frame), static=True)
+        self._fit(layout.framing)
+
+    def draw(self, block: Block) -> None:
+        """Add the frames that fall into the block."""
+        rows = np.flatnonzero((block.step - 1) % self._stride == 0)
+        if not rows.size:
+            return
+        time = times(self._layout, block.step[rows])
+        base = None if block.base is None else block.base[rows]
+        self._fit(self._cast.move(time, block.q[rows], aboard(block.nodes[rows], base)))
+        if base is not None:
+            self._carry(time, base)
+        self._trail(time, block.nodes[rows, -1])
+        self._push(time, block.effort[rows])
+        if block.target is not None:
+            self._aim(time, block.target[rows])
+
+    def _carry(self, time: list[rr.TimeColumn], base: Numbers) -> None:
+        """Move the frame that the crane stands in."""
+        frames = len(base)
+        columns = rr.Transform3D.columns(
+            translation=base[:, :3],
+            quaternion=turns(base).as_quat(),
+            parent_frame=[WORLD] * frames,
+            child_frame=[self._layout.stand] * frames,
+        )
+        self._rec.send_columns(f"tf/{self._layout.stand}", time, columns)
+
+    def settle(self) -> Framing | None:
+        """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""
+        framing = self._cast.settle()
+        self._fit(framing)
+        return framing
+
+    def _fit(self, framing: Framing | None) -> None:
+        """Log the ground and the widths of lines, which replace those that were logged before."""
+        if framing is None:
+            return
+        self._framing, rec, size = framing, self._rec, framing.size
+        self._cast.dress(size)
+        rec.log("payload/trail", rr.LineStrips3D.from_fields(colors=TRAIL, radii=0.003 * size), static=True)
+        rec.log("reference/path", rr.LineStrips3D.from_fields(colors=TARGET, radii=0.002 * size), static=True)
+        if self._aimed:
+            self._log_ball()
+        for name in self._layout.actuated:
+            rec.log(f"effort/{name}", rr.Arrows3D.from_fields(colors=PUSH, radii=0.007 * size), static=True)
+        self._log_ground(framing)
+
+    def _log_ball(self) -> None:
+        """Log how the target looks; a ball without a centre would stand in the world's origin."""
+        halves = [[0.03 * self._framing.size] * 3]
+        ball = rr.Ellipsoids3D.from_fields(half_sizes=halves, colors=(*TARGET, 150), fill_mode="solid")
+        self._rec.log("reference/target", ball, static=True)
+
+    def _log_ground(self, framing: Framing) -> None:
+        (x, y, ground), size, half = framing.ground, framing.size, ceil(framing.ground_size)
+        thick = 0.01 * size
+        slab = rr.Boxes3D(
+            centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND, fill_mode="solid"
+        )
+        self._rec.log("ground", slab, static=True)
+        pitch = 10 ** max(0, ceil(log10(half / 40)))  # m
+        marks = range(-half, half + 1, pitch)
+        lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [[(-half, i, 0.0), (half, i, 0.0)] for i in marks]
+        grid = (np.array(lines) + (x, y, ground + 0.001 * size)).astype(np.float32)
+        self._rec.log("ground/grid", rr.LineStrips3D(grid, colors=GRID, radii=rr.Radius.ui_points(0.6)), static=True)
+
+    def _push(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
+        size = self._framing.size
+        for name, values, scale in zip(self._layout.actuated, effort.T, self._layout.effort_scales, strict=True):
+            _, origin, direction = self._cast.lever(name)
+            vectors = np.outer(0.14 * size * np.clip(values / scale, -2.0, 2.0), direction)
+            origins = np.tile(size * np.array(origin), (len(vectors), 1))
+            self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))
+
+    def _trail(self, time: list[rr.TimeColumn], payload: Numbers) -> None:
+        before = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
+        self._last = payload[-1:]
+        strips = np.stack([before, payload], axis=1).astype(np.float32)
+        self._rec.send_columns("payload/trail", time, rr.LineStrips3D.columns(strips=strips))
+
+    def _aim(self, time: list[rr.TimeColumn], target: Numbers) -> None:
+        if not self._aimed:
+            self._aimed = True
+            self._log_ball()
+        self._rec.send_columns("reference/path", time, rr.LineStrips3D.columns(strips=target.astype(np.float32)))
+        self._rec.send_columns("reference/target", time, rr.Ellipsoids3D.columns(centers=target[:, -1]))

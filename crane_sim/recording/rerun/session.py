@@ -1,0 +1,161 @@
+"""One recording from its first to its last row: derives what is plotted, writes blocks, counts steps."""
+
+from __future__ import annotations
+
+import uuid
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.recording.layout import Block, aboard, ashore, base_of, hanging_still, of_scene
+from crane_sim.recording.rerun.repair import repair_leftovers
+from crane_sim.recording.rerun.writer import RunWriter
+from crane_sim.simulation.metrics import derived
+from crane_sim.trajectories.base_motion import places
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.step_assembler import Row
+    from crane_sim.scenes.scene import Scene
+
+
+class Session:
+    """Records the steps of one run of a scene.
+
+    Attributes:
+        recorded: steps that reached the disk.
+    """
+
+    def __init__(
+        self, scene: Scene, path: Path, live_port: int | None = None, run_id: str = "", repairs: bool = True
+    ) -> None:
+        """Start the file, after recovering what an earlier, killed recorder left beside it.
+
+        Args:
+            scene: what is recorded.
+            path: the complete file.
+            live_port: serve the run to viewers on this port, too.
+            run_id: what the viewer knows the run by, the same for parts of one; empty: one of its own.
+            repairs: look for leftovers.
+
+        Raises:
+            RecordingError: the file cannot be written.
+        """
+        self._scene = scene
+        self.recorded = 0
+        if repairs:
+            repair_leftovers(path.parent)
+        name = f"{scene.name}-{run_id or uuid.uuid4().hex[:12]}"
+        self._writer = RunWriter(path, of_scene(scene, name), live_port)
+
+    @property
+    def part(self) -> Path:
+        """The file while it grows."""
+        return self._writer.part
+
+    def write(self, rows: Sequence[Row]) -> None:
+        """Append rows.
+
+        Raises:
+            RecordingError: they did not reach the disk.
+        """
+        if rows:
+            self._writer.write(block_of(self._scene, rows))
+            self.recorded += len(rows)
+
+    def note(self, step: int, text: str) -> None:
+        """Add a line to the recording's log."""
+        self._writer.note(step, text)
+
+    def pace(self, step: int, real_time_factor: float) -> None:
+        """Add how fast the run was lately: simulated seconds per second."""
+        self._writer.pace(step, real_time_factor)
+
+    def mode(self, step: int, name: str) -> None:
+        """Add that the simulation went into another mode at the start of a step."""
+        self._writer.mode(step, name)
+
+    def close(self, summary: Mapping[str, Any], lost: int) -> dict[str, Any]:
+        """Finish the file with the run's summary; return what the recorder adds to it.
+
+        Raises:
+            RecordingError: the end of the file did not reach the disk.
+        """
+        own = {"recording": str(self._writer.path), "recorded_steps": self.recorded, "lost_steps": lost}
+        self._writer.close({**summary, **own})
+        return own
+
+    def broken(self, why: str, lost: int, older: int = 0) -> dict[str, Any]:
+        """Return what the recorder adds to the summary of a file that failed; `older` steps are of before a reset."""
+        before = f" since the last reset, and {older} from before it" if older else ""
+        error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps{before}"
+        return {"recorded_steps": self.recorded, "lost_steps": lost, "error": error}
+
+
+def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
+    """Turn rows into arrays, with everything that follows from them."""
+    q, v = _array(row.q for row in rows), _array(row.v for row in rows)
+    effort = _array(row.effort for row in rows)
+    t = _array((row.step - 1) * scene.period for row in rows)
+    known = derived(scene, t, q, v, effort)
+    reference, base = _references(rows), _base(scene, t)
+    return Block(
+        step=np.array([row.step for row in rows], dtype=np.int64),
+        q=q,
+        v=v,
+        effort=effort,
+        demanded=_demands(rows, effort.shape[1]),
+        reference=reference,
+        nodes=known.nodes,
+        base=base,
+        target=None if reference is None else _targets(scene, t, reference, q, aboard(known.nodes, base), base),
+        kinetic=known.kinetic,
+        potential=known.potential,
+        energy=known.energy,
+        tension=known.tension,
+        swing=known.swing,
+        lyapunov=_lyapunov(scene, t, rows),
+    )
+
+
+def _array(vectors: Any) -> Numbers:
+    return np.array(list(vectors), dtype=np.float64)
+
+
+def _demands(rows: Sequence[Row], nu: int) -> Numbers:
+    return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
+
+
+def _base(scene: Scene, t: Numbers) -> Numbers | None:
+    """Return where the base is at times t (K,), (K, 6); None where it rests."""
+    moves = base_of(scene)
+    return places(moves, t) if moves is not None else None
+
+
+def _references(rows: Sequence[Row]) -> Numbers | None:
+    found = [row.reference for row in rows]
+    return _array(found) if all(reference is not None for reference in found) else None
+
+
+def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
+    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
+
+    `nodes` are in the frame of the base (K, 6), what is returned is in the world.
+    """
+    if scene.crane == "overhead":
+        return ashore(hanging_still(scene.actuated, reference, nodes), base)
+    rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
+    rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
+    if "link_1_z" in scene.joint_names:
+        rest[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down
+    return derived(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
+
+
+def _lyapunov(scene: Scene, t: Numbers, rows: Sequence[Row]) -> Numbers | None:
+    function = getattr(scene.law, "lyapunov", None)  # not every law has one
+    if function is None:
+        return None
+    return _array(function(at, tuple(row.q), tuple(row.v)) for at, row in zip(t.tolist(), rows, strict=True))

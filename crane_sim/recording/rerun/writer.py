@@ -1,0 +1,165 @@
+"""Writes one run to a Rerun file: columns in blocks, checked after each, renamed when complete."""
+
+from __future__ import annotations
+
+import fcntl
+import shutil
+import socket
+from io import BufferedIOBase
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import rerun as rr
+
+from crane_sim.recording.files import unfinished
+from crane_sim.recording.layout import Block, Layout
+from crane_sim.recording.rerun.blueprint import blueprint
+from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
+from crane_sim.recording.rerun.scene3d import Stage
+from crane_sim.recording.rerun.summary import properties, table
+from crane_sim.recording.rerun.timelines import set_time, times
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+APPLICATION = "crane_sim"
+MODES = {"stopped": (110, 118, 128), "playing": (60, 150, 90), "paused": (200, 140, 40), "quitting": (110, 118, 128)}
+FLUSH_SECONDS = 5.0
+INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
+
+
+class RecordingError(RuntimeError):
+    """The recording could not be written; the message is one line.
+
+    Afterwards the Rerun library may wait for ever for its writer thread, even at interpreter exit: a process that gets
+    this error ends with `os._exit`.
+    """
+
+
+class RunWriter:
+    """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed."""
+
+    def __init__(self, path: Path, layout: Layout, live_port: int | None = None) -> None:
+        """Start the file with the blueprint, the run properties and the crane.
+
+        Args:
+            path: the complete recording's path; its folder is made when missing.
+            layout: names and units of the run.
+            live_port: serve the run to viewers on this local port, too.
+
+        Raises:
+            RecordingError: the file cannot be written, or the port is taken.
+        """
+        self.path, self.part = path, unfinished(path)
+        self._layout, self._channels = layout, channels(layout)
+        if live_port is not None:
+            _require_free(live_port)
+        self._lock = _claim(self.part)
+        rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
+        self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
+        self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
+        self._rec.set_log_tick_enabled(False)
+        _connect(self._rec, self.part, layout, live_port)
+        self._rec.send_recording_name(layout.name)
+        self._rec.send_property("run", rr.AnyValues(**layout.properties))
+        self._log_styles()
+        self._stage = Stage(self._rec, layout)
+        self._check()
+
+    def write(self, block: Block) -> None:
+        """Append a block of steps.
+
+        Raises:
+            RecordingError: it did not reach the disk, which is full or gone.
+        """
+        time = times(self._layout, block.step)
+        for channel in self._channels:
+            values = channel.values(block)
+            if values is not None:
+                columns = rr.Scalars.columns(scalars=values.ravel())
+                width = values.size // len(block.step)
+                self._rec.send_columns(channel.entity, time, columns.partition([width] * len(block.step)))
+        self._stage.draw(block)
+        self._check()
+
+    def note(self, step: int, text: str) -> None:
+        """Add a line to the recording's log at the start of a step."""
+        self._log(step, "log/recorder", rr.TextLog(text, level="INFO"))
+
+    def pace(self, step: int, real_time_factor: float) -> None:
+        """Add the simulated seconds per second before the start of a step."""
+        self._log(step, "plots/rtf", rr.Scalars(real_time_factor))
+
+    def mode(self, step: int, name: str) -> None:
+        """Add that the simulation went into another mode at the start of a step."""
+        self._log(step, "plots/mode", rr.StateChange(state=name))
+
+    def close(self, summary: Mapping[str, Any]) -> Path:
+        """Write the summary, finish the file and give it its final name.
+
+        Raises:
+            RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
+        """
+        if framing := self._stage.settle():
+            self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing)))
+        text = table(self._layout.name, summary)
+        self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+        self._rec.send_property("summary", rr.AnyValues(**properties(summary)))
+        self._check()
+        self._rec.disconnect()
+        self.part.replace(self.path)
+        self._lock.close()
+        return self.path
+
+    def _log_styles(self) -> None:
+        for channel in self._channels:
+            self._rec.log(channel.entity, _style(channel), static=True)
+        speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
+        self._rec.log("plots/rtf", speed, static=True)
+        modes = rr.StateConfiguration(values=list(MODES), colors=list(MODES.values()))
+        self._rec.log("plots/mode", modes, static=True)
+
+    def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars | rr.StateChange) -> None:
+        set_time(self._rec, self._layout, step)
+        self._rec.log(entity, what)
+
+    def _check(self) -> None:
+        try:
+            self._rec.flush(timeout_sec=FLUSH_SECONDS)
+        except (RuntimeError, ValueError, OSError) as error:
+            free = shutil.disk_usage(self.part.parent).free // 1_000_000
+            raise RecordingError(f"recording {self.part}: {error} ({free} MB free on its disk)") from error
+
+
+def _claim(part: Path) -> BufferedIOBase:
+    """Make the file and hold a lock on it: the system drops it when this process ends, however that happens."""
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        file = part.open("ab")  # not emptied: it may be another recorder's
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        raise RecordingError(f"recording {part}: {error.strerror}") from error
+    return file
+
+
+def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live_port: int | None) -> None:
+    indexed = layout.properties["duration"] <= INDEXED
+    sinks: list[rr.FileSink | rr.GrpcServerSink] = [rr.FileSink(str(part), write_footer=indexed)]
+    if live_port is not None:
+        sinks.append(rr.GrpcServerSink("127.0.0.1", live_port))
+    rec.set_sinks(*sinks, default_blueprint=blueprint(layout))
+
+
+def _require_free(port: int) -> None:
+    with socket.socket() as probe:
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise RecordingError(f"live port {port}: {error.strerror}") from error
+
+
+def _style(channel: Channel) -> rr.SeriesLines:
+    count = len(channel.names)
+    return rr.SeriesLines(
+        names=list(channel.names), colors=list(channel.colors[:count]), widths=[channel.width] * count
+    )

@@ -1,0 +1,1 @@
+"""What nodes share: parameters, lifecycle, messages, serialization, timing."""

@@ -1,0 +1,182 @@
+"""What every node of the simulator shares: parameters, pipes to an orchestrator, signals and the spin loop."""
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import InvalidParameterValueException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
+
+from crane_sim.ros.common.lifecycle import MANAGED, Managed
+from crane_sim.ros.common.parameters import Option, declared, foreseen
+
+_POLL = 0.05  # s between looks at the control pipe
+
+
+class Fault(RuntimeError):
+    """A run cannot go on; the message is one line that names the culprit."""
+
+
+class Pipes:
+    """The two inherited pipe ends to an orchestrator; -1 where a user started the node by hand."""
+
+    def __init__(self, control_fd: int, report_fd: int) -> None:
+        """Take over both ends."""
+        self.attached = control_fd >= 0
+        self._control, self._report = control_fd, report_fd
+        self._rest = b""
+
+    def report(self, event: str, **fields: Any) -> None:
+        """Send one event; an orchestrator that is gone is noticed by `orders`."""
+        if self._report < 0:
+            return
+        line = memoryview((json.dumps({"event": event, **fields}) + "\n").encode())
+        try:
+            while line:
+                line = line[os.write(self._report, line) :]
+        except BrokenPipeError:
+            self._report = -1
+
+    def orders(self) -> list[str]:
+        """Return the lines that have arrived since the last call; "orphaned" where the other end is closed."""
+        if self._control < 0 or not select.select([self._control], [], [], 0)[0]:
+            return []
+        data = os.read(self._control, 65536)
+        if not data:
+            self._control = -1
+            return ["orphaned"]
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        return [line.decode() for line in lines]
+
+
+class Host:
+    """A node with its executor and pipes.
+
+    Attributes:
+        started: the orchestrator said "go", or there is none.
+        told: what it said behind that.
+        brake: why nobody will command any more and the plant is to brake to rest, empty while it is not.
+        stopping: why the node is to end ("interrupted", "orphaned", "finish …", "shutdown"), empty while it is not.
+    """
+
+    def __init__(self, node: Node, pipes: Pipes, executor: str = "events") -> None:
+        """Serve `node` with an `executor` as of the parameter; from here on SIGINT and SIGTERM ask it to end."""
+        self.node, self.pipes = node, pipes
+        self.started = not pipes.attached
+        self.told = self.brake = self.stopping = ""
+        self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
+        self._executor.add_node(node)
+        self._next_poll = 0.0
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: self._stop("interrupted"))
+
+    def manage(self, autostart: bool, on_change: Callable[[bool], None]) -> None:
+        """Let others activate and end the node, as `Managed.manage`; a node that nobody manages is always active."""
+        if isinstance(self.node, Managed):
+            self.node.manage(autostart, on_change, self._stop)
+
+    @property
+    def active(self) -> bool:
+        """Whether the node may work."""
+        return self.node.active if isinstance(self.node, Managed) else True
+
+    def spin(self, timeout: float = _POLL) -> None:
+        """Serve callbacks for at most about `timeout` seconds, and look at the pipe now and then."""
+        self._executor.spin_once(timeout_sec=timeout)  # never spin(): it does not return on a signal
+        if (now := time.monotonic()) >= self._next_poll:
+            self._next_poll = now + _POLL
+            self.poll()
+
+    def poll(self) -> None:
+        """Take the orchestrator's orders."""
+        for line in self.pipes.orders():
+            word, _, rest = line.partition(" ")
+            if word == "go":
+                self._go(rest)
+            elif word == "brake":
+                self.brake = self.brake or rest or "nobody commands"
+            else:
+                self._stop(line)
+
+    def wait(self, obstacle: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Spin until `obstacle` returns nothing, or the node is to stop; log what it waits for every 5 s.
+
+        `meanwhile` is called again and again, some milliseconds apart.
+        """
+        next_log = time.monotonic() + 5.0
+        while not self.stopping and (why := obstacle()):
+            self.spin(0.005)
+            meanwhile()
+            if time.monotonic() >= next_log:
+                next_log += 5.0
+                self.node.get_logger().info(f"waiting for {why}")
+
+    def close(self) -> None:
+        """Release the node."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+    def _go(self, told: str) -> None:
+        self.started, self.told = True, told
+        if isinstance(self.node, Managed):
+            self.node.activate()
+
+    def _stop(self, why: str) -> None:
+        self.stopping = self.stopping or why
+
+
+def main(
+    name: str,
+    options: dict[str, Option],
+    body: Callable[[Host, SimpleNamespace], None],
+    managed: bool = False,
+) -> int:
+    """Run one node as a process of its own and return its exit code.
+
+    The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both errors go as one line
+    to the orchestrator, or to the log where there is none. Any other error counts as a fault of this process alone: the
+    line goes to the orchestrator, the traceback to the log.
+
+    Args:
+        name: of the node.
+        options: its parameters.
+        body: what it does from start to end, with the parameters' values.
+        managed: it is a lifecycle node.
+    """
+    try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+        make = Managed if managed else partial(rclpy.create_node, automatically_declare_parameters_from_overrides=True)
+        node = make(name)
+    except (ValueError, RuntimeError) as error:  # arguments that ROS cannot read, a name that is none
+        print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
+        return 2
+    common = foreseen(node)
+    host = Host(node, Pipes(common.control_fd, common.report_fd), common.executor)
+    try:
+        body(host, declared(node, options | MANAGED if managed else options))
+        return 0
+    except (ValueError, InvalidParameterValueException, Fault) as error:
+        if not host.pipes.attached:
+            node.get_logger().fatal(str(error))
+        host.pipes.report("fault", why=str(error))
+        return 1 if isinstance(error, Fault) else 2
+    except Exception as error:  # nobody foresaw it: the run's last line is to name it, too
+        node.get_logger().fatal(traceback.format_exc())
+        host.pipes.report("failed", why=traceback.format_exception_only(error)[-1].splitlines()[0])
+        return 1
+    finally:
+        host.close()
+        try_shutdown()

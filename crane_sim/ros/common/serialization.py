@@ -1,0 +1,166 @@
+"""Joint states as bytes: during a run only the numbers of a topic change, so only the numbers are written and read.
+
+The generated message class takes 11 µs to read a joint state and 5 µs to write one, several times that with cold
+caches, and lockstep does both twice per step. Here a message of the expected layout is packed and unpacked by one
+`struct.Struct` (CDR, little endian, as every ROS 2 middleware sends it); any other is read field by field.
+
+Messages read field by field from bytes that may be anything: what does not fit is a ValueError, and costs nothing.
+
+The generated classes take lengths at their word, and a length that is garbage may ask for gigabytes.
+"""
+
+import struct
+from collections.abc import Sequence
+from operator import itemgetter
+from typing import NamedTuple
+
+from crane_sim.ros.common.messages import SECOND
+
+_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}  # plain CDR, the only encapsulation that ROS 2 sends
+
+
+class CdrReader:
+    """Reads one message from its begin; every method raises ValueError where the bytes end too early."""
+
+    def __init__(self, data: bytes) -> None:
+        """Look at the encapsulation."""
+        order = _ORDERS.get(data[:2])
+        if order is None or len(data) < 4:
+            raise ValueError(f"not a message in plain CDR: {len(data)} bytes")
+        self._data, self._order, self._at = data, order, 4
+
+    def integers(self, code: str) -> tuple[int, ...]:
+        """Return 4-byte integers, as many as letters in `code`: i signed, I unsigned."""
+        return self._numbers(code, 4, len(code))
+
+    def doubles(self) -> tuple[float, ...]:
+        """Return a sequence of doubles."""
+        number = self._count(8)
+        return self._numbers(f"{number}d", 8, number) if number else ()
+
+    def string(self) -> str:
+        """Return a string."""
+        size = self._count(1)
+        self._at += size
+        return self._data[self._at - size : self._at].rstrip(b"\0").decode()
+
+    def strings(self) -> list[str]:
+        """Return a sequence of strings."""
+        return [self.string() for _ in range(self._count(4))]
+
+    def _count(self, least: int) -> int:
+        """Return the length of a sequence whose elements have at least so many bytes each."""
+        (number,) = self.integers("I")
+        if number * least > len(self._data) - self._at:
+            raise ValueError(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._at}")
+        return number
+
+    def _numbers(self, code: str, size: int, number: int) -> tuple:
+        self._at += -(self._at - 4) % size  # alignment counts from behind the encapsulation
+        end = self._at + size * number
+        if end > len(self._data):
+            raise ValueError(f"a message of {len(self._data)} bytes that ends too early")
+        found = struct.unpack_from(self._order + code, self._data, self._at)
+        self._at = end
+        return found
+
+
+_HEAD = b"\x00\x01\x00\x00"  # encapsulation: plain CDR, little endian
+
+
+class Frame(NamedTuple):
+    """A joint state in plain Python: stamp in ns; the three fields hold one number per name, or nothing."""
+
+    stamp: int
+    names: list[str]
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    effort: tuple[float, ...]
+
+
+class JointWire:
+    """Writes and reads joint states of fixed names that carry either position and velocity, or effort."""
+
+    def __init__(self, names: Sequence[str], *, effort: bool) -> None:
+        """Lay the message out for `names` (n,) with effort (n,), or with position (n,) and velocity (n,)."""
+        self._names, self._n, self._effort = list(names), len(names), effort
+        layout = _Layout()
+        layout.strings([""])  # frame_id
+        layout.count(len(names))
+        layout.strings(names)
+        first = len(layout.constants)
+        self._prefix = (_HEAD, *layout.constants[3:])
+        for present in (not effort, not effort, effort):
+            layout.doubles(len(names) if present else 0)
+        constant_at = [i for i, value in enumerate(layout.constants) if value is not None]
+        self._struct = struct.Struct(layout.format)
+        self._constants_of = itemgetter(*constant_at)
+        self._constants = tuple(layout.constants[i] for i in constant_at)
+        self._at = first + (3 if effort else 1)  # of the first number
+
+    def encode(self, stamp: int, *vectors: Sequence[float]) -> bytes:
+        """Return the message with `stamp`, ns, and position and velocity, or effort, each (n,)."""
+        n = self._n
+        numbers = (0, 0, n, *vectors[0]) if self._effort else (n, *vectors[0], n, *vectors[1], 0)
+        head, *rest = self._prefix
+        return self._struct.pack(head, *divmod(stamp, SECOND), *rest, *numbers)
+
+    def decode(self, data: bytes) -> Frame:
+        """Return what a message says, whatever its layout; raises ValueError for bytes that are none."""
+        try:
+            values = self._struct.unpack_from(data)
+        except struct.error:
+            return _decode_any(data)
+        if self._constants_of(values) != self._constants:
+            return _decode_any(data)
+        stamp, n, at = values[1] * SECOND + values[2], self._n, self._at
+        if self._effort:
+            return Frame(stamp, self._names, (), (), values[at : at + n])
+        return Frame(stamp, self._names, values[at : at + n], values[at + n + 1 : at + 2 * n + 1], ())
+
+
+class _Layout:
+    """Builds a struct format with CDR's alignment, and the constants of the message with None for every number."""
+
+    def __init__(self) -> None:
+        self.format = "<4siI"
+        self.constants: list[object] = [_HEAD, None, None]
+        self._size = 8  # alignment counts from behind the encapsulation
+
+    def strings(self, texts: Sequence[str]) -> None:
+        for text in texts:
+            encoded = text.encode() + b"\0"
+            self.count(len(encoded))
+            self._add(f"{len(encoded)}s", 1, len(encoded), [encoded])
+
+    def count(self, number: int) -> None:
+        self._add("I", 4, 4, [number])
+
+    def doubles(self, number: int) -> None:
+        self.count(number)
+        if number:
+            self._add(f"{number}d", 8, 8 * number, [None] * number)
+
+    def _add(self, code: str, alignment: int, size: int, values: Sequence[object]) -> None:
+        padding = -self._size % alignment
+        self.format += f"{padding}x{code}"
+        self.constants += values
+        self._size += padding + size
+
+
+def _decode_any(data: bytes) -> Frame:
+    reader = CdrReader(data)
+    seconds, rest = reader.integers("iI")
+    reader.string()  # frame_id
+    names = reader.strings()
+    return Frame(seconds * SECOND + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
+
+
+def decode_array(data: bytes) -> tuple[float, ...]:
+    """Return the numbers of a std_msgs/Float64MultiArray; raises ValueError for bytes that are none."""
+    reader = CdrReader(data)
+    for _ in range(*reader.integers("I")):  # dimensions, which nobody needs
+        reader.string()
+        reader.integers("II")
+    reader.integers("I")
+    return reader.doubles()

@@ -1,0 +1,79 @@
+"""Trajectories that arrive on the topic `joint_trajectory` as new paths of a law at work."""
+
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+from rclpy.node import Node
+from trajectory_msgs.msg import JointTrajectory
+
+from crane_sim.files.errors import one_line
+from crane_sim.ros.common import messages
+from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.schema.reference import PLACES
+from crane_sim.trajectories.joint_trajectory import Point, Trajectory
+from crane_sim.trajectories.path import Path
+from crane_sim.trajectories.polynomials import values
+from crane_sim.trajectories.replanning import followed, joined, pieces_of, redirected
+
+_FORM = TypeAdapter(Trajectory)
+
+
+class PathOrders:
+    """The newest trajectory that somebody sent, until the law has it.
+
+    A stamp of zero is now; any other is on the clock of the joint states. Coordinates are the actuated joints, or x, y
+    (and z) of the payload in the base frame, whatever the law follows; what does not fit is refused in one line.
+    """
+
+    def __init__(self, node: Node, scene: Scene, law: Any) -> None:
+        """Listen where the law follows a path. What the controller says of the scene's target is no order."""
+        self._node, self._scene = node, scene
+        self._own = messages.reference_message(scene.actuated, scene.reference or ())
+        self._waiting: JointTrajectory | None = None
+        path = followed(law)
+        if path is None:
+            return
+        self._names = _names(path, scene)
+        here = tuple(values(pieces_of(path), path.starts[:1])[0].tolist())
+        joined(Trajectory(self._names, (Point(here, 1.0),)), path, self._names, 0.0)  # imports what takes long
+        node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
+
+    def _on_message(self, message: JointTrajectory) -> None:
+        if (message.joint_names, message.points) != (self._own.joint_names, self._own.points):
+            self._waiting = message
+
+    def applied(self, law: Any, t: float) -> Any:
+        """Return the law, from time t [s] on with its new path if one has arrived."""
+        message, self._waiting = self._waiting, None
+        path = followed(law) if message is not None else None
+        if message is None or path is None:
+            return law
+        try:
+            return redirected(law, joined(self._read(message, t), path, self._names, t))
+        except ValidationError as error:
+            self._refuse(one_line(error, Trajectory))
+        except ValueError as error:
+            self._refuse(str(error))
+        return law
+
+    def _read(self, message: JointTrajectory, now: float) -> Trajectory:
+        stamp, period = messages.nanoseconds(message.header.stamp), self._scene.period
+        points = [
+            {
+                "positions": tuple(point.positions),
+                "velocities": tuple(point.velocities),
+                "accelerations": tuple(point.accelerations),
+                "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.SECOND,
+            }
+            for point in message.points
+        ]
+        start = (stamp / self._scene.period_ns - 1.0) * period if stamp else now
+        return _FORM.validate_python({"joint_names": message.joint_names, "points": points, "start": start})
+
+    def _refuse(self, line: str) -> None:
+        self._node.get_logger().warning(f"joint_trajectory: refused: {line}", throttle_duration_sec=1.0)
+
+
+def _names(path: Path, scene: Scene) -> tuple[str, ...]:
+    """Return the names of a path's coordinates."""
+    return scene.actuated if path.of_joints else PLACES[: pieces_of(path).coefficients.shape[1]]

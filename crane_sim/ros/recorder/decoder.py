@@ -1,0 +1,104 @@
+"""Reads the messages of a run to a recorder, which knows stamps and numbers but no ROS."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, cast
+
+from rclpy.serialization import deserialize_message
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from crane_sim.ros.common import messages
+from crane_sim.ros.common.command_filter import CommandGate, largest_efforts
+from crane_sim.ros.common.serialization import Frame, JointWire
+
+if TYPE_CHECKING:
+    from crane_sim.recording.rerun.recorder import Recorder
+    from crane_sim.scenes.scene import Scene
+
+TOPICS = (
+    "joint_states",
+    "applied_effort",
+    "joint_commands",
+    "accepted_command",
+    "joint_trajectory",
+    "simulation_state",
+)
+MODES = ("stopped", "playing", "paused", "quitting")
+
+
+class Transcript:
+    """Decodes serialized messages and passes their numbers on to a recorder."""
+
+    def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
+        """Expect the joints of a scene."""
+        self._recorder, self._scene, self._over = recorder, scene, False
+        self._state_wire = JointWire(scene.joint_names, effort=False)
+        self._effort_wire = JointWire(scene.actuated, effort=True)
+        self._gate = CommandGate(scene.actuated, largest_efforts(scene))  # as the plant's own
+
+    def takers(self) -> dict[str, Callable[[bytes], None]]:
+        """Return one function of a serialized message per topic."""
+        return {
+            "joint_states": self._on_state,
+            "applied_effort": self._on_effort,
+            "joint_commands": self._on_command,
+            "accepted_command": self._on_accepted,
+            "joint_trajectory": self._on_reference,
+            "simulation_state": self._on_mode,
+        }
+
+    def _on_state(self, data: bytes) -> None:
+        state = _decoded(self._state_wire, data)
+        if state is not None:
+            self._recorder.state(state.stamp, state.position, state.velocity)
+
+    def _on_effort(self, data: bytes) -> None:
+        if self._over:
+            return  # the drives are switched off behind the last step: that is none itself
+        applied = _decoded(self._effort_wire, data)
+        if applied is not None:
+            self._recorder.effort(applied.stamp, applied.effort)
+
+    def _on_command(self, data: bytes) -> None:
+        command = _decoded(self._effort_wire, data)
+        effort = self._gate.sized(command.names, command.effort) if command is not None else None
+        if command is not None and effort is not None:
+            self._recorder.command(command.stamp, effort)
+
+    def _on_accepted(self, data: bytes) -> None:
+        command = _decoded(self._effort_wire, data)
+        effort = self._gate.sized(command.names, command.effort) if command is not None else None
+        if command is not None and effort is not None:
+            self._recorder.accepted(command.stamp, effort)
+
+    def _on_reference(self, data: bytes) -> None:
+        try:
+            message = deserialize_message(data, JointTrajectory)
+        except RuntimeError:  # the middleware's: these bytes are no such message
+            return
+        if message.points:
+            point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
+            target = self._sorted(list(message.joint_names), list(point.positions))
+            if target is not None:
+                self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
+
+    def _on_mode(self, data: bytes) -> None:
+        mode = messages.mode(data)
+        if mode is None:
+            return
+        self._over = mode == messages.QUITTING or (self._over and mode == messages.STOPPED)
+        self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
+
+    def _sorted(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
+        """Return one value per actuated joint, or None where names are missing or unknown."""
+        by_name = dict(zip(names, values, strict=False))
+        if by_name.keys() != set(self._scene.actuated):
+            return None
+        return tuple(by_name[name] for name in self._scene.actuated)
+
+
+def _decoded(wire: JointWire, data: bytes) -> Frame | None:
+    """Return what a message says, None where it is no such message: anybody may publish anything."""
+    try:
+        return wire.decode(data)
+    except ValueError:
+        return None

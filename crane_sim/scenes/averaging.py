@@ -1,0 +1,85 @@
+"""What disturbs a crane in the course of time, at its mean: the crane about which equations are linearised.
+
+A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. Of a given force the constant
+part stays, which is a constant or the offset of a sine; a table or a polynomial that varies counts as no force. What a
+drive prescribes rests where it is. The types stay, so equations that are compiled serve both.
+"""
+
+from dataclasses import replace
+from functools import singledispatch
+from math import sin
+from typing import Any
+
+import numpy as np
+
+from crane_sim.models.effects import PayloadForce
+from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.supports.hoist import PrescribedHoist
+from crane_sim.models.supports.rails import PrescribedAxis
+from crane_sim.scenes.scene import Scene
+from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.inputs import Polynomial, Sine, Table
+from crane_sim.trajectories.profiles import Motion
+
+REST = Motion(np.zeros(1), np.zeros((1, 1)))
+"""A motion without acceleration, which is all that equations take of a prescribed one: its position is in the state."""
+
+
+def averaged(scene: Scene) -> Scene:
+    """Return the scene with every disturbance of its model at its mean."""
+    return replace(scene, model=type(scene.model)(*map(average, scene.model)))
+
+
+@singledispatch
+def average(part: Any) -> Any:
+    """Return a part of a model with what varies with time at its mean; others as they are."""
+    return part
+
+
+@average.register
+def _(part: Base) -> Base:
+    still = np.where(part.frequencies == 0.0, part.amplitudes * np.sin(part.phases), 0.0)
+    return Base(part.offsets + still.sum(axis=1), *np.zeros((3, len(part.offsets), 1)))
+
+
+@average.register
+def _(part: SplineBase) -> SplineBase:
+    spans, powers = np.diff(part.knots), np.arange(1, part.coefficients.shape[2] + 1)
+    areas = np.sum(part.coefficients * spans[:, None] ** powers / powers, axis=(1, 2))
+    return SplineBase(part.knots[[0, -1]], (areas / spans.sum()).reshape(-1, 1, 1))
+
+
+@average.register
+def _(part: PayloadForce) -> PayloadForce:
+    return PayloadForce(*map(average, part))
+
+
+@average.register
+def _(part: NodeForces) -> NodeForces:
+    return NodeForces(part.node, part.axis, average(part.channel), average(part.rest))
+
+
+@average.register
+def _(part: Sine) -> Sine:
+    still = part.amplitude * sin(part.phase) if part.frequency == 0.0 else 0.0
+    return Sine(0.0, 0.0, part.offset + still)
+
+
+@average.register
+def _(part: Polynomial) -> Polynomial:
+    return part if not any(part.coefficients[1:]) else Polynomial((0.0,) * len(part.coefficients))
+
+
+@average.register
+def _(part: Table) -> Table:
+    return part if len(set(part.values)) == 1 else Table(part.times, (0.0,) * len(part.values))
+
+
+@average.register
+def _(part: PrescribedAxis) -> PrescribedAxis:
+    return PrescribedAxis(REST)
+
+
+@average.register
+def _(part: PrescribedHoist) -> PrescribedHoist:
+    return PrescribedHoist(REST)

@@ -1,0 +1,160 @@
+"""The hardware of a scene in numbers, checked against its joints."""
+
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.hardware.drives import DEADBAND, HIGH, LAG, LOW, RATE
+from crane_sim.hardware.drives import DELAY as DRIVE_DELAY
+from crane_sim.hardware.faults import KINDS, Faults
+from crane_sim.hardware.payloads import Reload
+from crane_sim.hardware.sensors import BIAS, DELAY, DROPOUT, EVERY, NOISE, QUANTUM
+from crane_sim.hardware.settings import BrakeSettings, Equipment, drive_board, sensor_board
+from crane_sim.scenes.schema.hardware import (
+    ALL,
+    FAULTS,
+    MOST_PERIODS,
+    ActuatorGroup,
+    BrakeGroup,
+    EffortLoss,
+    PayloadChange,
+    SensorGroup,
+    merged,
+    source,
+)
+
+if TYPE_CHECKING:
+    from crane_sim.scenes.schema.knuckle import KnuckleFile
+    from crane_sim.scenes.schema.overhead import OverheadFile
+    from crane_sim.scenes.schema.pendulum import PendulumFile
+
+    File = KnuckleFile | OverheadFile | PendulumFile
+
+CLOSE = 1e-6  # of a period: rounding by less is none
+
+
+class Periods:
+    """Turns seconds into whole control periods.
+
+    Attributes:
+        rounded: lines on what was not a whole number of them.
+    """
+
+    def __init__(self, period: float) -> None:
+        """Take the period [s]."""
+        self._period = period
+        self.rounded: list[str] = []
+
+    def of(self, what: str, seconds: float, least: int = 0) -> int:
+        """Return the periods in a time [s], at least `least`; `what` says whose it is.
+
+        Raises:
+            SceneError: there are too many.
+        """
+        wanted = seconds / self._period
+        if wanted > MOST_PERIODS:
+            raise SceneError(f"{what}: {seconds:g} s is more than {MOST_PERIODS} periods of {self._period:g} s")
+        found = max(least, round(wanted))
+        if abs(found - wanted) > CLOSE:
+            line = f"{what}: {seconds:g} s is taken as {found * self._period:g} s"
+            self.rounded += [line] if line not in self.rounded else []
+        return found
+
+
+def equipment_of(file: "File", period: float) -> tuple[Equipment | None, dict[str, Any]]:
+    """Return (the hardware of a scene whose control period is given [s], None where it has none, notes on it).
+
+    Raises:
+        SceneError: a joint is unknown, or a group does not fit the crane.
+    """
+    ideal = not (file.sensors or file.actuators or file.faults)
+    if ideal and file.brake in (None, BrakeGroup()):
+        return None, {}
+    if not ideal and file.control is not None and file.control.period == "continuous":
+        group = next(name for name in ("sensors", "actuators", "faults") if getattr(file, name))
+        raise SceneError(f"{group}: act once a period, and control.period is 'continuous'; give it a number of seconds")
+    _check_joints("sensors", file.sensors, (ALL, *file.joint_names))
+    _check_joints("actuators", file.actuators, (ALL, *file.actuated))
+    periods = Periods(period)
+    changes = any(isinstance(fault, PayloadChange) for fault in file.faults.values())
+    if changes and getattr(file, "events", ()):
+        raise SceneError("faults: a payload's change and events: both set the payload's mass; take one of them")
+    equipment = Equipment(
+        drives=_drives(file, periods),
+        signals=_signals(file, periods),
+        faults=_faults(file),
+        names=tuple(file.faults),
+        reload=Reload(file.payload_mass) if changes else None,
+        brake=_brakes(file),
+        ideal=ideal,
+    )
+    return equipment, {"rounded": periods.rounded} if periods.rounded else {}
+
+
+def acts(equipment: Equipment | None) -> bool:
+    """Return whether efforts change within a period, or laws see something else than the truth."""
+    return equipment is not None and not equipment.ideal
+
+
+def _check_joints(group: str, given: dict[str, Any], known: tuple[str, ...]) -> None:
+    for name in given:
+        if name not in known:
+            raise SceneError(f"{group}: {unknown_key(name, known, 'joint')}")
+
+
+def _drives(file: "File", periods: Periods) -> Any:
+    board = drive_board(len(file.actuated))
+    for j, joint in enumerate(file.actuated):
+        group = merged(file.actuators, joint, ActuatorGroup)
+        board[LOW, j], board[HIGH, j] = group.limit or (-inf, inf)
+        board[RATE, j] = group.rate_limit or inf
+        board[LAG, j], board[DEADBAND, j] = group.lag, group.deadband
+        board[DRIVE_DELAY, j] = periods.of(f"actuators.{source(file.actuators, joint, 'delay')}.delay", group.delay)
+    return board
+
+
+def _signals(file: "File", periods: Periods) -> Any:
+    nq = len(file.joint_names)
+    board = sensor_board(nq)
+    for j, joint in enumerate(file.joint_names):
+        group = merged(file.sensors, joint, SensorGroup)
+        both = [j, j + nq]
+        board[NOISE, both], board[BIAS, both], board[QUANTUM, both] = group.noise, group.bias, group.quantisation
+        board[DELAY, both] = periods.of(f"sensors.{source(file.sensors, joint, 'delay')}.delay", group.delay)
+        board[DROPOUT, both] = group.dropout
+        if group.rate is not None:
+            name = f"sensors.{source(file.sensors, joint, 'rate')}.rate"
+            board[EVERY, both] = periods.of(name, 1.0 / group.rate, least=1)
+    return board
+
+
+def _faults(file: "File") -> Faults:
+    rows = [_fault(file, name, fault) for name, fault in file.faults.items()]
+    return Faults(*np.array(rows, dtype=float).reshape(-1, 5).T.copy())
+
+
+def _fault(file: "File", name: str, fault: Any) -> tuple[float, float, float, float, float]:
+    """Return (kind, place, value, begin, end) of a fault."""
+    kind = list(FAULTS.values()).index(type(fault))
+    times = inf if fault.at is None else fault.at, inf if fault.until is None else fault.until
+    if isinstance(fault, PayloadChange):
+        return kind, -1.0, fault.mass, *times
+    known = file.joint_names if KINDS[kind].startswith("sensor") else file.actuated
+    if fault.joint not in known:
+        raise SceneError(f"faults.{name}.joint: {unknown_key(fault.joint, known, 'joint')}")
+    place = known.index(fault.joint)
+    if not isinstance(fault, EffortLoss):
+        return kind, place, 0.0, *times
+    if file.effort_units[place] == "m":
+        raise SceneError(f"faults.{name}: the effort of {fault.joint} is a position, of which no part can be lost")
+    return kind, place, fault.factor, *times
+
+
+def _brakes(file: "File") -> BrakeSettings:
+    group, nu = file.brake or BrakeGroup(), len(file.actuated)
+    if group.capacity is not None and len(group.capacity) != nu:
+        joints = ", ".join(file.actuated)
+        raise SceneError(f"brake.capacity: has {len(group.capacity)} values, the actuated joints are {joints}")
+    return BrakeSettings(group.capacity, group.frequency, group.damping)

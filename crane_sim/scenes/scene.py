@@ -1,0 +1,278 @@
+"""A scene: what is simulated, for how long, driven by what, integrated how."""
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from crane_sim import system
+from crane_sim.files.document import SHARED, nominal, present, put, read, switch_law
+from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shortened
+from crane_sim.laws import ForeignSetting, Law, make_law
+from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
+from crane_sim.scenes.schema.integrator import check_fit, chosen
+from crane_sim.scenes.schema.knuckle import KnuckleFile
+from crane_sim.scenes.schema.overhead import OverheadFile
+from crane_sim.scenes.schema.pendulum import PendulumFile
+from crane_sim.scenes.schema.reference import aim, path_in
+
+MOST_STEPS = 1e8  # control periods in a run
+
+
+File = KnuckleFile | OverheadFile | PendulumFile
+
+
+FORMS: dict[str, type[File]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
+"""The kinds of crane, and the form of their scene files."""
+
+
+SAME = """crane initial_q initial_v seed description joint_names actuated joint_units effort_units""".split()
+"""What a scene takes from its file as it is."""
+
+
+DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
+
+
+@dataclass(frozen=True, repr=False)
+class Scene:
+    """A checked scene. Joint coordinates are in the order of joint_names, the actuated ones first."""
+
+    name: str
+    crane: str
+    model: Any = field(compare=False)  # parameters, whose type chooses the equations; `document` tells them all
+    initial_q: tuple[float, ...]  # (nq,)
+    initial_v: tuple[float, ...]  # (nq,)
+    duration: float  # s
+    period: float  # s, between published states, and between commands when sampled
+    method: Any  # settings of the integrator
+    law: Law | None = field(compare=False)
+    law_name: str | None
+    sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
+    source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
+    reference: tuple[float, ...] | None  # (nu,)
+    path: Any = field(compare=False)  # compiled `trajectories.path.Path`, None without one
+    seed: int
+    description: str
+    joint_names: tuple[str, ...]
+    actuated: tuple[str, ...]  # joints that take commands (nu,)
+    joint_units: tuple[str, ...]
+    effort_units: tuple[str, ...]  # (nu,)
+    notes: Mapping[str, Any]  # what was chosen for the scene, and goes into the summary
+    document: Mapping[str, Any]
+    hardware: Any = field(default=None, compare=False)  # `hardware.settings.Equipment`; None where all is ideal
+
+    @property
+    def period_ns(self) -> int:
+        """The period in whole nanoseconds: stamps are multiples of it."""
+        return round(self.period * 1e9)
+
+    @property
+    def steps(self) -> int:
+        """Control periods in the run, at least one."""
+        return max(1, round(self.duration / self.period))
+
+    def commanded(self) -> "Scene":
+        """Return the scene with its own law and inputs left out: somebody else sends a command every period."""
+        return replace(self, law=None, law_name=None, source=None, sampled=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the document that this scene was read from, names and overrides included."""
+        return copy.deepcopy(dict(self.document))
+
+    def __repr__(self) -> str:
+        """Return what it is, in one line."""
+        law = f"law {self.law_name!r}" if self.law_name else "no law"
+        steps = f"{self.duration:g} s in {self.steps} periods of {self.period:g} s"
+        return f"<Scene {self.name!r}: {self.crane} crane, {law}, {steps}, {type(self.method).__name__}>"
+
+    def dump(self, path: Path | str) -> None:
+        """Write the scene as a file that `load_scene` reads back."""
+        Path(path).write_text(yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True))
+
+
+def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Scene:
+    """Return the scene of a catalogue name, a file path or a dict of a file's shape.
+
+    Args:
+        source: what to read.
+        overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
+            leaves the settings of that one out, which `notes` then tell.
+
+    Raises:
+        SceneError: one line naming the culprit, its value and what is possible.
+    """
+    if overrides is not None and not isinstance(overrides, Mapping):
+        raise SceneError(f"overrides = {shortened(overrides)}: must map dotted keys of the scene to values")
+    changes = dict(overrides or {})
+    try:
+        document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
+        own, left = copy.deepcopy(document.get("control")), switch_law(document, changes)
+        for key, value in changes.items():
+            put(document, key, value)
+    except RecursionError:
+        raise SceneError("scene: has groups within groups beyond all measure") from None
+    try:
+        return _switched(document, own, left, changes)
+    except (SceneError, RecursionError) as error:
+        raise SceneError(f"scene {_name(document)}: {error}") from None
+
+
+def _name(document: Mapping[str, Any]) -> str:
+    return one_word(document.get("name", "given as a dict"))
+
+
+def _switched(document: dict[str, Any], own: Any, left: list[str], changes: Mapping[str, Any]) -> Scene:
+    """Return the scene with a note of what was left out of its `own` control group when its law was switched.
+
+    That is what is in `left`, and what laws share, unless the new law has it or `changes` put it there.
+    """
+    law, given = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
+    switched = isinstance(own, dict) and law is not None and law != own.get("law")
+    shared = [key for key in SHARED if switched and key in own and f"control.{key}" not in given]
+    while True:
+        try:
+            scene = _build(document)
+            break
+        except ForeignSetting as error:
+            if error.key not in shared:
+                raise
+            shared.remove(error.key)
+            left.append(error.key)
+            del document["control"][error.key]
+    told = f"{', '.join(map(str, left))} of law {own.get('law')!r}" if left else ""
+    return replace(scene, notes={**scene.notes, "left_out": told}) if left else scene
+
+
+def _build(document: dict[str, Any], period: float | None = None) -> Scene:
+    """Return the scene of a document, with the control period [s] of another one where that is given."""
+    file = _validated(document)
+    crane = file.model()  # first: it refuses what nothing else can be computed from
+    period, duration, rounded = _clock(file, period)
+    same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
+    same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
+    control, continuous = file.control, _is_continuous(file)
+    law = _law(file, document) if control is not None else None
+    sampled = control is not None and not continuous
+    source = law if continuous else None if control is not None else file.open_loop()
+    method, why = chosen(file.integrator, file.demands(sampled))
+    hardware, noted = equipment_of(file, period)
+    model = crane.metered(held=(sampled or type(source) is tuple) and not acts(hardware))
+    check_fit(method, model, continuous)
+    return Scene(
+        **same,
+        model=model,
+        method=method,
+        law=law,
+        law_name=control and control.law,
+        sampled=sampled,
+        source=source,
+        notes=_joined(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
+        document=document,
+        hardware=hardware,
+    )
+
+
+def _joined(*notes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return notes as one group; lists of the same name are put together."""
+    found: dict[str, Any] = {}
+    for key, value in (item for group in notes for item in group.items()):
+        found[key] = [*found.get(key, ()), *value] if isinstance(value, list) else value
+    return found
+
+
+def _base_notes(file: File, crane: Any) -> dict[str, Any]:
+    return file.base_motion.notes(crane.base, file.duration) if file.base_motion is not None else {}
+
+
+def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, Any]]:
+    """Return (period [s], duration [s] in whole periods, at least one, a note when the file has another one)."""
+    period, duration = _period(file) if period is None else period, file.duration
+    wanted = duration / period
+    steps = max(1, round(wanted))
+    if abs(steps - wanted) <= CLOSE:
+        return period, duration, {}
+    return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
+
+
+def _goal(file: File) -> dict[str, Any]:
+    path = path_in(file.reference, file)
+    reference = aim(file.target, path)
+    check_limits(file, reference)
+    return {"path": path, "reference": reference}
+
+
+def _is_continuous(file: File) -> bool:
+    return file.control is not None and file.control.period == "continuous"
+
+
+def _period(file: File) -> float:
+    control = file.control
+    given = DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
+    period = float(given)
+    if not period <= file.duration <= MOST_STEPS * period:
+        raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
+    return period
+
+
+def _validated(document: dict[str, Any]) -> File:
+    form = FORMS.get(str(document.get("crane")))
+    if form is None and "crane" not in document and (near := nearest("crane", document)):
+        raise SceneError(f"unknown key {near!r}, did you mean 'crane'? (crane: {', '.join(FORMS)})")
+    if form is None:
+        raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
+    try:
+        return form.model_validate(present(document))
+    except ValidationError as error:
+        raise SceneError(one_line(error, form)) from None
+
+
+def _law(file: File, document: dict[str, Any]) -> Law:
+    control = file.control
+    assert control is not None
+    if file.inputs is not None:
+        raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
+    law = make_law(control.law, control.model_extra or {}, _believed(file, document))
+    if control.period == "continuous" and not system.effort.knows(type(law)):
+        raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
+    return law
+
+
+def _believed(file: File, document: dict[str, Any]) -> Scene:
+    """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
+    control = file.control
+    assert control is not None
+    try:
+        scene = _build(nominal(document, control.nominal), _period(file))
+    except SceneError as error:
+        raise SceneError(f"control.nominal: {error}") from None
+    if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:
+        raise SceneError(
+            f"control.nominal: its joints {scene.joint_names}, actuated {scene.actuated}, must be the first ones of "
+            f"the crane's {file.joint_names}, actuated {file.actuated}"
+        )
+    return replace(scene, sampled=control.period != "continuous")
+
+
+def check_limits(file: "KnuckleFile | OverheadFile | PendulumFile", target: Sequence[float] | None) -> None:
+    """Raise SceneError when a scene starts, or should end, outside its travel limits.
+
+    Args:
+        file: the scene's file.
+        target: where the actuated joints should end (nu,), None where nothing says so.
+    """
+    for limit in file.limits:
+        i, told = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
+        start, unit = file.initial_q[i], file.joint_units[i]
+        if not limit.low < limit.high:
+            raise SceneError(f"{told}: must increase")
+        if not limit.low <= start <= limit.high:
+            raise SceneError(f"{told}: the {limit.joint} starts outside of them, at {start:g} {unit}")
+        if target is None or limit.joint not in file.actuated:
+            continue
+        k = file.actuated.index(limit.joint)
+        if not limit.low <= target[k] <= limit.high:
+            raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {told}")

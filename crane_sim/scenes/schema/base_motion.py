@@ -1,0 +1,340 @@
+"""The group `base_motion` of a scene file: how the base of a crane moves.
+
+A base motion that was recorded: read from a CSV file, freed from noise where asked, made smooth by a spline.
+"""
+
+from math import factorial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BeforeValidator, Field
+
+from crane_sim.files.csv_table import read_table
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, no_switch
+from crane_sim.scenes.schema.base_smoothing import MOST_ROWS, smoothed
+from crane_sim.scenes.schema.groups import Group
+from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
+from crane_sim.trajectories.waves import BREAKING, Response, Sea, Waves, answered, largest_observed, sampled, steepness
+
+Array = npt.NDArray[np.float64]
+
+
+FEWEST = 6  # rows, of a quintic spline
+
+
+BRIEFEST = 1e-6  # s, between two rows: powers of it stay numbers of the machine
+
+
+LIVELY, LIVELY_TURN = 4.9, 0.5
+"""m/s² (half of free fall) and rad/s², beyond which a base moves as no ship does, and rows are likely to be noisy."""
+
+
+LOOKS = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acceleration
+
+
+def spline_base(file: str, duration: float, cut_off: float | None = None) -> SplineBase:
+    """Return the quintic spline through a file's rows: its derivatives are continuous up to the fourth.
+
+    Args:
+        file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad].
+        duration: s, of the run that it has to cover.
+        cut_off: Hz, of the low pass that the rows go through first, as of `smoothed`; None: none.
+
+    Raises:
+        SceneError: the file cannot be read, or does not say what it must.
+    """
+    from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
+
+    where = f"base_motion.file = {file!r}"
+    head, rows, lines = _read(where, file)
+    times = rows[:, head.index("time")]
+    _check_times(where, times, lines, duration)
+    values = np.zeros((len(times), len(AXES)))
+    for i, name in enumerate(AXES):
+        if name in head:
+            values[:, i] = rows[:, head.index(name)]
+    if cut_off is not None:
+        values = _low_passed(where, times, values, cut_off)
+    spline = make_interp_spline(times, values, k=5)
+    knots = np.unique(spline.t)  # those of the ends stand several times
+    powers = [spline(knots[:-1], nu=m) / factorial(m) for m in range(6)]
+    return SplineBase(knots, np.ascontiguousarray(np.stack(powers, axis=-1).transpose(1, 0, 2)))
+
+
+def _low_passed(where: str, times: Array, values: Array, cut_off: float) -> Array:
+    """Return the rows after the low pass of `smoothed`.
+
+    Raises:
+        SceneError: it would leave all of them, or nothing but a line.
+    """
+    span, rate = float(times[-1] - times[0]), (len(times) - 1) / float(times[-1] - times[0])
+    least, most = max(1.0 / span, rate / MOST_ROWS), 0.5 * rate
+    if not least <= cut_off <= most:
+        raise SceneError(
+            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file tells {span:g} s, "
+            f"{rate:.3g} rows a second"
+        )
+    try:
+        return smoothed(times, values, cut_off)
+    except ValueError as error:
+        raise SceneError(f"{where}: {error}") from None
+
+
+def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]:
+    """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
+    times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * LOOKS
+    s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
+    within = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
+    s, times, rows = s[within], np.clip(times, 0.0, duration)[within], base.coefficients[:, within]
+    seconds = np.zeros((len(AXES), *s.shape))
+    for k in range(2, rows.shape[2]):
+        seconds += k * (k - 1) * rows[:, :, k, None] * s ** (k - 2)
+    both = [np.linalg.norm(part, axis=0) for part in (seconds[:3], seconds[3:])]
+    return np.array([size.max() for size in both]), np.array([times.flat[size.argmax()] for size in both])
+
+
+def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
+    """Return the largest accelerations of a base for the summary, and warnings of those that no ship has."""
+    (linear, angular), (at, at_turn) = (part.tolist() for part in peak_accelerations(base, duration))
+    remedy = "are the rows noisy? base_motion.cut_off [Hz], or a lower one, smooths them"
+    lines = []
+    if linear > LIVELY:
+        lines.append(f"{where}: means an acceleration of {linear:.3g} m/s² at {at:.6g} s; {remedy}")
+    if angular > LIVELY_TURN:
+        lines.append(f"{where}: means an angular acceleration of {angular:.3g} rad/s² at {at_turn:.6g} s; {remedy}")
+    found: dict[str, Any] = {"peak_base_acceleration": linear, "peak_base_angular_acceleration": angular}
+    return found | ({"warnings": lines} if lines else {})
+
+
+def _read(where: str, file: str) -> tuple[list[str], Array, list[int]]:
+    """Return (names of the columns, rows, their lines in the file)."""
+    try:
+        head, rows = read_table(Path(file))
+    except ValueError as error:
+        raise SceneError(f"{where}: {error}") from None
+    for name in head:
+        if name != "time" and name not in AXES:
+            raise SceneError(f"{where}: {unknown_key(name, ('time', *AXES), 'column')}")
+    if "time" not in head:
+        raise SceneError(f"{where}: has no column 'time'; its first line names the columns")
+    numbers = np.array([row.numbers for row in rows]).reshape(len(rows), len(head))
+    return head, numbers, [row.line for row in rows]
+
+
+def _check_times(where: str, times: Array, lines: list[int], duration: float) -> None:
+    if len(times) < FEWEST:
+        raise SceneError(f"{where}: has {len(times)} rows, a smooth motion needs at least {FEWEST}")
+    brief = np.flatnonzero(np.diff(times) < BRIEFEST)
+    if len(brief):
+        at = int(brief[0]) + 1
+        said = f"row {lines[at]}, time = {times[at]:g}"
+        raise SceneError(f"{where}: {said}: must be {BRIEFEST:g} s after the row before")
+    if times[0] > 0.0 or times[-1] < duration:
+        raise SceneError(f"{where}: tells {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
+
+
+PEAKED = 3.3  # gamma of a JONSWAP spectrum that names none, the mean of the measured ones
+
+
+MOST = 1000  # sinusoids of a sea, and of an axis
+
+
+LARGEST = 1e6  # m, rad, rad/s: accelerations stay numbers of the machine
+
+
+Amount = Annotated[Real, Field(ge=-LARGEST, le=LARGEST)]
+
+
+Turn = Annotated[Angle, Field(ge=-LARGEST, le=LARGEST)]
+
+
+Lean = Annotated[Tilt, Field(ge=-LARGEST, le=LARGEST)]
+
+
+NotNegative = Annotated[NonNegative, Field(le=LARGEST)]
+
+
+class Sway(Group):
+    """offset + amplitude sin(frequency t + phase) along an axis."""
+
+    amplitude: Amount  # m, size of the sine
+    frequency: NotNegative  # rad/s, of the sine
+    phase: Turn = 0.0  # rad, of the sine at t = 0
+    offset: Amount = 0.0  # m, added to the sine
+
+
+class Roll(Group):
+    """offset + amplitude sin(frequency t + phase) about an axis."""
+
+    amplitude: Lean  # rad, size of the sine
+    frequency: NotNegative  # rad/s, of the sine
+    phase: Turn = 0.0  # rad, of the sine at t = 0
+    offset: Lean = 0.0  # rad, added to the sine
+
+
+def _listed(value: Any) -> Any:
+    return (value,) if isinstance(value, dict) else value
+
+
+Sways = Annotated[tuple[Sway, ...], BeforeValidator(_listed), Field(max_length=MOST)]
+
+
+Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_listed), Field(max_length=MOST)]
+
+
+class Answer(Group):
+    """How a motion of the vessel answers a wave, over frequency; a number stands for the same at all of them."""
+
+    frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
+    amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of wave; of roll, pitch,
+    # yaw rad per metre
+    phases: tuple[Turn, ...] | None = None  # rad, by which the motion leads the wave; left out: 0
+
+    def table(self, name: str) -> Response:
+        """Return the table of the axis `name`.
+
+        Raises:
+            SceneError: its columns do not fit together.
+        """
+        count, phases = len(self.frequencies), self.phases or (0.0,) * len(self.frequencies)
+        where = f"base_motion.sea.response.{name}"
+        for column, values in (("amplitudes", self.amplitudes), ("phases", phases)):
+            if len(values) != count:
+                raise SceneError(f"{where}.{column}: has {len(values)} values, frequencies has {count}")
+        if any(later <= sooner for sooner, later in zip(self.frequencies, self.frequencies[1:], strict=False)):
+            raise SceneError(f"{where}.frequencies = {list(self.frequencies)}: must increase")
+        return Response(self.frequencies, self.amplitudes, phases)
+
+
+def _constant(value: Any) -> Any:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"frequencies": (0.0,), "amplitudes": (value,)} if plain else value
+
+
+Answered = Annotated[Answer | None, BeforeValidator(_constant)]
+
+
+class Answers(Group):
+    """How the vessel answers a wave, axis by axis; absent axes do not move."""
+
+    surge: Answered = None  # how it answers; left out: it does not move
+    sway: Answered = None  # how it answers; left out: it does not move
+    heave: Answered = None  # how it answers; left out: it does not move
+    roll: Answered = None  # how it answers; left out: it does not move
+    pitch: Answered = None  # how it answers; left out: it does not move
+    yaw: Answered = None  # how it answers; left out: it does not move
+
+
+class SeaGroup(Group):
+    """A sea, and how the vessel answers it; without a response the base heaves as the water does."""
+
+    spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"  # shape of the spectrum
+    significant_height: NotNegative  # m, of the waves, from trough to crest; refused above a seventh of the length of
+    # a wave of the peak period, where waves break; a warning above 1/15 (up to 8 s) to 1/25 (from 15 s on) of it
+    peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s, of the waves that have the most energy
+    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # -, peak enhancement of `jonswap`; left out: 3.3
+    components: Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=MOST)] = 60  # -, number of sinusoids, of
+    # equal energy, at frequencies drawn at random
+    seed: Seed | None = None  # -, of these; left out: the scene's own
+    response: Answers | None = None  # how each axis answers a metre of wave; left out: the base heaves as the water
+    # does
+
+    def motions(self, seed: int) -> dict[str, Waves]:
+        """Return the sinusoids of each axis that moves.
+
+        Raises:
+            SceneError: settings contradict each other.
+        """
+        waves = sampled(self._sea(), self.components, seed if self.seed is None else self.seed)
+        response = (
+            Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
+        )
+        given = {name: getattr(response, name) for name in AXES}
+        return {name: answered(waves, answer.table(name)) for name, answer in given.items() if answer is not None}
+
+    def _sea(self) -> Sea:
+        """Return the sea.
+
+        Raises:
+            SceneError: settings contradict each other, or its waves would break.
+        """
+        peaked = self.spectrum == "jonswap"
+        if self.gamma is not None and not peaked:
+            raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
+        sea = Sea(self.significant_height, self.peak_period, 1.0 if not peaked else self.gamma or PEAKED)
+        if steepness(sea) > BREAKING:
+            most = sea.significant_height * BREAKING / steepness(sea)
+            raise SceneError(
+                f"base_motion.sea.significant_height = {sea.significant_height:g}: such waves break; at a peak period "
+                f"of {sea.peak_period:g} s at most {most:.3g} m are possible, a seventh of the wave's length"
+            )
+        return sea
+
+    def notes(self) -> dict[str, Any]:
+        """Return a warning when the sea is steeper than any that was measured."""
+        sea = self._sea()
+        most = largest_observed(sea.peak_period)
+        if steepness(sea) <= most:
+            return {}
+        line = (
+            f"base_motion.sea: its steepness is 1/{1.0 / steepness(sea):.3g}; at a peak period of "
+            f"{sea.peak_period:g} s measured seas stay below 1/{1.0 / most:.3g}"
+        )
+        return {"warnings": [line]}
+
+
+class BaseMotion(Group):
+    """How the base moves in the world: sinusoids along and about its axes, a sea, both together, or a file.
+
+    Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the plane take surge,
+    heave and pitch.
+    """
+
+    surge: Sways = ()  # m, along x
+    sway: Sways = ()  # m, along y
+    heave: Sways = ()  # m, along z
+    roll: Rolls = ()  # rad, about x
+    pitch: Rolls = ()  # rad, about y
+    yaw: Rolls = ()  # rad, about z
+    sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
+    file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
+    # keys; a quintic spline through the rows; the summary has the largest accelerations that it means, and warns of
+    # more than 4.9 m/s² or 0.5 rad/s²
+    cut_off: Positive | None = None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
+    # of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out: the rows as they are
+
+    def base(self, seed: int, duration: float) -> Base | SplineBase:
+        """Return the motion of the base, for a run of `duration` [s]; a sea without its own seed takes `seed`.
+
+        Raises:
+            SceneError: settings contradict each other, or the file cannot be used.
+        """
+        if self.file is not None:
+            others = [name for name in (*AXES, "sea") if getattr(self, name)]
+            if others:
+                raise SceneError(f"base_motion.{others[0]}: the file tells the whole motion; leave out one of the two")
+            return spline_base(self.file, duration, self.cut_off)
+        if self.cut_off is not None:
+            raise SceneError(f"base_motion.cut_off = {self.cut_off:g}: smooths the rows of a file, and there is none")
+        return self._sum(self.sea.motions(seed) if self.sea is not None else {})
+
+    def notes(self, base: Any, duration: float) -> dict[str, Any]:
+        """Return what the summary says of the motion `base` that this group came to, over `duration` [s]."""
+        if self.file is not None:
+            return peak_notes(f"base_motion.file = {self.file!r}", base, duration)
+        return self.sea.notes() if self.sea is not None else {}
+
+    def _sum(self, sea: dict[str, Waves]) -> Base:
+        none = Waves(np.empty(0), np.empty(0), np.empty(0))
+        width = max(len(getattr(self, name)) + len(sea.get(name, none).amplitudes) for name in AXES)
+        table, offsets = np.zeros((3, 6, width)), np.zeros(6)
+        for i, name in enumerate(AXES):
+            own, waves = getattr(self, name), sea.get(name, none)
+            offsets[i] = sum(part.offset for part in own)
+            for row, key in enumerate(("amplitude", "frequency", "phase")):
+                column = [*(getattr(part, key) for part in own), *waves[row]]
+                table[row, i, : len(column)] = column
+        return Base(offsets, *table)

@@ -1,0 +1,140 @@
+"""The groups of a scene file that every crane shares: what they may hold."""
+
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+from crane_sim.files.errors import about_keys, missing_key, no_group, one_line, unknown_key
+from crane_sim.files.types import Real
+from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.models.effects import LinearFriction, PaperFriction, PayloadForce, QuadraticFriction
+from crane_sim.scenes.schema.integrator import Auto
+from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
+from crane_sim.trajectories.profiles import Knots, Series, Smooth, Wave
+
+
+class Group(BaseModel):
+    """A group of a scene file: unknown keys and non-finite numbers are errors."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+WORDS = {"from": "begin", "to": "end"}
+"""Words of a file that Python keeps for itself, and the fields of NamedTuples that stand for them."""
+
+
+def _words(fields: tuple[str, ...]) -> dict[str, str]:
+    """Return the words of a file for the fields of a NamedTuple, with the fields."""
+    words = {field: word for word, field in WORDS.items()}
+    return {words.get(field, field): field for field in fields}
+
+
+def _read(kind: Any, values: dict[str, Any]) -> Any:
+    """Return the NamedTuple with these values; a mistake in a field is told by the file's word for it."""
+    try:
+        return TypeAdapter(kind).validate_python(values)
+    except ValidationError as error:
+        line = one_line(error, kind)
+        for word, field in WORDS.items():
+            if line.startswith((f"{field} ", f"{field}:", f"{field}[")):
+                raise ValueError(word + line.removeprefix(field)) from None
+        if about_keys(error):
+            raise ValueError(line) from None
+        raise
+
+
+class Picker:
+    """Reads `{key: name, ...}` as the NamedTuple that `choices` has under that name.
+
+    Attributes:
+        choice: (the key, the NamedTuples by name).
+    """
+
+    def __init__(self, key: str, choices: dict[str, Any], optional: bool) -> None:
+        """Take the key and its choices; `optional`: nothing is possible, too."""
+        self.choice, self._optional = (key, choices), optional
+
+    def __call__(self, value: Any) -> Any:
+        """Return the NamedTuple.
+
+        Raises:
+            ValueError: there is no such choice, or it has other keys or values.
+        """
+        key, choices = self.choice
+        if value is None and self._optional:
+            return None
+        if not isinstance(value, dict):
+            raise ValueError(f"{no_group()}, with {key}: {' | '.join(choices)}")
+        name = value.get(key)
+        if name is None:
+            raise ValueError(missing_key(key, value, choices))
+        if not isinstance(name, str) or name not in choices:
+            raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
+        rest, known = {k: v for k, v in value.items() if k != key}, _words(choices[name]._fields)
+        for unknown in (k for k in rest if k not in known):
+            raise ValueError(unknown_key(str(unknown), (key, *known)))
+        found = _read(choices[name], {known[k]: v for k, v in rest.items()})
+        complaint = found.complaint() if hasattr(found, "complaint") else ""
+        if complaint:
+            raise ValueError(complaint)
+        return found
+
+
+def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
+    """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
+    return BeforeValidator(Picker(key, choices, optional))
+
+
+_FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
+Friction = Annotated[Any, picked("model", _FRICTION, optional=True)]
+_METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3, "rodas": Rodas}
+Method = Annotated[Any, picked("method", _METHODS)]
+Channel = Annotated[Any, picked("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})]
+
+
+class Inline(NamedTuple):
+    """Marks a field whose keys stand among the group's own: those of the kind that one key names."""
+
+    choice: tuple[str, dict[str, Any]]
+
+
+class PayloadForceGroup(Group):
+    """A given force on the payload [N], along the axes of the world; silent axes are zero."""
+
+    x: Channel = Constant(0.0)  # N, over time
+    y: Channel = Constant(0.0)  # N, over time
+    z: Channel = Constant(0.0)  # N, over time
+
+    def force(self) -> PayloadForce:
+        """Return the force."""
+        return PayloadForce(self.x, self.y, self.z)
+
+
+def _period(value: Any) -> Any:
+    if value == "continuous":
+        return value
+    try:
+        return TypeAdapter(Annotated[Real, Field(ge=1e-6)]).validate_python(value)
+    except ValidationError:
+        raise ValueError("a period is a number of seconds, at least 1e-6, or 'continuous'") from None
+
+
+Profile = Annotated[
+    Any,
+    picked("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True),
+]
+
+
+class Control(Group):
+    """The law, how often it is evaluated, and what it is to believe; further keys are the law's own, see Laws."""
+
+    model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True)
+    law: str  # its name: one of those below, or one that another package has installed
+    period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, between commands; or `continuous`: the law is
+    # evaluated inside the equations
+    nominal: dict[str, Any] = {}  # what the law believes instead of the scene, as groups of a scene file; it is merged
+    # over the scene

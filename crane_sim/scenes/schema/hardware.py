@@ -1,0 +1,182 @@
+"""The groups of a scene file on what stands between a law and the crane: sensors, actuators, brakes, faults."""
+
+import re
+from typing import Annotated, Any, NamedTuple, TypeVar
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from crane_sim.files.types import NonNegative, Positive, Real, no_switch
+from crane_sim.scenes.schema.groups import Group, picked
+
+ALL = "all"
+"""Stands for every joint in place of a joint's name."""
+_NAME = re.compile("[a-z][a-z0-9]*(_[a-z0-9]+)*")
+MOST_PERIODS = 100_000  # of a delay, or between two samples
+Fitted = TypeVar("Fitted", bound=Group)
+
+
+def _pair(value: Any) -> Any:
+    return value if isinstance(value, list | tuple) else (value, value)
+
+
+def _range(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return value
+    if isinstance(no_switch(value), int | float) and value > 0:
+        return -value, value
+    raise ValueError("must be a number greater than 0, or [low, high]")
+
+
+def _ordered(value: tuple[float, float]) -> tuple[float, float]:
+    if not value[0] < value[1]:
+        raise ValueError("must be [low, high] with low < high")
+    return value
+
+
+def _named(faults: dict[str, Any]) -> dict[str, Any]:
+    for name in faults:
+        if not _NAME.fullmatch(name):
+            raise ValueError(f"{name!r}: a fault's name is of small letters, digits and single _, a letter first")
+    return faults
+
+
+Sizes = Annotated[tuple[NonNegative, NonNegative], BeforeValidator(_pair)]
+Reals = Annotated[tuple[Real, Real], BeforeValidator(_pair)]
+Limits = Annotated[tuple[Real, Real], BeforeValidator(_range), AfterValidator(_ordered)]
+Chance = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+
+
+class SensorGroup(Group):
+    """What a joint's sensor makes of the truth; pairs are of position and velocity, one number stands for both.
+
+    Keys of a joint go before those of `all`. What sensors show is `joint_states`, and all that a law sees. Chance is
+    drawn by seed, signal and step: every run repeats to the last bit.
+    """
+
+    noise: Sizes = (0.0, 0.0)  # joint's unit, standard deviation, of position and velocity; drawn anew for every sample
+    bias: Reals = (0.0, 0.0)  # joint's unit, what is added to every sample
+    quantisation: Sizes = (0.0, 0.0)  # joint's unit, step to which a sample is rounded; 0 for none
+    delay: NonNegative = 0.0  # s, age of a sample when it is shown; rounded to whole periods, which the summary says
+    # (`rounded`)
+    rate: Positive | None = None  # Hz, of samples, which hold until the next one; rounded to whole periods; left out:
+    # every period
+    dropout: Chance = 0.0  # -, chance that a sample is lost; the last one stays
+
+
+class ActuatorGroup(Group):
+    """What a joint's drive makes of a demand, in the units of its effort.
+
+    Within a period the effort solves u' = (demand - u) / lag within the rate limit exactly. Keys of a joint go before
+    those of `all`.
+    """
+
+    limit: Limits | None = None  # effort's unit, range of the effort; one number stands for [-number, number]; left
+    # out: none
+    rate_limit: Positive | None = None  # effort's unit/s, largest rate of the effort; left out: none
+    lag: NonNegative = 0.0  # s, time constant T of u' = (demand - u) / T, solved exactly within a period
+    deadband: NonNegative = 0.0  # effort's unit, demands up to this size come to nothing
+    delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
+
+
+class BrakeGroup(Group):
+    """The brakes of all actuated joints: of one that is stuck, and of a run without commands (`--on-silence brake`).
+
+    An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo the place where it is.
+    The static load is that on a base at the mean of its motion. A payload that swings up to the angle A pulls its
+    trolley with at most its weight × max sin a (3 cos a - 2 cos A), whatever the trolley weighs: 0.6 × the weight up to
+    45 degrees, 1.5 × up to 90; give that as `capacity`. The default of a trolley whose payload hangs at first, 2 m/s² ×
+    (trolley + payload), holds 12 degrees under any trolley, and 45 where the trolley weighs twice its payload.
+    """
+
+    capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest hold of each actuated joint; left out:
+    # twice the static load of the initial posture and what decelerates all that the joint carries by 2 rad/s² or m/s²
+    frequency: Positive | None = None  # rad/s, of a free joint on its brake's spring; left out: computed from the crane
+    damping: NonNegative = 0.7  # -, ratio of that spring
+
+
+def _times_complaint(begin: float | None, end: float | None) -> str:
+    if end is None or (begin is not None and begin < end):
+        return ""
+    return f"until = {end:g}: must be after at = {begin:g}" if begin is not None else f"until = {end:g}: needs an at"
+
+
+class SensorStuck(NamedTuple):
+    """A sensor that goes on showing what it showed when the fault began."""
+
+    joint: str  # whose sensor, or which joint
+    at: NonNegative | None = None  # s, when it begins; left out: when the service `~/faults/NAME` or `plant.set_fault`
+    # says so
+    until: NonNegative | None = None  # s, when it ends; left out: never
+
+    def complaint(self) -> str:
+        """Return what is wrong with the times, or an empty line."""
+        return _times_complaint(self.at, self.until)
+
+
+class SensorLoss(SensorStuck):
+    """A sensor that shows zero."""
+
+
+class Stuck(SensorStuck):
+    """A joint that its brake holds, its drive off."""
+
+
+class EffortLoss(NamedTuple):
+    """A drive that delivers only a part of its effort."""
+
+    joint: str  # whose drive
+    factor: NonNegative = 0.0  # -, part of the effort that is left
+    at: NonNegative | None = None  # s, when it begins; left out: by service
+    until: NonNegative | None = None  # s, when it ends; left out: never
+
+    def complaint(self) -> str:
+        """Return what is wrong with the times, or an empty line."""
+        return _times_complaint(self.at, self.until)
+
+
+class PayloadChange(NamedTuple):
+    """Another mass of the payload."""
+
+    mass: Positive  # kg, of the payload from then on
+    at: NonNegative | None = None  # s, when it begins; left out: by service
+    until: NonNegative | None = None  # s, when it ends; left out: never
+
+    def complaint(self) -> str:
+        """Return what is wrong with the times, or an empty line."""
+        return _times_complaint(self.at, self.until)
+
+
+FAULTS: dict[str, Any] = {
+    "sensor_stuck": SensorStuck,
+    "sensor_loss": SensorLoss,
+    "effort_loss": EffortLoss,
+    "stuck": Stuck,
+    "payload": PayloadChange,
+}
+"""Kinds of faults, in the order of `hardware.faults.KINDS`."""
+Fault = Annotated[Any, picked("kind", FAULTS)]
+
+
+class HardwareGroups(Group):
+    """Groups that every crane may have."""
+
+    brake: BrakeGroup | None = None  # brakes of all actuated joints, for silent controllers and stuck joints
+    sensors: dict[str, SensorGroup] = {}  # by joint, or `all`: what `joint_states`, and so every law, sees
+    actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: what becomes of a demand
+    faults: Annotated[dict[str, Fault], AfterValidator(_named)] = {}  # by a name of your own, in small
+    # letters; a fault is there in every period that begins at or after its time; a slack cable is no fault
+
+
+def source(groups: dict[str, Fitted], joint: str, key: str) -> str:
+    """Return under which name a joint's key is given: its own, or `all`."""
+    return joint if joint in groups and key in groups[joint].model_fields_set else ALL
+
+
+def merged(groups: dict[str, Fitted], joint: str, kind: type[Fitted]) -> Fitted:
+    """Return the group of a joint: its own keys, else those of `all`."""
+    found: dict[str, Any] = {}
+    for name in (ALL, joint):
+        group = groups.get(name)
+        if group is not None:
+            found |= {key: getattr(group, key) for key in group.model_fields_set}
+    return kind.model_construct(**found)

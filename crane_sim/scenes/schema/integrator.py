@@ -1,0 +1,97 @@
+"""Which integrator a scene runs with: its own, checked against the stiffest motion, or one that is chosen for it."""
+
+from typing import Any, NamedTuple
+
+from crane_sim import system
+from crane_sim.files.errors import SceneError
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.rodas import Rodas
+
+
+class Auto(NamedTuple):
+    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary says which, and why."""
+
+
+class Demands(NamedTuple):
+    """What a scene asks of its method."""
+
+    frequency: float | None  # rad/s, of the stiffest motion; None: not known
+    turns: float  # rad, of the slowest swing over the run
+    elastic: bool
+    smooth: bool  # nothing switches and nothing is sampled
+    duration: float  # s
+    continuous: bool = False  # a law drives it that the equations evaluate
+
+
+STIFF = 2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
+LONG = 1e4  # rad, of swinging, from which an error of the energy that does not grow is worth more than speed
+GENTLE = 0.08
+"""Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce hardcases`)."""
+
+COARSEST = 0.1  # relative tolerance, beyond which digits mean nothing
+FINEST = 2.3e-14  # relative tolerance, a hundred times the rounding of a double: below, rounding passes for an error
+SHORTEST_STEP = 1e-9  # s, the resolution of stamps
+
+
+def asks_frequency(method: Any) -> bool:
+    """Return whether the stiffest motion decides on the method: others choose their steps themselves."""
+    return isinstance(method, Auto) or hasattr(method, "safe_step")
+
+
+def chosen(method: Any, demands: Demands) -> tuple[Any, str | None]:
+    """Return (the method, and why when it was chosen here).
+
+    Raises:
+        SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
+    """
+    _check_range(method)
+    if isinstance(method, Auto):
+        return _choice(demands)
+    largest = getattr(method, "safe_step", None)
+    if largest is None or not demands.frequency:  # what does not move bears any step
+        return method, None
+    safe = largest(demands.frequency)
+    if method.step > safe:
+        raise SceneError(
+            f"integrator.step = {method.step:g}: too large for the stiffest motion, {demands.frequency:.4g} rad/s; "
+            f"the largest safe step of this method is {safe:.3g} s, and dop853 chooses its own"
+        )
+    return method, None
+
+
+def implicit(method: Any, demands: Demands) -> bool:
+    """Return whether a scene runs with the method that solves linear systems, for which a state is an array."""
+    return isinstance(_choice(demands)[0] if isinstance(method, Auto) else method, Rodas)
+
+
+def check_fit(method: Any, model: Any, continuous: bool) -> None:
+    """Raise SceneError when a method with linear systems meets a model or a source that it cannot differentiate."""
+    if not isinstance(method, Rodas):
+        return
+    if not system.fill.knows(type(model)):
+        raise SceneError("integrator.method = 'rodas': solves for states that are arrays; this crane takes dop853")
+    if continuous and system.linearised.knows(type(model)):
+        raise SceneError("control.period = 'continuous': method rodas takes sampled laws on this crane; give a period")
+
+
+def _check_range(method: Any) -> None:
+    rtol, step = getattr(method, "rtol", COARSEST), getattr(method, "step", SHORTEST_STEP)
+    if rtol > COARSEST:
+        raise SceneError(f"integrator.rtol = {rtol:g}: must be at most {COARSEST:g}")
+    if rtol < FINEST:
+        raise SceneError(f"integrator.rtol = {rtol:g}: must be at least {FINEST:g}: a double has 16 digits")
+    if getattr(method, "atol", 1.0) == 0.0:
+        raise SceneError("integrator.atol = 0: must be greater than 0: what is zero has no relative error")
+    if step < SHORTEST_STEP:
+        raise SceneError(f"integrator.step = {step:g}: must be at least {SHORTEST_STEP:g} s")
+
+
+def _choice(demands: Demands) -> tuple[Any, str]:
+    frequency = demands.frequency
+    if frequency is not None and demands.elastic and frequency > STIFF and not demands.continuous:
+        return Rodas(), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
+    if frequency and demands.smooth and demands.turns > LONG and not demands.elastic:
+        step = GENTLE / frequency
+        return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({demands.duration:g} s)"
+    return DOP853(), "dop853: nothing stiff, no long horizon"

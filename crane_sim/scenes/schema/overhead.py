@@ -1,0 +1,99 @@
+"""The form of a scene file with an overhead crane."""
+
+from functools import cached_property
+from typing import Any
+
+from crane_sim.scenes.schema.integrator import Demands
+from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane
+from crane_sim.scenes.schema.overhead_checks import check, check_start
+from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_base
+from crane_sim.scenes.schema.overhead_stiffness import bending_error
+from crane_sim.scenes.schema.reference import target_of
+from crane_sim.trajectories.inputs import Inputs as Channels
+
+
+class OverheadFile(OverheadCrane):
+    """A scene with an overhead crane: a trolley, on a bridge in 3 dimensions, and a cable of one or many links."""
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints: axes, the hoist, then what tells where the links are."""
+        n, hoist = len(self.parts.lengths), ("hoist",) if self.hoist else ()
+        across = "xz" if self.dimensions == 2 else "xyz"
+        if self.modelled == "elastic":
+            cable = [f"node_{k}_{axis}" for k in range(1, n + 1) for axis in across]
+        elif self.dimensions == 3:
+            cable = [f"link_{k}_{axis}" for k in range(1, n + 1) for axis in across]
+        else:
+            cable = [f"swing_{k}" for k in range(1, 2 if self.modelled == "straight" else n + 1)]
+        return (*self.axes, *hoist, *cable)
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Units of the joints' positions; directions of links have none."""
+        unit = "m" if self.modelled == "elastic" else "1" if self.dimensions == 3 else "rad"
+        metres = len(self.axes) + (self.hoist is not None)
+        return ("m",) * metres + (unit,) * (len(self.joint_names) - metres)
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands."""
+        return ("N",) * len(self.actuated)
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Where the actuated joints should go.
+
+        Raises:
+            SceneError: it has another number of values.
+        """
+        return target_of(self.reference, self.actuated)
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.parts.masses[-1]
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the whole cable at t = 0 [m]."""
+        return sum(self.parts.lengths)
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
+        return limits_of(*((name, f"{name}.limits", group.limits) for name, group in groups if group is not None))
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What was chosen for the scene."""
+        found: dict[str, Any] = {"model": self.modelled} if self.cable.model == "auto" else {}
+        if self.modelled == "straight" and len(self.parts.masses) > 1:
+            found["model_error_estimate"] = bending_error(self)
+        return found
+
+    def demands(self, sampled: bool) -> Demands:
+        """Return what the scene asks of its method."""
+        return demands_of(self, sampled)
+
+    def model(self) -> Any:
+        """Return the parameters of the crane.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        check(self)
+        check_start(self)
+        return on_base(self, crane_of(self))
+
+    def open_loop(self) -> Channels | tuple[float, ...]:
+        """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
+        if self.inputs is None or not self.actuated:
+            return (0.0,) * len(self.actuated)
+        channels = None
+        for name in reversed(self.actuated):
+            channels = Channels(getattr(self.inputs, name), channels)
+        assert channels is not None
+        return channels

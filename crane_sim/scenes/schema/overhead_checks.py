@@ -1,0 +1,141 @@
+"""What the groups of an overhead scene may not say together: silent surprises, refused by name."""
+
+from typing import Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane, filled
+from crane_sim.scenes.schema.overhead_groups import AxisGroup
+from crane_sim.scenes.schema.overhead_models import check_straight
+
+SAME_LENGTH = 1e-9  # relative; how far the first link may be from where its hoist's profile starts
+LARGEST_FRICTION = 1e12  # N, N s/m
+
+
+def check(file: OverheadCrane) -> None:
+    """Raise SceneError when groups of a scene contradict each other, or one of them would be ignored."""
+    _check_plane(file)
+    for name, group in (("trolley", file.trolley), ("bridge", file.bridge or AxisGroup(drive="fixed"))):
+        _check_axis(file, name, group)
+    _check_cable(file)
+    _check_massless(file)
+    _check_nodes(file)
+    _check_hoist(file)
+    _check_inputs(file)
+    check_straight(file)
+
+
+def check_start(file: OverheadCrane) -> None:
+    """Raise SceneError when a hoist starts where its cable does not."""
+    q = file.initial_q
+    if file.hoist is None:
+        return
+    length, first = q[len(file.axes)], file.parts.lengths[0]
+    if file.hoist.profile is not None and length <= 0.0:
+        raise SceneError(f"hoist.profile: starts at {length:g} m, must start greater than 0")
+    if file.hoist.profile is not None and abs(length - first) > SAME_LENGTH * first:
+        raise SceneError(f"cable.lengths[0] = {first}: hoist.profile starts at {length!r} m; both must be the same")
+
+
+def _check_plane(file: OverheadCrane) -> None:
+    """Refuse what 2 dimensions do not have."""
+    if file.dimensions == 3:
+        return
+    if file.bridge is not None:
+        raise SceneError("bridge: belongs to 3 dimensions, here are 2")
+    if file.friction is not None and file.friction.bridge is not None:
+        raise SceneError("friction.bridge: belongs to 3 dimensions, here are 2")
+    if file.inputs is not None and "bridge" in file.inputs.model_fields_set:
+        raise SceneError("inputs.bridge: belongs to 3 dimensions, here are 2")
+    for name in ("y", "vy"):
+        if name in file.initial.model_fields_set:
+            raise SceneError(f"initial.{name} = {getattr(file.initial, name)}: belongs to 3 dimensions, here are 2")
+
+
+def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
+    """Refuse what an axis that no force drives cannot have."""
+    place, speed = ("x", "v") if name == "trolley" else ("y", "vy")
+    start, drive = file.initial, group.drive
+    carried = name == "trolley" and file.bridge is not None and file.bridge.drive == "force"
+    if group.mass is not None and drive != "force" and not carried:
+        raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")
+    if drive == "fixed" and getattr(start, speed) != 0.0:
+        raise SceneError(f"initial.{speed} = {getattr(start, speed)}: a fixed {name} is at rest; must be 0")
+    for key in (place, speed):
+        if drive == "prescribed" and key in start.model_fields_set:
+            raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
+    rubs = getattr(file.friction, name) if file.friction is not None else None
+    for key in ("coulomb", "static", "viscous") if rubs is not None else ():
+        if getattr(rubs, key) > LARGEST_FRICTION:
+            raise SceneError(f"friction.{name}.{key} = {getattr(rubs, key)}: must be at most {LARGEST_FRICTION:g}")
+    _check_finite(f"{name}.motion", group.motion)
+
+
+def _check_finite(name: str, shape: Any) -> None:
+    with np.errstate(all="ignore"):
+        finite = shape is None or np.all(np.isfinite(shape.motion().coefficients))
+    if not finite:
+        raise SceneError(f"{name}: its values are too large for numbers of the machine")
+
+
+def _check_cable(file: OverheadCrane) -> None:
+    """Refuse two groups of joints, and lists of the start without entries."""
+    if file.joints is not None and file.cable.joints is not None:
+        raise SceneError("joints: stand also in cable.joints; leave out one of the two")
+    for name in ("angles", "directions", "positions", "velocities"):
+        if getattr(file.initial, name) == ():
+            raise SceneError(f"initial.{name} = []: must have at least one entry, or be left out")
+
+
+def _check_massless(file: OverheadCrane) -> None:
+    """Refuse merging links where something counts them."""
+    users = {
+        "hoist": file.hoist,
+        "forces": file.forces or None,
+        "joints": file.joints or file.cable.joints,
+        "cable.inertia": file.cable.inertia,
+    }
+    taken = [name for name, group in users.items() if group is not None]
+    group = file.cable
+    n = group.links or max(len(group.lengths), len(group.node_masses))
+    above = filled(group.node_masses, n, "cable.node_masses")[:-1]
+    massless = next((k for k, mass in enumerate(above, 1) if mass == 0.0), 0)
+    if taken and massless:
+        raise SceneError(
+            f"cable.node_masses: node {massless} has no mass, which is not possible with {taken[0]}; give it a mass"
+        )
+
+
+def _check_nodes(file: OverheadCrane) -> None:
+    """Refuse positions of nodes where links have angles or directions, and the other way round."""
+    start = file.initial
+    for name in ("positions", "velocities"):
+        if getattr(start, name) is not None and file.modelled != "elastic":
+            raise SceneError(f"initial.{name}: belong to cable.model: elastic, here it is {file.modelled!r}")
+    for name in ("angles", "directions", "rates"):
+        if start.positions is not None and getattr(start, name) is not None:
+            raise SceneError(f"initial.{name}: say the same as initial.positions; leave out one of the two")
+
+
+def _check_hoist(file: OverheadCrane) -> None:
+    """Refuse a start of a hoist that no force drives."""
+    drive = file.hoist.drive if file.hoist is not None else None
+    for name in ("length", "length_rate"):
+        if name in file.initial.model_fields_set and getattr(file.initial, name) is not None and drive != "force":
+            raise SceneError(
+                f"initial.{name} = {getattr(file.initial, name)}: belongs to a hoist driven by force, "
+                f"here is {'none' if drive is None else f'a {drive} one'}"
+            )
+    if file.hoist is not None and file.hoist.push and drive != "force":
+        raise SceneError(f"hoist.push = True: belongs to a drive by force, here it is {drive!r}")
+    if file.hoist is not None:
+        _check_finite("hoist.profile", file.hoist.profile)
+
+
+def _check_inputs(file: OverheadCrane) -> None:
+    """Refuse inputs that drive nothing."""
+    for name in ("trolley", "bridge", "hoist"):
+        if file.inputs is not None and name in file.inputs.model_fields_set and name not in file.actuated:
+            known = ", ".join(file.actuated) or "none"
+            raise SceneError(f"inputs.{name}: no force drives the {name}; driven by force: {known}")

@@ -1,0 +1,177 @@
+"""The groups of a scene file with an overhead crane: what they may hold."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from crane_sim.files.types import Name, NonNegative, Positive, Real, Seed, Tilt
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.models.supports.rails import Friction
+from crane_sim.scenes.schema.base_motion import BaseMotion
+from crane_sim.scenes.schema.groups import Channel, Control, Group, Method, Profile
+from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.trajectories.inputs import Constant
+
+
+def _listed(value: Any) -> Any:
+    return value if isinstance(value, list | tuple) else (value,)
+
+
+def _sized(value: float) -> float:
+    if value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
+        raise ValueError(f"must be 0 or of a size of {SMALLEST:g} to {LARGEST:g}")
+    return value
+
+
+def _bounded(value: float) -> float:
+    if not abs(value) <= LARGEST:
+        raise ValueError(f"must be within -{LARGEST:g} .. {LARGEST:g}")
+    return value
+
+
+SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of several stay numbers of the machine
+Size = Annotated[Positive, AfterValidator(_sized)]
+SizeOrZero = Annotated[NonNegative, AfterValidator(_sized)]
+Place = Annotated[Real, AfterValidator(_bounded)]
+MOST_LINKS = 500
+_Some = (BeforeValidator(_listed), Field(min_length=1, max_length=MOST_LINKS))
+Lengths = Annotated[tuple[Size, ...], *_Some]
+Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
+Vector = tuple[Place, Place, Place]
+
+
+class AxisGroup(Group):
+    """How the trolley (along x) or the bridge (along y) moves."""
+
+    drive: Literal["force", "prescribed", "fixed"] = "force"  # by a force, which needs a `mass`; by a given `motion`;
+    # or not at all
+    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley
+    motion: Profile = None  # m, place over time, of a prescribed drive
+    limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
+
+
+class CableGroup(Group):
+    """Links and node masses from the top; the last node is the payload. One number stands for all `links`."""
+
+    model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic` ones; `straight`: one
+    # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else `rigid`
+    links: Annotated[int, Field(ge=1, le=MOST_LINKS)] | None = None  # -, number of links; left out: as many as the
+    # longest list
+    lengths: Lengths  # m, of the links, from the top; elastic: at rest
+    node_masses: Masses  # kg, at the lower ends of the links; the last one is the payload; rigid nodes without mass
+    # join two links
+    slack: Literal["allow", "stop"] = "allow"  # what happens when a rigid link would push: nothing, or the run ends;
+    # `tension_only` is that of elastic ones
+    inertia: Masses | None = None  # kg m², about their own middle, of links that turn as rods; left out: all mass is in
+    # the nodes
+    stiffness: Lengths | None = None  # N/m, of elastic links
+    damping: Masses | None = None  # N s/m, of elastic links
+    tension_only: bool = False  # elastic links go slack instead of pushing
+    joints: "JointsGroup | None" = None  # bending of the cable; also as `joints` of the scene
+
+
+class JointsGroup(Group):
+    """Bending stiffness and damping between links, the first one between trolley and cable."""
+
+    stiffness: Masses = (0.0,)  # N m/rad, torque for a bend
+    damping: Masses = (0.0,)  # N m s/rad, torque for its rate
+
+
+class PayloadGroup(Group):
+    """The last node's mass, in place of the last one of node_masses."""
+
+    mass: Size  # kg, of the payload
+
+
+class HoistGroup(Group):
+    """How the first link's length changes. A force-driven hoist without inertia is the massless winch."""
+
+    drive: Literal["prescribed", "force"]  # by a given `profile`, or by a force on the length, positive pays out
+    profile: Profile = None  # m, length over time, of a prescribed hoist
+    inertia: SizeOrZero | None = None  # kg, drum inertia over radius squared, of a drive by force; left out: the
+    # massless winch
+    push: bool = False  # of a drive by force: efforts that would push the rope are applied too, not as zero
+    limits: tuple[NonNegative, Positive] | None = None  # m, of the length; a run ends where one is reached; left out:
+    # from 0.001 on
+
+
+class Start(Group):
+    """Positions and velocities at t = 0: angles (2D), directions (3D) or, elastic, positions of the nodes."""
+
+    x: Place = 0.0  # m, of the trolley
+    v: Place = 0.0  # m/s, of the trolley
+    y: Place = 0.0  # m, of the bridge
+    vy: Place = 0.0  # m/s, of the bridge
+    length: Size | None = None  # m, of a force-driven hoist; left out: its link's
+    length_rate: Place = 0.0  # m/s, of a force-driven hoist
+    angles: Annotated[tuple[Tilt, ...], BeforeValidator(_listed)] | None = None  # rad, of the links from the downward
+    # vertical (2D); left out: they hang
+    rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
+    directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang
+    positions: tuple[tuple[Place, ...], ...] | None = None  # m, of an elastic cable's nodes, [x, z] or [x, y, z], in
+    # place of angles or directions
+    velocities: tuple[tuple[Place, ...], ...] | None = None  # m/s, of the same nodes; left out: at rest
+
+
+class Change(Group):
+    """What an event changes."""
+
+    payload: PayloadGroup  # its new mass
+
+
+class Event(Group):
+    """A change of the payload at a given time."""
+
+    at: NonNegative  # s, when it happens
+    set: Change  # what is new from then on
+
+
+class FrictionGroup(Group):
+    """Friction of the rails, of axes that a force drives; sticking and slipping are located as events."""
+
+    trolley: Friction | None = None  # on the rail along x
+    bridge: Friction | None = None  # on the rails along y
+
+
+class ForceGroup(Group):
+    """A given force on a node of the cable, along an axis of the base."""
+
+    node: Annotated[int, Field(ge=1, le=MOST_LINKS)]  # -, from the top, 1 at the lower end of the first link
+    axis: Literal["x", "y", "z"]  # of the base
+    force: Channel  # N, over time
+
+
+class Inputs(Group):
+    """Open-loop inputs of the actuated joints; silent ones are zero."""
+
+    trolley: Channel = Constant(0.0)  # N, force along x
+    bridge: Channel = Constant(0.0)  # N, force along y
+    hoist: Channel = Constant(0.0)  # N, force on the length, positive pays out
+
+
+class OverheadGroups(HardwareGroups):
+    """All groups of a scene file with an overhead crane."""
+
+    crane: Literal["overhead"]  # which form the file has
+    name: Name = ""  # of the scene, in one line; left out: the file's
+    description: str = ""  # a line for the catalogue
+    dimensions: Literal[2, 3] = 2  # `2`: the plane x-z; `3`: space, with a bridge
+    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
+    gravity: SizeOrZero = 9.81  # m/s², acceleration of free fall
+    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    trolley: AxisGroup  # runs along x, carried by the bridge
+    bridge: AxisGroup | None = None  # runs along y, in 3 dimensions; left out: fixed
+    cable: CableGroup  # links and nodes
+    payload: PayloadGroup | None = None  # its mass, in place of the last node's
+    hoist: HoistGroup | None = None  # changes the first link's length; left out: it is fixed
+    joints: JointsGroup | None = None  # bending of the cable; also as `cable.joints`
+    friction: FrictionGroup | None = None  # of the rails
+    forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
+    events: tuple[Event, ...] = ()  # changes of the payload at given times
+    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    initial: Start = Start()  # the state at t = 0
+    reference: ReferenceGroup | None = None  # where the crane should go
+    control: Control | None = None  # the law; left out: open loop
+    inputs: Inputs | None = None  # of the joints that a force drives, where there is no law
+    integrator: Method = DOP853()  # method and its accuracy

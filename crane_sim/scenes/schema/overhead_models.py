@@ -1,0 +1,275 @@
+"""Which model an overhead scene is, and its parameters.
+
+The springs of an overhead scene with an elastic cable.
+
+The moving base of an overhead scene.
+"""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError
+from crane_sim.models.cables.chain import Chain, Joints, Rods
+from crane_sim.models.overhead.double import DoubleCrane, Pair
+from crane_sim.models.overhead.elastic import ElasticCrane, Springs
+from crane_sim.models.overhead.modes import Switches
+from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.overhead.planar import PlanarCrane
+from crane_sim.models.overhead.rod import Line, RodCrane
+from crane_sim.models.overhead.spatial import SpatialCrane
+from crane_sim.models.overhead.spring import Spring, SpringCrane
+from crane_sim.models.stops import SHORTEST
+from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
+from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
+from crane_sim.scenes.schema.integrator import Demands, asks_frequency, implicit
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane, filled
+from crane_sim.scenes.schema.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
+from crane_sim.scenes.schema.overhead_stiffness import stiffest
+from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
+from crane_sim.trajectories.profiles import Shape
+
+_OWN = ("stiffness", "damping", "tension_only")  # keys that only an elastic cable has
+
+
+def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
+    """Return the links of an elastic cable.
+
+    Raises:
+        SceneError: what it needs is missing, or there is something that it cannot have.
+    """
+    group, parts = file.cable, file.parts
+    n = len(parts.lengths)
+    if group.stiffness is None:
+        raise SceneError("cable.stiffness = None: an elastic cable has one, in N/m, for each link or for all")
+    if n != (group.links or max(len(group.lengths), len(group.node_masses))):
+        raise SceneError("cable.node_masses: every node of an elastic cable has a mass greater than 0")
+    for name, given in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
+        if given is not None:
+            raise SceneError(f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods")
+    if group.slack == "stop":
+        raise SceneError("cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only")
+    if isinstance(hoist, MasslessHoist):
+        raise SceneError("hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia")
+    stiffness, damping = filled(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
+    damping = filled(damping, n, "cable.damping")
+    masses, lengths = np.array(parts.masses), np.array(parts.lengths)
+    return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
+
+
+def refuse_springs(file: OverheadCrane) -> None:
+    """Raise SceneError when a cable that is not elastic has keys of an elastic one."""
+    for name in _OWN:
+        if getattr(file.cable, name):
+            raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.modelled!r}")
+
+
+IN_PLANE = ("surge", "heave", "pitch")
+
+
+def on_base(file: OverheadCrane, crane: Any) -> Any:
+    """Return the crane on the scene's base: as it is where the base rests.
+
+    Raises:
+        SceneError: the base leaves the plane of a crane in the plane, or its group cannot be used.
+    """
+    if file.base_motion is None:
+        return crane
+    base = file.base_motion.base(file.seed, file.duration)
+    if file.dimensions == 2:
+        _check_plane(base)
+        return crane._replace(base=base)
+    carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
+    return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
+
+
+def _check_plane(base: Base | SplineBase) -> None:
+    tables = (base.coefficients,) if isinstance(base, SplineBase) else (base.offsets, base.amplitudes)
+    for i, name in enumerate(AXES):
+        if name not in IN_PLANE and any(np.any(table[i]) for table in tables):
+            raise SceneError(
+                f"base_motion: {name} leaves the plane; it takes dimensions: 3; 2 have {', '.join(IN_PLANE)}"
+            )
+
+
+def check_straight(file: OverheadCrane) -> None:
+    """Raise SceneError when a straight cable of several nodes hangs on a moving base."""
+    if file.base_motion is not None and file.modelled == "straight" and len(file.parts.lengths) > 1:
+        raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
+
+
+def crane_of(file: OverheadCrane) -> Any:
+    """Return the parameters of a scene's crane, its base at rest; their type chooses the equations.
+
+    Raises:
+        SceneError: groups contradict each other.
+    """
+    if file.modelled == "elastic":
+        return _elastic_crane(file)
+    refuse_springs(file)
+    if file.dimensions == 3:
+        return _spatial_crane(file)
+    plain = not (_bends(file) or file.cable.inertia or file.forces)
+    if file.modelled == "straight" or (len(file.parts.lengths) == 1 and plain):
+        if not plain:
+            raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
+        return _planar_crane(file) if file.base_motion else _rod_crane(file)
+    if len(file.parts.lengths) == 2 and plain and not file.base_motion and switches_of(file) is None:
+        return _double_crane(file)
+    return _planar_crane(file)
+
+
+def _bends(file: OverheadCrane) -> JointsGroup | None:
+    return file.joints or file.cable.joints
+
+
+def _planar_crane(file: OverheadCrane) -> PlanarCrane:
+    n, lengths = len(file.parts.lengths), np.array(file.parts.lengths)
+    bends, inertia, hoist = _bends(file), file.cable.inertia, hoist_of(file)
+    joints = None
+    if bends is not None:
+        parts = (filled(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
+        joints = Joints(*map(np.array, parts))
+    if inertia is not None and isinstance(hoist, MasslessHoist):
+        raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
+    rods = Rods(np.array(filled(inertia, n, "cable.inertia"))) if inertia is not None else None
+    cable = Chain(np.array(file.parts.masses), lengths)
+    trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
+    return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), switches_of(file))
+
+
+def _rod_crane(file: OverheadCrane) -> RodCrane:
+    lengths, masses = np.array(file.parts.lengths), np.array(file.parts.masses)
+    distances = np.cumsum(lengths) - lengths[0]
+    light = masses[:-1]
+    mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
+    nodes, payload = np.stack([masses, distances]), float(masses[-1])
+    cable = Line(float(lengths[0]), mass, first, second, payload, float(distances[-1]), nodes)
+    trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
+    return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
+
+
+def _double_crane(file: OverheadCrane) -> DoubleCrane:
+    return DoubleCrane(
+        axis_of("trolley", file.trolley, 0.0, None), Pair(*file.parts.masses, *file.parts.lengths), file.gravity
+    )
+
+
+def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
+    for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
+        if group is not None:
+            raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
+    if file.modelled == "straight":
+        raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
+    cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
+    rubs, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
+    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
+    bridge = axis_of("bridge", file.bridge, carried, rubs.bridge)
+    return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
+
+
+def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
+    hoist, rubs, bridge = hoist_of(file), file.friction or FrictionGroup(), None
+    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
+    if file.dimensions == 3:
+        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, rubs.bridge)
+    springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
+    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
+    if alone and not file.base_motion and not implicit(file.integrator, demands_of(file, sampled=False)):
+        cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
+        return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
+    return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
+
+
+def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None) -> Axis:
+    """Return an axis that also moves the mass `carried` [kg].
+
+    Raises:
+        SceneError: mass, motion or friction do not fit the drive.
+    """
+    group = group or AxisGroup(drive="fixed")
+    drive, mass, motion = group.drive, group.mass, group.motion
+    _check_shape(f"{name}.motion", motion, drive)
+    if friction is not None and drive != "force":
+        raise SceneError(f"friction.{name}: belongs to a drive by force, here it is {drive!r}")
+    if friction is not None and friction.static < friction.coulomb:
+        raise SceneError(f"friction.{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}")
+    if drive == "force":
+        if mass is None or not mass + carried > 0.0:
+            raise SceneError(
+                f"{name}.mass = {mass}: a {name} driven by force has one; with what it carries, greater than 0"
+            )
+        return ForceAxis(mass + carried, friction)
+    return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
+
+
+def _check_shape(name: str, shape: Shape | None, drive: str) -> None:
+    if shape is None and drive == "prescribed":
+        raise SceneError(f"{name}: is missing, a prescribed drive needs one")
+    if shape is not None and drive != "prescribed":
+        raise SceneError(f"{name}: belongs to a prescribed drive, here it is {drive!r}")
+
+
+def hoist_of(file: OverheadCrane) -> Hoist | None:
+    """Return the hoist of a scene.
+
+    Raises:
+        SceneError: profile or inertia do not fit the drive.
+    """
+    if file.hoist is None:
+        return None
+    drive, profile, inertia = file.hoist.drive, file.hoist.profile, file.hoist.inertia
+    _check_shape("hoist.profile", profile, drive)
+    if profile is not None:
+        if inertia is not None:
+            raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
+        return PrescribedHoist(profile.motion())
+    push = float(file.hoist.push)
+    return ForceHoist(inertia, push) if inertia else MasslessHoist(push)
+
+
+def forces_of(file: OverheadCrane) -> NodeForces | None:
+    """Return the forces on nodes as the list that kernels walk.
+
+    Raises:
+        SceneError: no such node, or a force that leaves the plane.
+    """
+    found = None
+    for i, force in reversed(list(enumerate(file.forces))):
+        if force.node > len(file.parts.lengths):
+            raise SceneError(f"forces[{i}].node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
+        if force.axis == "y" and file.dimensions == 2:
+            raise SceneError(f"forces[{i}].axis = 'y': leaves the plane; 2 dimensions have x and z")
+        found = NodeForces(force.node, "xyz".index(force.axis), force.force, found)
+    return found
+
+
+def switches_of(file: OverheadCrane) -> Switches | None:
+    """Return what can switch or end the run, None when nothing can."""
+    axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
+    hoist = file.hoist.limits if file.hoist is not None else None
+    rubs = file.friction is not None and (file.friction.trolley or file.friction.bridge)
+    winds = file.hoist is not None  # a first link that is wound up to nothing ends the run
+    if not (any(axes) or winds or rubs or file.events or file.cable.slack == "stop" or file.cable.tension_only):
+        return None
+    ends = [limits or (-np.inf, np.inf) for limits in axes]
+    events = sorted(file.events, key=lambda event: event.at)
+    return Switches(
+        lower=(ends[0][0], ends[1][0]),
+        upper=(ends[0][1], ends[1][1]),
+        shortest=max(hoist[0], SHORTEST) if hoist else SHORTEST,
+        longest=hoist[1] if hoist else np.inf,
+        taut=float(file.cable.slack == "stop"),
+        times=np.array([event.at for event in events]),
+        masses=np.array([file.parts.masses[-1], *(event.set.payload.mass for event in events)]),
+    )
+
+
+def demands_of(file: OverheadCrane, sampled: bool) -> Demands:
+    """Return what the scene asks of its method."""
+    smooth = not sampled and switches_of(file) is None
+    continuous = file.control is not None and file.control.period == "continuous"
+    frequency = stiffest(file) if asks_frequency(file.integrator) else None
+    turns = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
+    return Demands(frequency, turns, file.modelled == "elastic", smooth, file.duration, continuous)

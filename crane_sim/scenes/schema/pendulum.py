@@ -1,0 +1,215 @@
+"""The form of a scene file with a payload below a driven suspension point, and the model that it describes."""
+
+from math import sqrt
+from typing import Any, ClassVar, Literal
+
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import Name, NonNegative, Positive, Real, Seed
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.models.cables.rope import LockedRope
+from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
+from crane_sim.scenes.schema.base_motion import BaseMotion
+from crane_sim.scenes.schema.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
+from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.integrator import Demands
+from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.reference import ReferenceGroup, target_of
+from crane_sim.trajectories.inputs import Constant, Inputs
+
+Vector = tuple[Real, Real, Real]
+UNIT = 1e-6  # how far from 1 the length of a unit vector may be
+
+
+class Suspension(Group):
+    """How the suspension point is driven: where it goes does not depend on the payload."""
+
+    drive: Literal["acceleration", "servo"] = "acceleration"  # what the input is: the point's acceleration relative to
+    # the base [m/s²], or with `servo` where the point should be [m]
+    kp: Positive | None = None  # 1/s², of a servo, which needs one
+    kd: NonNegative | None = None  # 1/s, of a servo, which needs one
+    height: Literal["fixed", "driven"] = "fixed"  # whether z of the point is driven, too
+    limits: Box | None = None  # m, by axis, of the point relative to the base; a run ends where one is reached
+
+    def point(self) -> Point:
+        """Return the support.
+
+        Raises:
+            SceneError: gains are missing, or belong to another drive; or limits to a height that is fixed.
+        """
+        if self.limits is not None and self.limits.z is not None and self.height == "fixed":
+            raise SceneError("suspension.limits.z: the height is fixed; take suspension.height: driven")
+        lift = Lift() if self.height == "driven" else None
+        for name, gain in (("kp", self.kp), ("kd", self.kd)):
+            if self.drive == "servo" and gain is None:
+                raise SceneError(f"suspension.{name}: is missing; a servo needs kp and kd")
+            if self.drive != "servo" and gain is not None:
+                raise SceneError(f"suspension.{name}: only a servo has one, this drive is {self.drive!r}")
+        if self.kp is None or self.kd is None:
+            return Point(None, lift, self.limits)
+        return Point(Servo(self.kp, self.kd), lift, self.limits)
+
+
+class Rope(Group):
+    """The rope, which stays as long as it is."""
+
+    length: Positive  # m, from the suspension point to the payload
+    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
+
+
+class Initial(Group):
+    """The suspension point and the direction of the rope at t = 0, relative to the base."""
+
+    tip: Vector = (0.0, 0.0, 0.0)  # m, place of the suspension point
+    tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s, its velocity
+    direction: Vector = (0.0, 0.0, -1.0)  # -, unit vector from the point to the payload
+    direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
+
+
+class InputGroup(Group):
+    """Open-loop inputs of the suspension point; silent ones are zero."""
+
+    tip_x: Channel = Constant(0.0)  # effort's unit, along x
+    tip_y: Channel = Constant(0.0)  # effort's unit, along y
+    tip_z: Channel | None = None  # effort's unit, along z, with `suspension.height: driven`
+
+
+class PendulumFile(HardwareGroups):
+    """A scene with a payload below a driven suspension point."""
+
+    crane: Literal["pendulum"]  # which form the file has
+    name: Name = ""  # of the scene, in one line; left out: the file's
+    description: str = ""  # a line for the catalogue
+    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
+    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    suspension: Suspension = Suspension()  # the suspension point
+    rope: Rope  # the rope, of fixed length
+    payload: PointLoad  # a point mass at the rope's end
+    initial: Initial = Initial()  # the state at t = 0
+    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    swing_friction: Friction = None  # friction of the swing joints
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    reference: ReferenceGroup | None = None  # where the crane should go
+    control: Control | None = None  # the law; left out: open loop
+    inputs: InputGroup | None = None  # of the suspension point where there is no law
+    integrator: Method = DOP853()  # method and its accuracy
+
+    joint_names: ClassVar[tuple[str, ...]] = ("tip_x", "tip_y", "tip_z", "link_1_x", "link_1_y", "link_1_z")
+    joint_units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "1", "1", "1")
+    notes: ClassVar[dict[str, Any]] = {}
+
+    @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands."""
+        return self.joint_names[: len(self.effort_units)]
+
+    @property
+    def initial_q(self) -> tuple[float, ...]:
+        """Joint positions at t = 0.
+
+        Raises:
+            SceneError: the direction is no unit vector.
+        """
+        start = self.initial
+        length = sqrt(sum(x * x for x in start.direction))
+        if not abs(length - 1.0) < UNIT:
+            raise SceneError(f"initial.direction = {list(start.direction)}: must be a unit vector")
+        return (*start.tip, *(x / length for x in start.direction))
+
+    @property
+    def initial_v(self) -> tuple[float, ...]:
+        """Joint velocities at t = 0.
+
+        Raises:
+            SceneError: the rope's direction changes along itself, or the point leaves its fixed height.
+        """
+        start = self.initial
+        along = sum(x * v for x, v in zip(start.direction, start.direction_rate, strict=True))
+        if abs(along) > UNIT * (1.0 + max(map(abs, start.direction_rate))):
+            raise SceneError(f"initial.direction_rate = {list(start.direction_rate)}: must be across the direction")
+        if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
+            raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
+        return (*start.tip_velocity, *start.direction_rate)
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands."""
+        unit = "m" if self.suspension.drive == "servo" else "m/s²"
+        return (unit,) * (3 if self.suspension.height == "driven" else 2)
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Where the suspension point should go.
+
+        Raises:
+            SceneError: it has another number of coordinates than are driven.
+        """
+        return target_of(self.reference, self.actuated)
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.payload.mass
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the rope [m]."""
+        return self.rope.length
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        box = self.suspension.limits or Box()
+        return limits_of(
+            ("tip_x", "suspension.limits.x", box.x),
+            ("tip_y", "suspension.limits.y", box.y),
+            ("tip_z", "suspension.limits.z", box.z),
+        )
+
+    def demands(self, sampled: bool) -> Demands:
+        """Return what the scene asks of its method."""
+        smooth = not sampled and self._stops() is None
+        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def _stops(self) -> Stops | None:
+        """Return what ends a run, None where nothing does."""
+        taut = self.rope.slack == "stop"
+        return Stops(taut=float(taut)) if taut or self.limits else None
+
+    def model(self) -> Crane:
+        """Return the parameters of the crane.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        moves = self.base_motion
+        return Crane(
+            self.suspension.point(),
+            LockedRope(self.rope.length),
+            self.payload,
+            self.gravity,
+            self.swing_friction,
+            self.payload_drag,
+            base=moves.base(self.seed, self.duration) if moves is not None else None,
+            force=self.payload_force.force() if self.payload_force is not None else None,
+            stops=self._stops(),
+        )
+
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the open-loop inputs; where there are none, held efforts that leave the point where it is.
+
+        Raises:
+            SceneError: there is an input of a height that is fixed.
+        """
+        given, nu = self.inputs, len(self.actuated)
+        if given is None:
+            return self.initial.tip[:nu] if self.suspension.drive == "servo" else (0.0,) * nu
+        if given.tip_z is not None and nu == 2:
+            raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
+        height = Inputs(given.tip_z or Constant(0.0)) if nu == 3 else None
+        return Inputs(given.tip_x, Inputs(given.tip_y, height))

@@ -1,0 +1,172 @@
+"""The group `reference` of a scene file: where the driven joints should end, and the path on the way there."""
+
+from math import sqrt
+from typing import Annotated, Any, Literal, Protocol, Self
+
+import numpy as np
+from pydantic import BeforeValidator, TypeAdapter, model_validator
+
+from crane_sim.files.errors import SceneError, no_group
+from crane_sim.files.types import Real
+from crane_sim.scenes.schema.groups import Group, Inline, picked
+from crane_sim.trajectories.joint_trajectory import Trajectory, read_trajectory
+from crane_sim.trajectories.line_arc import Arc, Line
+from crane_sim.trajectories.minimum_jerk import MinimumJerk
+from crane_sim.trajectories.obstacle import Obstacle
+from crane_sim.trajectories.path import Path, path_of
+from crane_sim.trajectories.point_to_point import PointToPoint
+from crane_sim.trajectories.polynomials import Pieces, reordered
+from crane_sim.trajectories.replanning import pieces_of
+from crane_sim.trajectories.shaping import Shaping, shaped
+
+KINDS: dict[str, Any] = {
+    "line": Line,
+    "arc": Arc,
+    "point_to_point": PointToPoint,
+    "minimum_jerk": MinimumJerk,
+    "obstacle": Obstacle,
+    "trajectory": Trajectory,
+}
+"""The kinds of path, and what each takes."""
+_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, picked("kind", KINDS)])
+_SHARED = ("of", "shaping")  # keys of a path of any kind, which stand beside the kind's own
+SAME_PLACE = 1e-6  # m, rad, relative to large ones: how far from the target a path of the joints may end
+PLACES = ("x", "y", "z")  # of the payload, in the base frame
+
+
+class PathGroup(Group):
+    """How the payload, or the actuated joints, get to their end: the keys of any path, beside those of its kind."""
+
+    of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
+    # the base) or the actuated joints'
+    shape: Annotated[Any, Inline(("kind", KINDS))]  # which path; its own keys stand beside `kind`
+    shaping: Shaping | None = None  # spares the swing; left out: the path as it is
+
+
+def _path(value: Any) -> Any:
+    """Return the group read from a file."""
+    if value is None:
+        return value
+    if not isinstance(value, dict):
+        raise ValueError(f"{no_group()}, with kind: {' | '.join(KINDS)}")
+    own = {key: entry for key, entry in value.items() if key not in _SHARED}
+    if own.get("kind") == "trajectory" and "file" in own:
+        told = [key for key in ("joint_names", "points") if key in own]
+        if told:
+            raise ValueError(f"file tells {told[0]}, too; leave out one of the two")
+        if not isinstance(own["file"], str):
+            raise ValueError(f"file = {own['file']!r}: must be text")
+        own |= read_trajectory(own.pop("file"))
+    return {key: value[key] for key in _SHARED if key in value} | {"shape": _SHAPE.validate_python(own)}
+
+
+class ReferenceGroup(Group):
+    """Where the actuated joints should end, and the path that joints or payload should follow; at least one of them."""
+
+    q: tuple[Real, ...] | None = None  # joint's unit, where the actuated joints should end, in their order; left out:
+    # where a path of the joints ends
+    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # how they, or the payload, get there
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if self.q is None and self.path is None:
+            raise ValueError("needs q, path or both")
+        return self
+
+
+def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tuple[float, ...] | None:
+    """Return where the actuated joints should end, None where nothing says so.
+
+    Raises:
+        SceneError: it has another number of values than joints are actuated.
+    """
+    if reference is None or reference.q is None:
+        return None
+    if len(reference.q) != len(actuated):
+        raise SceneError(f"reference.q: has {len(reference.q)} values, actuated are {actuated}")
+    return reference.q
+
+
+def aim(target: tuple[float, ...] | None, path: Path | None) -> tuple[float, ...] | None:
+    """Return where the actuated joints should end: the target, or where their path ends if there is none.
+
+    Raises:
+        SceneError: the path ends elsewhere.
+    """
+    if path is None or not path.of_joints:
+        return target
+    end = tuple(float(x) for x in pieces_of(path).coefficients[-1, :, 0])
+    if target is None:
+        return end
+    if any(abs(x - y) > SAME_PLACE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)):
+        raise SceneError(f"reference.q = {list(target)}: the path of the joints ends at {list(end)}; leave out q")
+    return target
+
+
+class Follower(Protocol):
+    """What a path asks of a scene's file."""
+
+    @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands."""
+        ...
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of free fall [m/s²]."""
+        ...
+
+    @property
+    def rope_length(self) -> float:
+        """Length of the rope at t = 0 [m]."""
+        ...
+
+
+def path_in(reference: ReferenceGroup | None, file: Follower) -> Path | None:
+    """Return the compiled path of a scene, None where it has none.
+
+    Raises:
+        SceneError: the path's coordinates are not what should follow it, or there is no such motion.
+    """
+    group = reference.path if reference is not None else None
+    if group is None:
+        return None
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is told below
+            pieces = _pieces(group, file)
+    except (ValueError, OverflowError) as error:
+        raise SceneError(f"reference.path: {error}") from None
+    if not all(np.all(np.isfinite(part)) for part in pieces):
+        raise SceneError("reference.path: is not finite: its numbers are too large or too small")
+    if np.any(np.diff(pieces.starts) <= 0.0):
+        raise SceneError(f"reference.path.start = {group.shape.start:g}: so large that the motion takes no time there")
+    return path_of(pieces, group.of == "joints")
+
+
+def _pieces(group: PathGroup, file: Follower) -> Pieces:
+    """Return the motion, shaped where it should be."""
+    pieces = _in_order(group, file.actuated if group.of == "joints" else PLACES)
+    if group.shaping is None:
+        return pieces
+    return shaped(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
+
+
+def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
+    """Return the motion with its coordinates in the order of `names`: all of the joints, the first of the payload's."""
+    pieces = group.shape.pieces()
+    n = pieces.coefficients.shape[1]
+    if n > len(names) or (group.of == "joints" and n < len(names)):
+        raise ValueError(f"has {n} coordinates, {group.of} of this crane: {', '.join(names)}")
+    given = getattr(group.shape, "joint_names", names[:n])
+    if sorted(given) != sorted(names[:n]):
+        raise ValueError(f"joint_names = {', '.join(given)}: must be {', '.join(names[:n])}, in any order")
+    return reordered(pieces, [given.index(name) for name in names[:n]])
+
+
+def _frequency(shaping: Shaping, file: Follower) -> float:
+    """Return the frequency of the swing [rad/s]; `auto` is small swings of a point load on the scene's whole rope."""
+    if shaping.frequency != "auto":
+        return shaping.frequency
+    if not file.gravity > 0.0:
+        raise ValueError(f"shaping.frequency = 'auto': nothing swings at gravity = {file.gravity:g}")
+    return sqrt(file.gravity / file.rope_length)

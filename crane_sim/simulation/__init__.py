@@ -1,0 +1,1 @@
+"""Scenes in motion: the plant, whole runs, batches, their figures."""

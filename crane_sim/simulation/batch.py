@@ -1,0 +1,274 @@
+"""Thousands of cranes at once: one scene with many values of its parameters, on all cores.
+
+    batch = crane_sim.simulate_batch("overhead_swing", {"payload.mass": numpy.linspace(5.0, 20.0, 1024)})
+    batch.q, batch.v, batch.payload, batch.errors
+
+Every crane moves as `simulate` moves it alone, to the last bit. Methods with a fixed step move as many of them at once
+as a vector register has lanes.
+
+The scenes of a batch: one document, changed for each crane, and their numbers put into columns.
+"""
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import system
+from crane_sim.files.document import read
+from crane_sim.files.errors import SceneError
+from crane_sim.integrators import OK, Flow
+from crane_sim.integrators.dop853 import RK8
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.laws import fresh
+from crane_sim.numerics.lanes import LANES
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.rollout import SceneSource, checked_times
+from crane_sim.simulation.status import SimulationError, check_status
+from crane_sim.stepping.batch import Clock, Driven, Places, Sampled, pass_cranes, pass_lanes
+from crane_sim.stepping.periods import begin
+from crane_sim.stepping.rows import row_width
+
+ONE_KIND = "a batch takes one kind of model, method and law"
+
+
+def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float | None) -> list[Scene]:
+    """Return one checked scene for each crane.
+
+    Raises:
+        SceneError: the parameters do not fit one another, or the scene of a crane is not possible; it names the crane.
+    """
+    count = _count(parameters)
+    if duration is not None and "duration" in parameters:
+        raise SceneError(f"duration = {duration}: is among the parameters, too; leave out one of the two")
+    document = scene.to_dict() if isinstance(scene, Scene) else scene if isinstance(scene, Mapping) else read(scene)
+    always = {} if duration is None else {"duration": duration}
+    scenes: list[Scene] = []
+    for i in range(count):
+        try:
+            scenes.append(load_scene(document, always | {key: _value(parameters[key][i]) for key in parameters}))
+        except SceneError as error:
+            raise SceneError(f"crane {i}: {error}") from None
+        _check_alike(scenes[0], scenes[i], i)
+    return scenes
+
+
+def _value(value: Any) -> Any:
+    """Return a value as a scene file would hold it: no arrays."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def _count(parameters: Mapping[str, Any]) -> int:
+    """Return the number of cranes."""
+    if not isinstance(parameters, Mapping) or not all(isinstance(key, str) for key in parameters):
+        raise SceneError(f"parameters = {parameters!r}: must map keys of the scene to values, one for each crane")
+    if not parameters:
+        raise SceneError("parameters: are empty; give at least one key of the scene with a value for each crane")
+    counts: dict[str, int] = {}
+    for key, values in parameters.items():
+        listed = values.ndim if isinstance(values, np.ndarray) else isinstance(values, Sequence)
+        if not listed or isinstance(values, str):
+            raise SceneError(f"parameters: {key!r} = {values!r}: must be an array with one entry for each crane")
+        counts[key] = len(values)
+    (first, count), *_ = counts.items()
+    for key, other in counts.items():
+        if not other:
+            raise SceneError(f"parameters: {key!r} is empty; give a value for each crane")
+        if other != count:
+            raise SceneError(f"parameters: {key!r} has {other} entries, {first!r} has {count}: one for each crane")
+    return count
+
+
+def _check_alike(first: Scene, scene: Scene, i: int) -> None:
+    """Raise SceneError when crane i cannot keep the time of the first one, or its law cannot run compiled."""
+    for name in ("duration", "period", "sampled"):
+        here, there = getattr(scene, name), getattr(first, name)
+        if here != there:
+            raise SceneError(f"crane {i}: {name} = {here}, that of crane 0 is {there}: a batch keeps one time")
+    if scene.hardware is not None and not scene.hardware.ideal:
+        raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
+    if scene.sampled and not system.command.knows(type(scene.law)):
+        raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
+
+
+def driven(scene: Scene) -> Driven:
+    """Return what moves in a scene, its law with no memory of other runs."""
+    return Driven(scene.method, scene.model, Sampled(fresh(scene.law)) if scene.sampled else scene.source)
+
+
+def columns(trees: Sequence[Any], path: str = "") -> Any:
+    """Return the tree whose numbers are arrays over all trees; None and the types of NamedTuples stay.
+
+    Raises:
+        SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
+    """
+    first = trees[0]
+    for i, tree in enumerate(trees):
+        if (here := _form(tree)) != (there := _form(first)):
+            raise SceneError(f"crane {i}: {path[:-1]} is {here}, that of crane 0 is {there}: {ONE_KIND}")
+    if first is None:
+        return None
+    if not isinstance(first, tuple):
+        return np.array(trees)
+    names = getattr(first, "_fields", range(len(first)))
+    parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
+    return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+
+
+def _form(tree: Any) -> str:
+    """Return in words what decides on the compiled type of a tree's root."""
+    if isinstance(tree, np.ndarray):
+        return f"an array of {' x '.join(map(str, tree.shape))}"
+    if type(tree) is tuple:
+        return f"{len(tree)} values"
+    return "a number" if isinstance(tree, int | float) else "none" if tree is None else type(tree).__name__
+
+
+Array = npt.NDArray[np.float64]
+
+
+Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last` (not included)
+
+
+@dataclass(frozen=True, repr=False)
+class Batch:
+    """What became of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
+
+    Of a crane that failed, `errors` has one line that tells when and why, q, v and payload are those at the end of the
+    last whole period before that, and later samples are not numbers.
+    """
+
+    joint_names: tuple[str, ...]
+    t: Array  # (n,) s, of q, v and payload: the duration, less for a crane that failed
+    q: Array  # (n, nq)
+    v: Array  # (n, nq)
+    payload: Array  # (n, 3) m
+    errors: tuple[str | None, ...]  # (n,), None where nothing went wrong
+    evaluations: npt.NDArray[np.int64]  # (n,), of the equations
+    steps: npt.NDArray[np.int64]  # (n,)
+    sample_times: Array  # (m,) s
+    sampled_q: Array  # (n, m, nq)
+    sampled_v: Array  # (n, m, nq)
+    sampled_payload: Array  # (n, m, 3) m
+    lanes: int  # cranes that moved in step
+    setup_time: float  # s, to check the scenes and to compile what moves them
+    wall_time: float  # s, to move them
+    notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
+
+    def __repr__(self) -> str:
+        """Return how many cranes there are, and how many failed, in one line."""
+        failed = sum(error is not None for error in self.errors)
+        return f"<Batch of {len(self.t)} cranes: {len(self.joint_names)} joints, {failed} failed>"
+
+
+def simulate_batch(
+    scene: SceneSource,
+    parameters: Mapping[str, Any],
+    duration: float | None = None,
+    sample_times: Sequence[float] | Array | None = None,
+    threads: int | None = None,
+) -> Batch:
+    """Run a scene for many values of its parameters.
+
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        parameters: by dotted key of the scene, such as "payload.mass", "initial.q" or "control.kp": one value for each
+            crane, an array or a sequence whose first axis is the crane.
+        duration: s, the scene's own when None.
+        sample_times: instants [s], within the run, increasing, at which q, v and payload are wanted besides the end.
+        threads: the processor's cores when None.
+
+    Raises:
+        SceneError: the scene of a crane is not possible, or the cranes are not of one kind: model, method, law, period.
+        ValueError: the instants are not within the run.
+    """
+    if threads is not None and threads < 1:
+        raise SceneError(f"threads = {threads}: must be at least 1")
+    began = time.perf_counter()
+    scenes = scenes_of(scene, parameters, duration)
+    times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
+    checked = time.perf_counter() - began
+    batch = moved(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
+    return replace(batch, setup_time=checked + batch.setup_time)
+
+
+def moved(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
+    """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments as of `simulate_batch`."""
+    began, n = time.perf_counter(), len(scenes)
+    clock = Clock(scenes[0].period, scenes[0].steps, times)
+    scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
+    cranes = columns([driven(scene) for scene in scenes])  # first: it refuses scenes that differ
+    places = _places(scenes, len(times))
+    batch = cranes, clock, places
+    alone: Share = partial(pass_cranes, *batch)
+    share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
+    share(0, 0)  # compiles
+    alone(0, 0)
+    ready = time.perf_counter()
+    with ThreadPoolExecutor(threads) as pool:
+        unit = LANES if wide else 1
+        size = unit * (1 + n // (8 * threads * unit))  # some eight pieces for each thread: they may differ in length
+        list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
+        if wide:  # those that failed once more, to know when and why
+            failed = np.flatnonzero(places.counts[:n, 0] != OK).tolist()
+            again = columns([driven(scene) for scene in scenes]) if failed else None  # laws must not remember
+            list(pool.map(lambda i: pass_cranes(again, clock, places, i, i + 1), failed))
+    return _batch(scenes[:n], clock, places, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
+
+
+def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
+    """Return whether the cranes take the same steps, without branches, and are enough to fill most lanes."""
+    first = scenes[0]
+    in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
+    starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
+    smooth = starts.seen is None and not system.fill.knows(type(first.model))
+    return in_step and smooth and 2 * len(scenes) >= LANES
+
+
+def _places(scenes: Sequence[Scene], samples: int) -> Places:
+    n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
+    q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
+    width = row_width(scenes[0].model, nq, nu)
+    rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
+    return Places(q, v, rows, payload, np.empty(n), np.empty((n, 5), np.int64))
+
+
+def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times: tuple[float, float]) -> Batch:
+    n, nq = len(scenes), len(scenes[0].joint_names)
+    rows, payload, counts = places.rows[:n], places.payload[:n], places.counts[:n]
+    end, before = (rows[:, -1], payload[:, -1]), (rows[:, :-1], payload[:, :-1])
+    return Batch(
+        joint_names=scenes[0].joint_names,
+        t=counts[:, 1] * clock.period,
+        q=end[0][:, :nq],
+        v=end[0][:, nq : 2 * nq],
+        payload=end[1],
+        errors=tuple(_error(scene, clock, *told) for scene, *told in zip(scenes, counts, places.reached, strict=False)),
+        evaluations=counts[:, 2],
+        steps=counts[:, 3],
+        sample_times=clock.times,
+        sampled_q=before[0][..., :nq],
+        sampled_v=before[0][..., nq : 2 * nq],
+        sampled_payload=before[1],
+        lanes=lanes,
+        setup_time=times[0],
+        wall_time=times[1],
+        notes=tuple(scene.notes for scene in scenes),
+    )
+
+
+def _error(scene: Scene, clock: Clock, counts: npt.NDArray[np.int64], reached: float) -> str | None:
+    """Return why a crane did not reach the end, None if it did."""
+    if counts[1] == clock.steps:
+        return None
+    try:
+        check_status(Flow(0.0, None, float(reached), None, 0.0, status=int(counts[0])), scene.model)
+    except SimulationError as error:
+        return str(error)
+    return None

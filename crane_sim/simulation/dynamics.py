@@ -1,0 +1,86 @@
+"""The equations of a scene as plain functions: forward dynamics and energy."""
+
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import system
+from crane_sim.files.errors import SceneError, shortened
+from crane_sim.integrators import record, settled, start
+from crane_sim.numerics.jit import entry
+from crane_sim.scenes.scene import Scene, load_scene
+
+Vector = Sequence[float] | npt.NDArray[np.float64]
+SceneSource = Scene | str | Path | Mapping[str, Any]
+
+
+@entry
+def joint_acceleration(p, t, q, v, u):
+    """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
+    switches = system.switching(p)
+    flow = settled(switches, p, u, start(p, t, system.state(p, t, q, v), record(switches)))
+    return system.acceleration(p, t, flow.x, u)
+
+
+@entry
+def energy_at(p, t, q, v):
+    """Return (energy relative to the base, what the base adds to it in the world) [J]."""
+    x = system.state(p, t, q, v)
+    kinetic, potential = system.base_energy(p, t, x)
+    return system.kinetic(p, x) + system.potential(p, x), kinetic + potential
+
+
+def _numbers(name: str, values: Vector, n: int) -> tuple[float, ...]:
+    try:
+        found = () if isinstance(values, str | Mapping) else tuple(map(float, values))
+    except (TypeError, ValueError):
+        found = ()
+    if len(found) != n and len(found):
+        raise SceneError(f"{name}: has {len(found)} values, {n} are needed")
+    if len(found) != n or not all(map(isfinite, found)):
+        raise SceneError(f"{name} = {shortened(values)}: must be {n} finite numbers")
+    return found
+
+
+def _time(t: Any) -> float:
+    if isinstance(t, bool) or not isinstance(t, int | float | np.number) or not isfinite(t):
+        raise SceneError(f"t = {shortened(t)}: must be a finite number of seconds")
+    return float(t)
+
+
+def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float = 0.0) -> npt.NDArray[np.float64]:
+    """Return the joint accelerations (nq,) at positions q (nq,), velocities v (nq,) under efforts u (nu,), unlimited.
+
+    Raises:
+        SceneError: the scene is not possible, or a vector is not of as many finite numbers as the scene asks for.
+    """
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    nq, nu = len(scene.joint_names), len(scene.actuated)
+    q, v, u = _numbers("q", q, nq), _numbers("v", v, nq), _numbers("u", u, nu)
+    return np.array(joint_acceleration(scene.model, _time(t), np.array(q), np.array(v), u))
+
+
+def energy(scene: SceneSource, q: Vector, v: Vector, t: float = 0.0, frame: str = "world") -> float:
+    """Return the total energy [J] at positions q (nq,) and velocities v (nq,): kinetic, gravity, springs.
+
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        q, v: joint coordinates, relative to the base.
+        t: s, when the base is where it is.
+        frame: "world", velocities and heights are those in the world, or "base", those relative to the base, as if it
+            rested at height 0. They differ only where a base moves.
+
+    Raises:
+        SceneError: the scene is not possible, a vector is not of as many finite numbers as the scene asks
+            for, or there is no such frame.
+    """
+    if frame not in ("world", "base"):
+        raise SceneError(f"frame = {frame!r}: possible: world, base")
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    at = (np.array(_numbers(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
+    relative, added = energy_at(scene.model, _time(t), *at)
+    return relative + added if frame == "world" else relative

@@ -1,0 +1,99 @@
+"""How much energy appeared from nowhere in a run: its energy less what it began with and what was supplied.
+
+The balance is of energies relative to the base. It sees errors that change the energy, and only those: a state that is
+wrong along the surface of its energy, such as a swing that is late, passes unseen. A small one does not prove a run.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.numerics.jit import entry
+
+Array = npt.NDArray[np.float64]
+
+
+@entry
+def add_work(total, q, u, work):
+    """Add the work of held efforts, one period after the other, to a sum whose rounding error is kept beside it.
+
+    Args:
+        total: (2,) [J], the sum and its rounding error (Neumaier).
+        q: positions (K + 1, nu) at the ends of the periods.
+        u: efforts (K, nu) in them.
+        work: to fill with the sum after each period (K,) [J].
+    """
+    for k in range(len(u)):
+        done = 0.0
+        for j in range(u.shape[1]):
+            done += u[k, j] * (q[k + 1, j] - q[k, j])
+        after = total[0] + done
+        total[1] += (total[0] - after) + done if abs(total[0]) >= abs(done) else (done - after) + total[0]
+        total[0] = after
+        work[k] = total[0] + total[1]
+
+
+class EnergyBalance:
+    """The balance of one run, from its instants in order: the same bits however many come at once."""
+
+    def __init__(self, energy: float, metered: bool) -> None:
+        """Begin with an energy [J]; the model is `metered`, or the work of held efforts is all that is supplied."""
+        self._begun, self._metered = energy, metered
+        self._given = 0.0  # J, what a meter does not tell
+        self._total = np.zeros(2)
+        self._last: tuple[Array, Array] | None = None  # positions and efforts of the last instant
+        self._worst = 0.0
+        self._kinetic, self._lowest, self._highest = 0.0, np.inf, -np.inf
+
+    def extend(self, q: Array, u: Array, supplied: Array, kinetic: Array, potential: Array) -> None:
+        """Take K instants, one a period.
+
+        Args:
+            q: positions of the actuated joints (K, nu).
+            u: efforts held from each instant on (K, nu).
+            supplied: readings of the meter (K,) [J].
+            kinetic, potential: energies relative to the base (K,) [J].
+        """
+        work = supplied if self._metered else self._worked(q, u)
+        self._last = q[-1].copy(), u[-1].copy()
+        found = kinetic + potential - self._begun - (self._given + work)
+        self._worst = max(self._worst, float(np.abs(found).max()))
+        self._kinetic = max(self._kinetic, float(kinetic.max()))
+        self._lowest = min(self._lowest, float(potential.min()))
+        self._highest = max(self._highest, float(potential.max()))
+
+    def _worked(self, q: Array, u: Array) -> Array:
+        """Return the work [J] up to each of K instants (K,)."""
+        work = np.zeros(len(q))
+        if self._last is None:
+            add_work(self._total, np.ascontiguousarray(q), np.ascontiguousarray(u[:-1]), work[1:])
+        else:
+            before, held = self._last
+            add_work(self._total, np.vstack([before, q]), np.vstack([held, u[:-1]]), work)
+        return work
+
+    def change(self, q: Array, given: float, metered: bool) -> None:
+        """Go on from positions q (nu,) with another model, which brings `given` energy [J] along."""
+        self._given, self._metered = given + self._supplied(q, 0.0), metered
+
+    def _supplied(self, q: Array, supplied: float) -> float:
+        """Return the energy [J] supplied up to positions q, where the meter reads `supplied` [J]."""
+        if self._metered or self._last is None:
+            return self._given + supplied
+        work, (before, held) = np.empty(1), self._last
+        add_work(self._total.copy(), np.vstack([before, q]), held[None], work)
+        return self._given + float(work[0])
+
+    def errors(self, q: Array, energy: float, supplied: float) -> tuple[float, float]:
+        """Return the energy from nowhere at the end and the largest of all instants, relative to the energies in play.
+
+        Args:
+            q: positions at the end (nu,).
+            energy: relative to the base at the end [J].
+            supplied: the meter's reading at the end [J].
+        """
+        if self._last is None:
+            return 0.0, 0.0
+        end = abs(float(energy) - self._begun - self._supplied(q, float(supplied)))
+        swung = self._kinetic + self._highest - self._lowest
+        scale = max(swung, 1e-9 * max(abs(self._lowest), abs(self._highest)), 1e-12)
+        return end / scale, max(end, self._worst) / scale

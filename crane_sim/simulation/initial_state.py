@@ -1,0 +1,104 @@
+"""States that a run begins from, or goes on from."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import isfinite, pi, remainder
+from typing import Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError
+from crane_sim.integrators import STOPPED, Flow, settled, state_at
+from crane_sim.numerics.jit import entry
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.hardware import Rig
+from crane_sim.stepping.periods import begin
+from crane_sim.system import held, switching
+
+_CLOSE = 1e-9  # to what was asked for, which rounding may miss
+
+
+def as_tuple(vector: Any) -> tuple[float, ...]:
+    """Return a vector of compiled code, a tuple or an array, as a tuple of floats."""
+    return vector if isinstance(vector, tuple) else tuple(vector.tolist())
+
+
+@entry
+def first_status(p, flow, row):
+    """Return the status of a flow once every guard that fails at its start under efforts `row` (nu,) is answered."""
+    return settled(switching(p), p, held(p, row), flow).status
+
+
+@entry
+def cut(method, p, u, flow, t):
+    """Return a flow at time t [s], within the last step of one under the source u."""
+    x = state_at(method, p, u, flow, t)
+    n, status = flow.evaluations, flow.status
+    return Flow(t, x, t, x, 0.0, n, flow.steps, flow.rejected, status, flow.seen, flow.scratch)
+
+
+def begun(scene: Scene) -> tuple[Any, Any, Any, Any, Rig | None]:
+    """Return (flow, q, v, (q, v) as sensors show them, the scene's hardware) at the start of a run."""
+    flow, q, v = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    q, v = as_tuple(q), as_tuple(v)
+    if scene.hardware is None or scene.hardware.ideal:
+        return flow, q, v, (q, v), None
+    rig = Rig(scene)
+    shown = rig.look(scene.model, flow, scene.period)
+    return flow, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), rig
+
+
+def resumed(scene: Scene, model: Any, metered: Any, flow: Any, k: int, at: Any) -> Any:
+    """Return the flow of the metered model that goes on from period k, where the joints are `at` (q, v)."""
+    t = k * scene.period
+    if model.meter is not None:
+        return flow if scene.sampled else cut(scene.method, model, scene.source, flow, t)
+    q, v = at
+    fresh, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
+    counted = {"evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected}
+    return fresh._replace(t0=t, t=t, **counted)
+
+
+def placed(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:
+    """Return the scene with another initial state; arguments as of `Plant.reset`.
+
+    Raises:
+        SceneError: the crane cannot be in that state.
+    """
+    if q is None and v is None:
+        return scene
+    place = _numbers(scene, "positions", scene.initial_q if q is None else q)
+    speed = _numbers(scene, "velocities", scene.initial_v if v is None else v)
+    start = replace(scene, initial_q=place, initial_v=speed)
+    flow, *shown = begin(scene.model, np.array(place), np.array(speed))
+    for what, wanted, found in zip(("positions", "velocities"), (place, speed), shown, strict=True):
+        _check_held(scene, what, wanted, as_tuple(found))
+    status = first_status(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
+    if status >= STOPPED:
+        raise SceneError(f"positions: {scene.model.story(status - STOPPED)[0]} there")
+    return start
+
+
+def _free_to_push(model: Any) -> Any:
+    """Return the model without the guard of a rope that pushes: without efforts a boom may outrun its falling load."""
+    stops = getattr(model, "stops", None)
+    return model if stops is None else model._replace(stops=stops._replace(taut=0.0))
+
+
+def _numbers(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:
+    found = tuple(map(float, values))
+    if len(found) != len(scene.joint_names):
+        raise SceneError(f"{what}: has {len(found)} values, the joints are {', '.join(scene.joint_names)}")
+    for name, value in zip(scene.joint_names, found, strict=True):
+        if not isfinite(value):
+            raise SceneError(f"{what}: {name} = {value}: must be finite")
+    return found
+
+
+def _check_held(scene: Scene, what: str, wanted: tuple[float, ...], found: tuple[float, ...]) -> None:
+    """Raise SceneError for a joint that the crane holds elsewhere, such as a locked rope's length."""
+    for name, unit, one, other in zip(scene.joint_names, scene.joint_units, wanted, found, strict=True):
+        turn = unit == "rad" and what == "positions"
+        gap = remainder(one - other, 2.0 * pi) if turn else one - other
+        if not abs(gap) <= _CLOSE * max(1.0, abs(one)):
+            raise SceneError(f"{what}: {name} = {one:g}: is not possible, this crane would have {other:g}")

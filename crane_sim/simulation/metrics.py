@@ -1,0 +1,305 @@
+"""Figures of a run, gathered block by block in constant memory, and quantities derived from joint coordinates.
+
+How well a run followed its scene's path, gathered block by block: the same bits however long the blocks are.
+"""
+
+import hashlib
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import system
+from crane_sim.models.moving_base import into, pose_at
+from crane_sim.numerics.jit import entry
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.energy_balance import EnergyBalance
+from crane_sim.simulation.settling import Settling
+from crane_sim.stepping.rows import split
+from crane_sim.trajectories.path import references
+
+Array = npt.NDArray[np.float64]
+
+
+LOOK = 1e-3  # s, before and after: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+
+
+@entry
+def tip_accelerations(p, t, q, v, u, look, out):
+    """Write the size of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
+
+    The second difference of where the tip is, on the parabolas that the joints begin with the model's own
+    accelerations: exact up to `look` squared. Positions q, v (K, nq), efforts applied u (K, nu), times t (K,) [s].
+    """
+    points = np.empty((3, system.point_count(p), 3))
+    tip = system.tip_index(p)
+    for i in range(len(q)):
+        bent = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.held(p, u[i]))
+        for k in range(3):
+            s, moved = (k - 1) * look, q[i].copy()
+            for j in range(len(moved)):
+                moved[j] += s * (v[i, j] + 0.5 * s * bent[j])
+            system.points(p, t[i], system.state(p, t[i], moved, v[i]), points[k])
+        square = 0.0
+        for j in range(3):
+            second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (look * look)
+            square += second * second
+        out[i] = np.sqrt(square)
+
+
+@entry
+def in_base(base, t, points):
+    """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base, from its origin."""
+    out = np.empty_like(points)
+    for i in range(len(points)):
+        pose = pose_at(base, t[i])
+        x, y, z = pose.place
+        found = into(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
+        for j in range(3):
+            out[i, j] = found[j]
+    return out
+
+
+class Tracking:
+    """Errors of a run from the path of its scene, and how hard the tip was accelerated."""
+
+    def __init__(self, scene: Any) -> None:
+        """Begin with nothing seen of a scene that has a path."""
+        self._path, self._model = scene.path, scene.model
+        self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
+        self._count, self._squares, self._sizes, self._worst, self._hardest = 0, 0.0, 0.0, 0.0, 0.0
+
+    def extend(self, t: Array, q: Array, v: Array, u: Array, payload: Array) -> None:
+        """Take K instants: times (K,), joints (K, nq), efforts applied (K, nu), the payload in the world (K, 3)."""
+        sizes = self._errors(t, q, payload)
+        self._count += len(sizes)
+        self._squares, self._sizes = _added(self._squares, sizes**2), _added(self._sizes, sizes)
+        self._worst = max(self._worst, float(sizes.max()))
+        rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
+        accelerations = np.empty(len(t))
+        tip_accelerations(self._model, *rows, LOOK, accelerations)
+        self._hardest = max(self._hardest, float(accelerations.max()))
+
+    def summary(self, t: Array, q: Array, payload: Array) -> dict[str, float]:
+        """Return the figures of the run that ends at one more instant; arguments as of `extend`, K = 1.
+
+        Over all control steps and the final state, e the error of the path's own coordinates: `tracking_mse` is the
+        mean of e·e, `tracking_mae` of |e|, `tracking_peak` the largest |e|, in the coordinates' unit (m in the base
+        frame, for a payload). `peak_tip_acceleration` [m/s²] is relative to the base, at the control steps.
+        """
+        last = self._errors(t, q, payload)
+        count = self._count + 1
+        return {
+            "tracking_mse": _added(self._squares, last**2) / count,
+            "tracking_mae": _added(self._sizes, last) / count,
+            "tracking_peak": max(self._worst, float(last[0])),
+            "peak_tip_acceleration": self._hardest,
+        }
+
+    def _errors(self, t: Array, q: Array, payload: Array) -> Array:
+        """Return the sizes of the errors (K,)."""
+        goal = references(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
+        base = getattr(self._model, "base", None)
+        if self._path.of_joints:
+            found = q[:, self._driven]
+        else:
+            found = payload if base is None else in_base(base, np.asarray(t, dtype=np.float64), payload)
+        return np.sqrt(np.sum((found[:, : goal.shape[1]] - goal) ** 2, axis=1))
+
+
+def _added(total: float, terms: Array) -> float:
+    """Return the total with terms (K,) added one after another, so that it does not depend on where blocks end."""
+    return float(np.cumsum(np.concatenate([[total], terms]))[-1])
+
+
+Vector = tuple[float, ...]
+
+
+LAST = 0.25
+"""The residual swing is the largest one in this last part of the run."""
+
+
+PUSHED = -1e-6
+"""N, the tension below which a link pushes: above it is the rounding of nothing."""
+
+
+class Derived(NamedTuple):
+    """Quantities of K instants, world frame unless it says otherwise."""
+
+    nodes: Array  # (K, N, 3) m, base .. tip .. payload
+    tip: Array  # (K, 3) m
+    payload: Array  # (K, 3) m
+    kinetic: Array  # (K,) J
+    potential: Array  # (K,) J, from height 0 of the world
+    kinetic_relative: Array  # (K,) J, relative to the base
+    potential_relative: Array  # (K,) J, as if the base were level at height 0
+    tensions: Array  # (K, L) N, of the links from the top to the payload
+    swing: Array  # (K,) rad, angle of the rope from the vertical
+
+    @property
+    def energy(self) -> Array:
+        """Total energy (K,) [J]."""
+        return self.kinetic + self.potential
+
+    @property
+    def energy_relative(self) -> Array:
+        """Total energy relative to the base (K,) [J]: the same where the base rests."""
+        return self.kinetic_relative + self.potential_relative
+
+    @property
+    def tension(self) -> Array:
+        """Tension of the uppermost link (K,) [N]."""
+        return self.tensions[:, 0]
+
+
+@entry
+def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
+    """Fill what follows from joint coordinates at times t (K,).
+
+    Args:
+        p: parameters.
+        t, q, v, u: times, positions, velocities, efforts applied.
+        nodes: (K, N, 3), to fill.
+        scalars: (K, 4), to fill: kinetic and potential energy relative to the base, and what the base adds to each.
+        tensions: (K, L), to fill.
+    """
+    for i in range(len(q)):
+        x = system.state(p, t[i], q[i], v[i])
+        system.points(p, t[i], x, nodes[i])
+        scalars[i, 0] = system.kinetic(p, x)
+        scalars[i, 1] = system.potential(p, x)
+        scalars[i, 2], scalars[i, 3] = system.base_energy(p, t[i], x)
+        system.tensions(p, t[i], x, system.held(p, u[i]), tensions, i, 0)
+
+
+@entry
+def energies(p, x):
+    """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
+    return system.kinetic(p, x) + system.potential(p, x), system.supplied(p, x)
+
+
+@entry
+def polyline(p, t, q, v):
+    """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
+    points = np.empty((system.point_count(p), 3))
+    system.points(p, t, system.state(p, t, q, v), points)
+    return points, system.tip_index(p)
+
+
+def derived(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
+    """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
+    points, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 4))
+    tensions = np.empty((len(q), system.link_count(scene.model)))
+    rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
+    fill_derived(scene.model, *rows, nodes, scalars, tensions)
+    rope = nodes[:, -1] - nodes[:, tip]
+    swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
+    kinetic, potential, more_kinetic, more_potential = scalars.T
+    world = kinetic + more_kinetic, potential + more_potential
+    return Derived(nodes, nodes[:, tip], nodes[:, -1], *world, kinetic, potential, tensions, swing)
+
+
+class Metrics:
+    """Figures of one run, from blocks of rows, one row a control period: the same bits however long the blocks are."""
+
+    def __init__(self, scene: Scene, model: Any, x: Any) -> None:
+        """Start with state x of the model that is integrated."""
+        self._scene, self._model = scene, model
+        self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
+        self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
+        self._balance = EnergyBalance(energies(model, x)[0], model.meter is not None)
+        self._settling: Settling | None = None
+        if scene.reference is not None:
+            self._settling = Settling(np.array(scene.reference), self._of_driven(scene.initial_q))
+        self._sha = hashlib.sha256()
+        self._peak = np.zeros(self._nu)
+        self._swing = self._residual = 0.0
+        self._tension, self._pushed = (np.inf, -np.inf), 0
+        self._tracking = Tracking(scene) if scene.path is not None else None
+
+    def extend(self, t: Array, rows: Array) -> None:
+        """Take the rows of the periods that begin at times t (K,) [s]."""
+        if not len(rows):
+            return
+        q, v, u, supplied, tensions = split(rows, self._nq, self._nu)
+        self._sha.update(np.column_stack([t, q, v]).astype("<f8").tobytes())
+        self._peak = np.maximum(self._peak, np.abs(u).max(axis=0))
+        low, high = self._tension
+        self._tension = min(low, float(tensions.min())), max(high, float(tensions.max()))
+        self._pushed += int(np.count_nonzero(tensions.min(axis=1) < PUSHED))
+        now = derived(self._scene, t, q, v, u)
+        self._balance.extend(q[:, self._driven], u, supplied, now.kinetic_relative, now.potential_relative)
+        self._watch(t, q, v, u, now)
+
+    def _watch(self, t: Array, q: Array, v: Array, u: Array, now: Derived) -> None:
+        """Note swing and errors."""
+        self._swing = max(self._swing, float(now.swing.max()))
+        late = t >= (1.0 - LAST) * self._scene.duration
+        self._residual = max(self._residual, float(now.swing[late].max(initial=0.0)))
+        if self._tracking is not None:
+            self._tracking.extend(t, q, v, u, now.payload)
+        if self._settling is not None:
+            self._settling.extend(t, q[:, self._driven])
+
+    def change(self, scene: Scene, model: Any, q: Vector, given: float = 0.0) -> None:
+        """Go on from positions q with another model: one with a meter, or a payload that brought `given` energy [J]."""
+        self._balance.change(self._of_driven(q), given, model.meter is not None)
+        self._scene, self._model = scene, model
+
+    def summary(self, t: float, q: Vector, v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
+        """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
+
+        `settling_time` is the time after which a joint stays near its target, as of `crane_sim.simulation.settling`,
+        None if it does not; `residual_swing_deg` is the largest swing in the last quarter of the scene's duration;
+        tensions are the smallest and the largest of all links at the begins of all periods, `negative_tension_steps`
+        the periods that began with a link that pushed; `energy_audit_error` is the energy that appeared from nowhere up
+        to the end, `energy_audit_max` up to any period, both relative to the energies in play, as of
+        `crane_sim.simulation.energy_balance`; `state_sha256` is over the little-endian float64 bytes of t, q, v of
+        every control step and of the final state.
+        """
+        sha = self._sha.copy()
+        sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
+        final = self._final(t, q, v)
+        angles = np.degrees([self._swing, self._residual, final.swing[0]])
+        low, high = self._tension
+        audit = self._balance.errors(self._of_driven(q), *energies(self._model, flow.x))
+        return {
+            "steps": round(t / self._scene.period),
+            "sim_time": t,
+            "rhs_evaluations": flow.evaluations,
+            "final_error": self._final_error(q),
+            "peak_swing_deg": float(max(angles[0], angles[2])),
+            "residual_swing_deg": float(max(angles[1:])),
+            "settling_time": self._settled(t, q),
+            "peak_effort": dict(zip(self._scene.actuated, map(float, self._peak), strict=True)),
+            "saturated_steps": saturated,
+            "min_rope_tension": low if np.isfinite(low) else None,
+            "max_rope_tension": high if np.isfinite(high) else None,
+            "negative_tension_steps": self._pushed,
+            "energy_audit_error": audit[0],
+            "energy_audit_max": audit[1],
+            "state_sha256": sha.hexdigest(),
+        } | self._further(t, q, final.payload)
+
+    def _final(self, t: float, q: Vector, v: Vector) -> Derived:
+        return derived(self._scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
+
+    def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
+        """Return what only some scenes have: notes, and how well a path was followed."""
+        end = np.array([t]), np.array([q]), payload
+        return dict(self._scene.notes) | (self._tracking.summary(*end) if self._tracking is not None else {})
+
+    def _final_error(self, q: Vector) -> dict[str, float]:
+        reference = self._scene.reference or ()
+        return {name: r - x for name, r, x in zip(self._scene.actuated, reference, self._of_driven(q), strict=False)}
+
+    def _of_driven(self, q: Vector) -> Array:
+        """Return the actuated joints' part of the positions q."""
+        return np.array(q)[self._driven]
+
+    def _settled(self, t: float, q: Vector) -> dict[str, float | None]:
+        if self._settling is None:
+            return {}
+        times = self._settling.times(t, self._of_driven(q), self._scene.period)
+        return dict(zip(self._scene.actuated, times, strict=False))

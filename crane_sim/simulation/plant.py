@@ -1,0 +1,201 @@
+"""A scene in motion, one control period at a time: what `simulate` and the plant node both step."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError, shortened, unknown_key
+from crane_sim.integrators import OK
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.hardware import Rig
+from crane_sim.simulation.initial_state import as_tuple, begun, placed, resumed
+from crane_sim.simulation.metrics import Metrics, polyline
+from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
+from crane_sim.stepping.periods import free_step, held_step
+from crane_sim.stepping.rows import row_width
+
+__all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
+
+BLOCK = 512
+SLOW = 5e-3  # rad/s or m/s, below which a joint rests: what hangs from it still bends its brake
+RESTED = 0.1  # s
+
+
+class Plant:
+    """The plant of a scene, from its initial state onwards.
+
+    Attributes:
+        k: control periods passed.
+        q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
+        seen: (q, v) as the scene's sensors show them, the true ones where it has none.
+        applied: efforts applied at the begin of the last period (nu,), after limits and brakes.
+        faults: names of the faults that the scene may have.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        """Put the crane in its initial state.
+
+        Raises:
+            SceneError: there is something else than a Scene.
+        """
+        if not isinstance(scene, Scene):
+            raise SceneError(f"scene = {shortened(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
+        self.scene = scene
+        self._driven = [scene.joint_names.index(name) for name in scene.actuated]
+        self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
+        self.reset()
+
+    def reset(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
+        """Return to t = 0 in a state, the scene's initial one when none is given, and forget the run.
+
+        Args:
+            q: joint positions (nq,), the scene's own when left out.
+            v: joint velocities (nq,), likewise.
+
+        Raises:
+            SceneError: the crane cannot be in that state; the plant goes on as if nothing was asked.
+        """
+        start = placed(self.scene, q, v)
+        self.model = self.scene.model
+        self.seen: tuple[tuple[float, ...], tuple[float, ...]]
+        self._flow, self.q, self.v, self.seen, self._rig = begun(start)
+        self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
+        self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
+        self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
+        self._metrics = Metrics(start, self.model, self._flow.x)
+
+    @property
+    def t(self) -> float:
+        """Time [s] since the scene's start."""
+        return self.k * self.scene.period
+
+    @property
+    def payload(self) -> tuple[float, float, float]:
+        """Position of the payload in the world [m]."""
+        nodes, _ = polyline(self.scene.model, self.t, np.array(self.q), np.array(self.v))
+        return tuple(nodes[-1].tolist())
+
+    @property
+    def flow(self) -> Any:
+        """The integration under way, with its counters of evaluations and steps."""
+        return self._flow
+
+    @property
+    def saturated(self) -> int:
+        """Periods in which a demand was limited."""
+        return self._saturated + (self._rig.saturated if self._rig is not None else 0)
+
+    @property
+    def braking(self) -> bool:
+        """Whether the brakes of all actuated joints hold, and the drives are off, in what passes from now on."""
+        return self._braking
+
+    @braking.setter
+    def braking(self, on: bool) -> None:
+        if on == self._braking:
+            return
+        rig = self._rig or self._equipped()
+        rig.brake(on)
+        self._braking, self._still = on, 0
+
+    def _equipped(self) -> Rig:
+        """Return brakes to go on with; they do work within a period, so the model needs a meter."""
+        self._flush()
+        metered = self.model.metered(held=False)
+        self._flow = resumed(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
+        self._metrics.change(self.scene, metered, self.q)
+        self.model, self._rig = metered, Rig(self.scene)
+        self._rig.drive(self.applied)
+        return self._rig
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the actuated joints rest, or, while the brakes hold, have rested for a while."""
+        if self._braking:
+            return self._still * self.scene.period >= RESTED
+        return self._rests()
+
+    def _rests(self) -> bool:
+        return all(abs(self.v[i]) < SLOW for i in self._driven)
+
+    def set_fault(self, name: str, on: bool) -> None:
+        """Let a fault of the scene be there, or not, from the next period on, whatever its times say.
+
+        Raises:
+            ValueError: there is no such fault; one line.
+        """
+        if self._rig is None or name not in self.faults:
+            known = unknown_key(name, self.faults, "fault")
+            raise ValueError(known if self.faults else f"unknown fault {name!r}: the scene has none")
+        self._rig.order(name, on)
+
+    def advance(self, u: Sequence[float] | None = None) -> None:
+        """Pass one control period.
+
+        Args:
+            u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source. While the
+                brakes hold, they are ignored.
+
+        Raises:
+            ValueError: there are not nu efforts, or none where the scene has no source of its own; one line.
+            SimulationError: the integration failed; the plant stays at the start of the period.
+        """
+        self._check_efforts(u)
+        flow, q, v, seen, applied = self._passed(None if u is None else tuple(u))
+        if flow.status != OK and flow.t < (self.k + 1) * self.scene.period:
+            check_status(flow, self.model)
+        self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
+        self.seen = (self.q, self.v) if seen is None else (as_tuple(seen[0]), as_tuple(seen[1]))
+        self.k += 1
+        self._filled += 1
+        self._still = self._still + 1 if self._braking and self._rests() else 0
+        if self._filled == BLOCK:
+            self._flush()
+
+    def _check_efforts(self, u: Sequence[float] | None) -> None:
+        if u is not None and len(u) != len(self._driven):
+            driven = ", ".join(self.scene.actuated) or "none"
+            raise ValueError(f"u = {shortened(u)}: has {len(u)} values; joints that take efforts: {driven}")
+        if u is None and self.scene.sampled and not self._braking:
+            raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
+
+    def _passed(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+        """Return (flow, q, v, what sensors show or None, efforts applied) one period later."""
+        scene, end = self.scene, (self.k + 1) * self.scene.period
+        if self._rig is not None:
+            return self._passed_with(self._rig, u)
+        if u is None:
+            here = (self._flow, self.t, end, self._rows, self._filled)
+            flow, q, v, applied = free_step(scene.method, self.model, scene.source, *here)
+        else:
+            flow, q, v, applied = held_step(scene.method, self.model, u, self._flow, end, self._rows, self._filled)
+            self._saturated += applied != u
+        return flow, q, v, None, applied
+
+    def _passed_with(self, rig: Rig, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+        demand = rig.demand(self.t, self.q, self.v) if u is None else u
+        here = (self._flow, self.k, self.scene.period, self._rows, self._filled)
+        mass, given = rig.mass, rig.given
+        flow, (q, v), seen, applied = rig.step(self.scene.method, self.model, demand, *here)
+        if rig.mass != mass:
+            row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
+            self._flush()
+            self._rows[0] = row
+            laden = replace(self.scene, model=rig.crane(self.scene.model, rig.mass))
+            self._metrics.change(laden, rig.crane(self.model, rig.mass), self.q, rig.given - given)
+        return flow, q, v, seen if self.scene.hardware is not None else None, applied
+
+    def _flush(self) -> None:
+        start = self.k - self._filled
+        t = np.arange(start, self.k, dtype=np.float64) * self.scene.period
+        self._metrics.extend(t, self._rows[: self._filled])
+        self._filled = 0
+
+    def summary(self) -> dict[str, Any]:
+        """Return the run's figures up to now: keys and meanings as of `Metrics.summary`."""
+        self._flush()
+        figures = self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
+        further = self._rig.summary() if self._rig is not None else {}
+        return figures | noted_events(self._flow, self.model, self.t) | further

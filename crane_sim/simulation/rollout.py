@@ -1,0 +1,299 @@
+"""The closed loop in one process, without ROS: the same numbers, bit for bit, as a lockstep run.
+
+Whole runs as arrays: a scene under its law, from its initial state to its end or to where it fails.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import system
+from crane_sim.files.errors import SceneError, shortened
+from crane_sim.laws import asked, fresh
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.hardware import Rig
+from crane_sim.simulation.metrics import Derived, Metrics, derived
+from crane_sim.simulation.plant import Plant
+from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
+from crane_sim.stepping.hardware_periods import hardware_rollout
+from crane_sim.stepping.periods import Replay, begin, free_rollout, held_rollout
+from crane_sim.stepping.rows import row_width, split
+
+Array = npt.NDArray[np.float64]
+
+
+class Passage(NamedTuple):
+    """A run, up to where it ended."""
+
+    rows: Array  # (periods + 1, width), as of `crane_sim.stepping.rows`
+    samples: Array  # (m, width)
+    flow: Any  # the integration as it ended
+    saturated: int  # periods in which a demand was limited
+    rig: Rig | None = None  # the hardware, of a scene with some
+    loads: Array = np.empty((0, 2))  # (periods, 2) of the payload: kg, and J that its changes brought up to there
+
+    def stretches(self, scene: Scene) -> list[tuple[int, int, Any]]:
+        """Return (first period, the one after the last, model) of the stretches in which the payload keeps its mass."""
+        periods = len(self.rows) - 1
+        if self.rig is None or scene.hardware.reload is None:
+            return [(0, periods, scene.model)]
+        first = [0, *(np.flatnonzero(np.diff(self.loads[:periods, 0])) + 1).tolist()]
+        rig, after = self.rig, [*first[1:], periods]
+        laden = [rig.crane(scene.model, float(self.loads[k, 0])) for k in first]
+        return list(zip(first, after, laden, strict=True))
+
+    def given(self, k: int) -> float:
+        """Return the energy [J] that a change of the payload brought at the begin of period k."""
+        if not len(self.loads):
+            return 0.0
+        return float(self.loads[k, 1] - (self.loads[k - 1, 1] if k else 0.0))
+
+
+def passage(scene: Scene, law: Any, times: Array) -> Passage:
+    """Run a scene.
+
+    Args:
+        scene: what to run.
+        law: of a sampled scene, as of `laws.Law`.
+        times: where samples are wanted (m,), increasing, within the run.
+
+    Raises:
+        SimulationError: the integration failed in a run whose law is Python.
+        LawError: the law failed.
+    """
+    model = scene.model
+    flow, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
+    nq, nu = len(q), len(scene.actuated)
+    rows, samples = (np.empty((n, row_width(model, nq, nu))) for n in (scene.steps + 1, len(times)))
+    if scene.hardware is not None and not scene.hardware.ideal:
+        return _with_hardware(scene, law, flow, times, rows, samples)
+    if not scene.sampled:
+        flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
+        return Passage(*_whole(scene, rows, times, samples, passed), flow, 0)
+    demands, law = np.empty((scene.steps, nu)), _compiled(scene, law)
+    flow, passed = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
+    limited = np.any(demands[:passed] != split(rows[:passed], nq, nu).u, axis=1)
+    return Passage(*_whole(scene, rows, times, samples, passed), flow, int(limited.sum()))
+
+
+def _with_hardware(scene: Scene, law: Any, flow: Any, times: Array, rows: Array, samples: Array) -> Passage:
+    """Return the run of a scene with hardware, whose open-loop inputs are taken once a period as demands are."""
+    rig, nu = Rig(scene), len(scene.actuated)
+    demands, loads = np.empty((scene.steps, nu)), np.empty((scene.steps, 2))
+    asked_for = _compiled(scene, law) if scene.sampled else scene.source
+    if type(asked_for) is tuple:
+        asked_for = Replay(scene.model, scene.period, np.tile(asked_for, (scene.steps, 1)))
+    here = (flow, scene.period, rows, demands, times, samples, loads)
+    flow, passed = hardware_rollout(scene.method, scene.model, asked_for, rig.hardware, rig.memory, *here)
+    return Passage(*_whole(scene, rows, times, samples, passed), flow, rig.saturated, rig, loads[: passed + 1])
+
+
+def _whole(scene: Scene, rows: Array, times: Array, samples: Array, passed: int) -> tuple[Array, Array]:
+    """Return rows and samples up to the end of the last whole period."""
+    return rows[: passed + 1], samples[times <= passed * scene.period] if passed < scene.steps else samples
+
+
+def _compiled(scene: Scene, law: Any) -> Any:
+    """Return the law, as a replay of what it demands where it is Python."""
+    return law if system.command.knows(type(law)) else Replay(scene.model, scene.period, _demanded(scene, law))
+
+
+def _demanded(scene: Scene, law: Any) -> Array:
+    """Return the demands (steps, nu) of a law that is Python, asked every period."""
+    plant = Plant(scene)
+    demands = np.empty((scene.steps, len(scene.actuated)))
+    for k in range(scene.steps):
+        demand = asked(law, plant.t, *plant.seen, demands.shape[1])
+        demands[k] = demand
+        plant.advance(demand)
+    return demands
+
+
+SceneSource = Scene | str | Path | Mapping[str, Any]
+
+
+LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]]
+
+
+@dataclass(frozen=True, repr=False)
+class Rollout:
+    """A run: K instants, joint coordinates in the order of scene.joint_names, world frame, SI units."""
+
+    scene: Scene
+    t: Array  # (K,) s
+    q: Array  # (K, nq)
+    v: Array  # (K, nq)
+    u: Array  # (K, nu), efforts applied from t on
+    tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
+    derived: Derived
+    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
+    summary: dict[str, Any]
+    events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
+
+    def __repr__(self) -> str:
+        """Return what was run and what came of it, in two lines; `summary` has all figures."""
+        law = f"law {self.scene.law_name!r}" if self.scene.law_name else "no law of the scene's own"
+        shape = f"{len(self.t)} instants up to {self.t[-1]:g} s" if len(self.t) else "no instants"
+        ended = f"peak swing {self.summary['peak_swing_deg']:.3g} deg, {len(self.events)} events"
+        return f"<Rollout of {self.scene.name!r}, {law}: {shape}, {self.q.shape[1]} joints\n {ended}>"
+
+    @property
+    def payload(self) -> Array:
+        """Positions of the payload (K, 3) [m]."""
+        return self.derived.payload
+
+    @property
+    def tip(self) -> Array:
+        """Positions of the tip (K, 3) [m]."""
+        return self.derived.tip
+
+    @property
+    def nodes(self) -> Array:
+        """Polyline base .. tip .. payload (K, N, 3) [m]."""
+        return self.derived.nodes
+
+    @property
+    def tension(self) -> Array:
+        """Tension of the uppermost link (K,) [N]."""
+        return self.tensions[:, 0]
+
+    @property
+    def energy(self) -> Array:
+        """Total energy in the world (K,) [J], weights from its height 0."""
+        return self.derived.energy
+
+    @property
+    def energy_relative(self) -> Array:
+        """Total energy relative to the base (K,) [J]: the same as `energy` where the base rests."""
+        return self.derived.energy_relative
+
+    def lyapunov(self) -> Array:
+        """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
+
+        dV/dt is what the law believes; what V does in the run is `np.gradient(V, run.t)`.
+
+        Raises:
+            TypeError: the law has none.
+        """
+        shaped = getattr(self.scene.law, "lyapunov", None)
+        if shaped is None:
+            raise TypeError(f"law {self.scene.law_name!r} shapes no energy")
+        return np.array([shaped(t, tuple(q), tuple(v)) for t, q, v in zip(self.t, self.q, self.v, strict=True)])
+
+
+def simulate(
+    scene: SceneSource,
+    law: str | LawFunction | None = None,
+    duration: float | None = None,
+    sample_times: Sequence[float] | Array | None = None,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+) -> Rollout:
+    """Run a scene.
+
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        law: None: the scene's own; a name; or a callable(t, q, v) -> efforts (nu,), evaluated every control period.
+        duration: s, the scene's own when None.
+        sample_times: instants of the result [s], within the run, increasing; None: every control period. They do not
+            change the steps.
+        overrides: changes of the scene by dotted key, as `load_scene` takes them.
+
+    Raises:
+        SceneError: the scene, its changes, the law or the instants are not possible.
+        SimulationError: the integration failed or the model is no longer valid; its `run` is the run up to there.
+        LawError: the law failed, or its answer is not a vector of efforts.
+    """
+    _check_law(law)
+    named = {"control.law": law if isinstance(law, str) else None, "duration": duration}
+    scene = _with_changes(scene, named, overrides)
+    times = checked_times(sample_times, scene.steps * scene.period)
+    started = time.perf_counter()
+    scene = scene.commanded() if callable(law) else scene
+    run = passage(scene, fresh(law if callable(law) else scene.law), times)
+    wall, (rows, samples, flow), model = time.perf_counter() - started, run[:3], scene.model
+    counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
+    periods = np.arange(len(rows), dtype=np.float64) * scene.period
+    shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
+    result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(flow, model, periods[-1]))
+    if len(rows) <= scene.steps:
+        _end_early(result, flow, model)
+    return result
+
+
+def _end_early(result: Rollout, flow: Any, model: Any) -> None:
+    """Raise the SimulationError of a run that ended before its time, with the run up to there."""
+    try:
+        check_status(flow, model)
+    except SimulationError as error:
+        error.run = result
+        raise
+
+
+def _check_law(law: Any) -> None:
+    """Raise SceneError for what is no law: changes of the scene are most likely to be given in its place."""
+    if law is None or isinstance(law, str) or callable(law):
+        return
+    line = f"law = {shortened(law)}: must be a name or a callable(t, q, v) -> efforts"
+    raise SceneError(f"{line}; changes of the scene go by name, overrides=..." if isinstance(law, Mapping) else line)
+
+
+def _with_changes(scene: SceneSource, named: Mapping[str, Any], overrides: Mapping[str, Any] | None) -> Scene:
+    """Return the scene with what was given by name (None: nothing) and by dotted key."""
+    given = {key: value for key, value in named.items() if value is not None}
+    for key in given:
+        if isinstance(overrides, Mapping) and key in overrides:
+            raise SceneError(f"overrides: {key!r} is given by name, too: {given[key]!r}; leave out one of the two")
+    changes = given if overrides is None else {**overrides, **given} if isinstance(overrides, Mapping) else overrides
+    if isinstance(scene, Scene):
+        return load_scene(scene.to_dict(), changes) if changes else scene
+    return load_scene(scene, changes)
+
+
+def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
+    """Return the instants of a result [s], none when `times` is None.
+
+    Raises:
+        ValueError: they are not within 0 .. `end`, or do not increase.
+    """
+    wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
+    beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
+    if wanted.ndim != 1:
+        raise ValueError(f"sample_times: must be a list of instants, here the shape is {wanted.shape}")
+    if len(beyond):
+        raise ValueError(f"sample_times: {beyond[:1]} is outside the run, 0 .. {end:g} s")
+    if np.any(np.diff(wanted) < 0.0):
+        raise ValueError("sample_times: must increase")
+    return np.minimum(wanted, end)
+
+
+def _summary(scene: Scene, run: Passage) -> dict[str, Any]:
+    model, rows, flow, nq = scene.model, run.rows, run.flow, len(scene.joint_names)
+    metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
+    t = np.arange(len(rows), dtype=np.float64) * scene.period
+    for first, last, laden in run.stretches(scene):
+        if laden is not model:
+            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.given(first))
+        metrics.extend(t[first:last], rows[first:last])
+    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, run.saturated)
+    head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
+    further = run.rig.summary() if run.rig is not None else {}
+    return head | figures | noted_events(flow, model, t[-1]) | further
+
+
+def _rollout(scene: Scene, run: Passage, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
+    nq = len(scene.joint_names)
+    q, v, u, _, tensions = split(rows, nq, len(scene.actuated))
+    parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.stretches(scene)]
+    parts[-1][1] = len(t)
+    found = [
+        derived(replace(scene, model=laden), t[i:j], q[i:j], v[i:j], u[i:j])
+        for (i, j), (_, _, laden) in zip(parts, run.stretches(scene), strict=True)
+    ]
+    whole = found[0] if len(found) == 1 else Derived(*map(np.concatenate, zip(*found, strict=True)))
+    return Rollout(scene, t, q, v, u, tensions, whole, stats, summary, events)

@@ -1,0 +1,95 @@
+"""How a base moves: six functions of time, with their first two derivatives.
+
+In the order surge, sway, heave [m], roll, pitch, yaw [rad]; `crane_sim.models.moving_base` says what they mean.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import entry, lean_generic, lean_routine
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+class Base(NamedTuple):
+    """Each axis: offset + the sum of amplitude sin(frequency t + phase). Terms of amplitude 0 cost nothing."""
+
+    offsets: Any  # (6,) m, rad
+    amplitudes: Any  # (6, n) m, rad
+    frequencies: Any  # (6, n) rad/s
+    phases: Any  # (6, n) rad
+
+
+class SplineBase(NamedTuple):
+    """Each axis: polynomials between knots; the first and the last one hold beyond the ends as well."""
+
+    knots: Any  # (k,) s, increasing, k >= 2
+    coefficients: Any  # (6, k - 1, 6) of the powers 0 .. 5 of t - knots[piece]
+
+
+@lean_generic
+def axis_at(base, t, i):
+    """Return (position, velocity, acceleration) of axis i at time t [s], in m or rad."""
+    raise NotImplementedError
+
+
+@axis_at.register(Base)
+def _(base, t, i):
+    x, v, a = base.offsets[i], 0.0, 0.0
+    for k in range(base.amplitudes.shape[1]):
+        amplitude, w = base.amplitudes[i, k], base.frequencies[i, k]
+        if amplitude != 0.0:
+            s, c = sincos(w * t + base.phases[i, k])
+            x += amplitude * s
+            v += amplitude * w * c
+            a -= amplitude * w * w * s
+    return x, v, a
+
+
+@axis_at.register(SplineBase)
+def _(base, t, i):
+    low, high = 0, base.coefficients.shape[1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if base.knots[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    s = t - base.knots[low]
+    x, v, half = 0.0, 0.0, 0.0
+    for k in range(base.coefficients.shape[2] - 1, -1, -1):
+        half = half * s + v
+        v = v * s + x
+        x = x * s + base.coefficients[i, low, k]
+    return x, v, 2.0 * half
+
+
+@lean_routine
+def base_motion_at(base, t):
+    """Return (positions, velocities, accelerations) of the six axes at time t [s], each a tuple (6,) in m and rad."""
+    x0, v0, a0 = axis_at(base, t, 0)
+    x1, v1, a1 = axis_at(base, t, 1)
+    x2, v2, a2 = axis_at(base, t, 2)
+    x3, v3, a3 = axis_at(base, t, 3)
+    x4, v4, a4 = axis_at(base, t, 4)
+    x5, v5, a5 = axis_at(base, t, 5)
+    return (x0, x1, x2, x3, x4, x5), (v0, v1, v2, v3, v4, v5), (a0, a1, a2, a3, a4, a5)
+
+
+@entry
+def fill_places(base, t, out):
+    """Fill out (K, 6) with the positions of the six axes at times t (K,) [s]."""
+    for i in range(len(t)):
+        x, _, _ = base_motion_at(base, t[i])
+        for k in range(len(x)):
+            out[i, k] = x[k]
+
+
+def places(base: Base | SplineBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the positions (K, 6) [m, rad] of a base at times t (K,) [s]."""
+    out = np.empty((len(t), len(AXES)))
+    fill_places(base, t, out)
+    return out

@@ -1,0 +1,117 @@
+"""Open-loop inputs: functions of time that drive the actuated joints where no law commands."""
+
+from math import sin
+from typing import Annotated, NamedTuple
+
+from pydantic import Field
+
+from crane_sim import system
+from crane_sim.files.types import Angle, Real
+from crane_sim.numerics.jit import generic, lean_generic
+
+
+class Constant(NamedTuple):
+    """A constant input."""
+
+    value: Real = 0.0  # input's unit, at all times
+
+
+class Sine(NamedTuple):
+    """offset + amplitude sin(frequency t + phase)."""
+
+    amplitude: Real  # input's unit, size of the sine
+    frequency: Real  # rad/s, of the sine
+    offset: Real = 0.0  # input's unit, added to the sine
+    phase: Angle = 0.0  # rad, of the sine at t = 0
+
+
+class Polynomial(NamedTuple):
+    """The sum of coefficients[k] t^k."""
+
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, of the powers 0, 1, 2, ... of t,
+    # over s, s², ...
+
+
+class Table(NamedTuple):
+    """Linear interpolation between (times, values); the ends are held."""
+
+    times: Annotated[tuple[Real, ...], Field(min_length=1)]  # s, increasing
+    values: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, as many as times
+
+    def complaint(self) -> str:
+        """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
+        if len(self.times) != len(self.values):
+            return f"a table needs as many values as times, here are {len(self.values)} and {len(self.times)}"
+        if any(later <= sooner for sooner, later in zip(self.times, self.times[1:], strict=False)):
+            return f"the times of a table must increase, here are {list(self.times)}"
+        return ""
+
+
+class Inputs(NamedTuple):
+    """The input of one actuated joint and those of the joints after it, a list that kernels can walk by type."""
+
+    first: Constant | Sine | Polynomial | Table
+    rest: "Inputs | None" = None
+
+
+@lean_generic
+def value_at(channel, t):
+    """Return the input's value at time t [s]."""
+    raise NotImplementedError
+
+
+@value_at.register(Constant)
+def _(channel, t):
+    return channel.value
+
+
+@value_at.register(Sine)
+def _(channel, t):
+    return channel.offset + channel.amplitude * sin(channel.frequency * t + channel.phase)
+
+
+@value_at.register(Polynomial)
+def _(channel, t):
+    value = 0.0
+    for k in range(len(channel.coefficients) - 1, -1, -1):
+        value = value * t + channel.coefficients[k]
+    return value
+
+
+@value_at.register(Table)
+def _(channel, t):
+    times, values = channel.times, channel.values
+    last = len(times) - 1
+    if t <= times[0]:
+        return values[0]
+    if t >= times[last]:
+        return values[last]
+    low, high = 0, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        if times[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
+
+
+@generic
+def values_at(inputs, t):
+    """Return the values of all inputs (nu,) at time t."""
+    return ()
+
+
+@values_at.register(Inputs)
+def _(inputs, t):
+    return (value_at(inputs.first, t), *values_at(inputs.rest, t))
+
+
+@system.effort.register(Inputs)
+def _(u, p, t, x):
+    return system.limited(p, values_at(u, t))
+
+
+@system.command.register(Inputs)
+def _(law, t, q, v):
+    return values_at(law, t)

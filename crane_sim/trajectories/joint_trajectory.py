@@ -1,0 +1,138 @@
+"""A table of points with times, in the shape of trajectory_msgs/JointTrajectory, and how it is read from a file.
+
+Between points the motion is what ros2_control's joint_trajectory_controller makes of them: linear where only positions
+are given, cubic with velocities, quintic with accelerations as well.
+
+A file holds the message as YAML, or as CSV a head line `time,x,y,x_velocity,y_velocity,x_acceleration,...` and a line
+of numbers for every point.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import yaml
+from pydantic import BeforeValidator, Field
+
+from crane_sim.files.catalogue import config_folder
+from crane_sim.files.csv_table import Row, read_table
+from crane_sim.files.types import NonNegative, Real
+from crane_sim.trajectories.polynomials import BRIEFEST, Pieces, at_rest_around
+
+SECOND = 1e9  # ns
+STILL = 1e-9  # a velocity at the ends below this is none: what a printed number leaves of zero
+_RATES = ("_velocity", "_acceleration")
+
+
+def _seconds(value: Any) -> Any:
+    """Return seconds for a duration message {sec, nanosec}, anything else as it is.
+
+    Raises:
+        ValueError: a group of other keys, or of no numbers.
+    """
+    if not isinstance(value, Mapping):
+        return value
+    parts = [value.get(key, 0) for key in ("sec", "nanosec")]
+    if set(value) - {"sec", "nanosec"} or not all(type(part) in (int, float) for part in parts):
+        raise ValueError(f"must be seconds, or sec and nanosec, which are numbers, here are {dict(value)}")
+    return parts[0] + parts[1] / SECOND
+
+
+class Point(NamedTuple):
+    """Where to be, and how fast, at one time."""
+
+    positions: tuple[Real, ...]  # coordinate's unit, of each
+    time_from_start: Annotated[NonNegative, BeforeValidator(_seconds)]  # s, or `{sec, nanosec}`
+    velocities: tuple[Real, ...] = ()  # coordinate's unit/s, of each; left out: linear between points
+    accelerations: tuple[Real, ...] = ()  # coordinate's unit/s², of each; left out: cubic with velocities, quintic with
+    # both
+    effort: tuple[Real, ...] = ()  # effort's unit, of the message; a path has no use for it
+
+
+class Trajectory(NamedTuple):
+    """Points of named coordinates, as in trajectory_msgs/JointTrajectory; rest before the first and after the last.
+
+    A key `file` in place of joint_names and points names a YAML file with the message, or a CSV file.
+    """
+
+    joint_names: Annotated[tuple[str, ...], Field(min_length=1)]  # names of the coordinates: the actuated joints', or
+    # x, y, z
+    points: Annotated[tuple[Point, ...], Field(min_length=1)]  # in the order of time
+    start: Real = 0.0  # s, from which the points' times count
+
+    def complaint(self) -> str:
+        """Return what is wrong as a whole, in one line; empty when nothing is."""
+        return self.uneven() or self.unfinished(0) or self.unfinished()
+
+    def uneven(self) -> str:
+        """Return one line on points that do not fit together, empty when all do."""
+        first = self.points[0]
+        if first.accelerations and not first.velocities:
+            return "points: accelerations need velocities as well"
+        for i, point in enumerate(self.points):
+            for name in ("positions", "velocities", "accelerations"):
+                wanted = len(self.joint_names) if name == "positions" or getattr(first, name) else 0
+                if len(getattr(point, name)) != wanted:
+                    return f"points[{i}].{name} has {len(getattr(point, name))} values, not {wanted} as the others"
+            if i and point.time_from_start - self.points[i - 1].time_from_start < BRIEFEST:
+                return f"points[{i}].time_from_start = {point.time_from_start:g}: times must increase"
+        return ""
+
+    def unfinished(self, i: int = -1) -> str:
+        """Return one line on a point that is not at rest, empty when it is: the last one, if no other is asked for."""
+        if max(map(abs, self.points[i].velocities), default=0.0) <= STILL:
+            return ""
+        return f"points[{i}].velocities = {list(self.points[i].velocities)}: a path is at rest at both ends"
+
+    def pieces(self) -> Pieces:
+        """Return the motion."""
+        from scipy.interpolate import BPoly, PPoly  # here: few scenes have one, and it takes long to import
+
+        times = self.start + np.array([point.time_from_start for point in self.points])
+        given = [np.array([point.positions for point in self.points])]
+        given += [np.array([getattr(point, name) for point in self.points]) for name in ("velocities", "accelerations")]
+        if len(times) == 1:
+            return at_rest_around(times + np.array([0.0, BRIEFEST]), given[0][:, :, None])
+        known = np.stack([rows for rows in given if rows.size], axis=1)  # (K, orders, n)
+        rows = PPoly.from_bernstein_basis(BPoly.from_derivatives(times - times[0], list(known))).c
+        return at_rest_around(times, np.ascontiguousarray(rows[::-1].transpose(1, 2, 0)))
+
+
+def read_trajectory(name: str) -> dict[str, Any]:
+    """Return {joint_names, points} of a file, its path taken from here or from the folder of the catalogue.
+
+    Raises:
+        ValueError: one line on why it cannot be read.
+    """
+    path = Path(name) if Path(name).is_file() else config_folder() / name
+    if not path.is_file():
+        raise ValueError(f"file {name}: does not exist, here or in {config_folder()}")
+    try:
+        if path.suffix == ".csv":
+            return _from_rows(*read_table(path))
+        found = next(iter(yaml.safe_load_all(path.read_text())), None)  # an echo of messages puts a line after each
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError) as error:
+        raise ValueError(f"file {path}: is no trajectory: {' '.join(str(error).split())}") from None
+    for key in ("joint_names", "points"):
+        if not isinstance(found, Mapping) or key not in found:
+            raise ValueError(f"file {path}: is no trajectory: has no key {key}")
+    return {key: found[key] for key in ("joint_names", "points")}
+
+
+def _from_rows(head: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
+    """Return {joint_names, points} of a table with these columns."""
+    if not head or head[0] != "time":
+        raise ValueError("its head line begins with time")
+    names = [name for name in head[1:] if not name.endswith(_RATES)]
+    columns = {"positions": names}
+    for key, ending in zip(("velocities", "accelerations"), _RATES, strict=True):
+        columns[key] = [name + ending for name in names if name + ending in head]
+    if sum(map(len, columns.values())) != len(head) - 1:
+        raise ValueError(f"its head line has rates of no coordinate: {', '.join(head)}")
+    points = []
+    for row in rows:
+        numbers = dict(zip(head, row.numbers, strict=True))
+        points.append({key: [numbers[name] for name in found] for key, found in columns.items()})
+        points[-1]["time_from_start"] = numbers["time"]
+    return {"joint_names": names, "points": points}

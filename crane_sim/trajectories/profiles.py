@@ -1,0 +1,123 @@
+"""Prescribed motions: functions of time with their first two derivatives.
+
+A scene names a shape (Smooth, Wave, Series, Knots); each becomes the same `Motion`, pieces of polynomials plus a sine,
+so that one piece of compiled code serves them all.
+"""
+
+from math import cos, sin
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from crane_sim.files.types import Angle, Positive, Real
+from crane_sim.numerics.jit import lean_kernel, lean_routine
+
+BRIEFEST = 1e-6  # s, between two values of a motion: powers of it stay numbers of the machine
+
+
+class Motion(NamedTuple):
+    """The polynomial of the piece that t is in, in powers of t - starts[piece], plus a sine."""
+
+    starts: Any  # (pieces,) s, increasing; the first piece also holds before
+    coefficients: Any  # (pieces, degree + 1), from the constant on
+    amplitude: float = 0.0
+    frequency: float = 0.0  # rad/s
+    phase: float = 0.0  # rad
+
+
+class Smooth(NamedTuple):
+    """From one value to another by the quintic 10s³ - 15s⁴ + 6s⁵, at rest before and after."""
+
+    begin: Real  # m, value before
+    end: Real  # m, value after
+    start: Real = 0.0  # s, when it begins
+    duration: Annotated[Positive, Field(ge=BRIEFEST)] = 1.0  # s, of the way
+
+    def motion(self) -> Motion:
+        """Return the motion."""
+        way, span = self.end - self.begin, self.duration
+        rise = [self.begin, 0.0, 0.0, 10.0 * way / span**3, -15.0 * way / span**4, 6.0 * way / span**5]
+        rest = [0.0] * 5
+        starts = np.array([self.start - 1.0, self.start, self.start + span])
+        return Motion(starts, np.array([[self.begin, *rest], rise, [self.end, *rest]]))
+
+
+class Wave(NamedTuple):
+    """offset + amplitude sin(frequency t + phase)."""
+
+    amplitude: Real  # m, size of the sine
+    frequency: Real  # rad/s, of the sine
+    offset: Real = 0.0  # m, added to the sine
+    phase: Angle = 0.0  # rad, of the sine at t = 0
+
+    def motion(self) -> Motion:
+        """Return the motion."""
+        return Motion(np.zeros(1), np.array([[self.offset]]), self.amplitude, self.frequency, self.phase)
+
+
+class Series(NamedTuple):
+    """The sum of coefficients[k] t^k."""
+
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # m, of the powers 0, 1, 2, ... of t, over s, s²,
+    # ...
+
+    def motion(self) -> Motion:
+        """Return the motion."""
+        return Motion(np.zeros(1), np.array([self.coefficients]))
+
+
+class Knots(NamedTuple):
+    """The cubic spline through (times, values), at rest before and after them."""
+
+    times: Annotated[tuple[Real, ...], Field(min_length=2)]  # s, increasing
+    values: Annotated[tuple[Real, ...], Field(min_length=2)]  # m, as many as times
+
+    def complaint(self) -> str:
+        """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
+        if len(self.times) != len(self.values):
+            return f"a table needs as many values as times, here are {len(self.values)} and {len(self.times)}"
+        if any(later <= sooner for sooner, later in zip(self.times, self.times[1:], strict=False)):
+            return f"the times of a table must increase, here are {list(self.times)}"
+        if any(later - sooner < BRIEFEST for sooner, later in zip(self.times, self.times[1:], strict=False)):
+            return f"the times of a table must be {BRIEFEST:g} s apart, here are {list(self.times)}"
+        return ""
+
+    def motion(self) -> Motion:
+        """Return the motion."""
+        from scipy.interpolate import CubicSpline  # here: few scenes have one, and it takes long to import
+
+        pieces = CubicSpline(self.times, self.values, bc_type="clamped").c[::-1].T
+        before, after = (np.array([[self.values[i], 0.0, 0.0, 0.0]]) for i in (0, -1))
+        return Motion(np.array([self.times[0] - 1.0, *self.times]), np.vstack([before, pieces, after]))
+
+
+Shape = Smooth | Wave | Series | Knots
+
+
+@lean_kernel
+def piece_at(motion, t):
+    """Return the index of the piece that time t [s] is in."""
+    low, high = 0, len(motion.starts)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if motion.starts[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@lean_routine
+def moved_at(motion, t):
+    """Return (position, velocity, acceleration) at time t [s]."""
+    piece = piece_at(motion, t)
+    s, row = t - motion.starts[piece], motion.coefficients[piece]
+    value, rate, half = 0.0, 0.0, 0.0
+    for k in range(len(row) - 1, -1, -1):
+        half = half * s + rate
+        rate = rate * s + value
+        value = value * s + row[k]
+    angle, w = motion.frequency * t + motion.phase, motion.frequency
+    value = value + motion.amplitude * sin(angle)
+    return value, rate + motion.amplitude * w * cos(angle), 2.0 * half - motion.amplitude * w * w * sin(angle)

@@ -1,0 +1,152 @@
+"""The command `crane` as a person or a script meets it: exit codes, one-line errors, JSON, tables."""
+
+import json
+import os
+import pty
+import subprocess
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from command_line import CRANE, crane
+from process_helpers import completed
+
+from crane_sim.files.catalogue import scene_files
+from crane_sim.simulation.rollout import simulate
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["run", "nowhere"], "crane: unknown scene 'nowhere'"),
+        (["simulate", "--set", "payload.mas=2"], "did you mean 'mass'?"),
+        (["simulate", "--set", "payload.mass"], "--set 'payload.mass': must be GROUP.KEY=VALUE"),
+        (["simulate", "--set", "payload.mass=-1"], "payload.mass = -1: must be greater than 0"),
+        (["simulate", "--set", "payload.mass=.nan"], "payload.mass = nan: must be a finite number"),
+        (["simulate", "--duration", "-1"], "duration = -1.0: must be greater than 0"),
+        (["simulate", "--duration", "soon"], "'soon' is not a valid float"),
+        (["simulate", "--law", "magic"], "control.law = 'magic': no such law (known: adaptive"),
+        (["run", "--mode", "warp"], "--mode = 'warp': possible: lockstep, realtime"),
+        (["run", "--rate", "0"], "--rate = 0.0: must be a positive number"),
+        (["run", "--domain-id", "999"], "--domain-id = 999: possible: 0 .. 232"),
+        (["run", "--record", "/proc/none/run.rrd"], "--record /proc/none/run.rrd: cannot be written"),
+        (["simulate", "--law", "lqr", "--set", "control.kp=1"], "unknown key 'kp' for law 'lqr' (known: q, r)"),
+        (["check", "nowhere/mine.yaml"], "scene file nowhere/mine.yaml: there is no such file"),
+        (["reproduce", "nonsense"], "unknown item 'nonsense' (known: overhead"),
+        (["reproduce", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
+        (["league", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
+        (["run", "--fast"], "No such option"),
+        (["fly"], "No such command 'fly'"),
+        (["check", "/"], "cannot be read"),
+    ],
+    ids=lambda case: " ".join(case) if isinstance(case, list) else "",
+)
+def test_bad_input_is_one_line_and_exit_2(arguments: list[str], line: str) -> None:
+    """Bad input ends with exit code 2 and one line on stderr that names it, without a traceback."""
+    done = crane(*arguments)
+    assert done.returncode == 2
+    assert line in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_group_without_a_command_shows_its_usage() -> None:
+    """Who asks for nothing is shown what there is, as --help has it, on stderr, with exit code 2."""
+    done = crane("soak")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.strip() == crane("soak", "--help").stdout.strip()
+
+
+@pytest.mark.parametrize("command", ["bench", "soak", "league", "run"])
+def test_every_command_has_help(command: str) -> None:
+    """Both -h and --help show how a command is used, as the help of the whole says."""
+    short, long = crane(command, "-h"), crane(command, "--help")
+    assert short.returncode == long.returncode == 0
+    assert short.stdout == long.stdout and short.stdout.startswith(f"Usage: crane {command} ")
+
+
+@pytest.mark.parametrize("group", [[], ["soak"]], ids=str)
+def test_help_is_not_cut(group: list[str]) -> None:
+    """What each command does stands in the help as a whole sentence."""
+    commands = crane(*group, "--help").stdout.partition("Commands:")[2]
+    assert commands and "..." not in commands
+
+
+def test_the_version_is_told() -> None:
+    """`crane --version` prints the version of the installed package."""
+    assert crane("--version").stdout == f"crane_sim {version('crane_sim')}\n"
+
+
+def test_an_unknown_name_is_told_without_the_whole_catalogue() -> None:
+    """The line on a scene that does not exist fits a terminal, and says where the names are."""
+    for name in ("nowhere", "nowhere/mine.yaml"):
+        line = crane("run", name).stderr
+        assert len(line) < 120 and "crane scenes" in line
+
+
+def test_nothing_is_said_of_compiling_where_nothing_compiles() -> None:
+    """Once a scene's equations are on disk, a person at a terminal reads nothing of compiling them."""
+    command = ["simulate", "--duration", "0.1"]
+    crane(*command)
+    ours, theirs = pty.openpty()
+    with open(ours, "rb", buffering=0) as terminal:
+        done = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=theirs, check=True)
+        os.write(theirs, b"end")  # so that there is something to read
+        os.close(theirs)
+        assert b"compiling" not in terminal.read(65536) and done.stdout
+
+
+def test_a_full_disk_behind_stdout_is_one_line() -> None:
+    """Where not even the error can be printed as JSON, stderr still has it in one line, and no traceback."""
+    with Path("/dev/full").open("w") as full:
+        command = [str(CRANE), "simulate", "nowhere", "--json"]
+        done = completed(command, stdout=full)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in done.stderr
+
+
+def test_json_carries_the_error_too() -> None:
+    """With --json, a failure is an object with the key `error` on stdout as well."""
+    done = crane("simulate", "nowhere", "--json")
+    assert done.returncode == 2
+    assert json.loads(done.stdout)["error"] in done.stderr
+
+
+def test_simulate_prints_one_object_with_the_summary() -> None:
+    """`crane simulate --json` prints the figures of the same run in Python, and nothing else on stdout."""
+    done = crane("simulate", "--duration", "1", "--json")
+    found = json.loads(done.stdout)
+    expected = simulate("knuckle_setpoint", duration=1.0).summary
+    assert done.returncode == 0
+    assert {key: found[key] for key in expected} == expected
+
+
+@pytest.mark.slow
+def test_a_run_that_ends_early_is_told_with_what_there_is() -> None:
+    """A model that stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
+    done = crane("simulate", "overhead_slack", "--json")
+    summary = json.loads(done.stdout)
+    assert done.returncode == 1 and "link 1 went slack" in done.stderr and summary["error"] in done.stderr
+    assert summary["events"][-1]["what"].startswith("link 1 went slack") and summary["steps"] > 10
+
+
+def test_scenes_lists_the_catalogue() -> None:
+    """`crane scenes` has one line for each catalogue scene: its name, and the first sentence of what it is."""
+    lines = crane("scenes").stdout.strip().splitlines()
+    assert [line.split()[0] for line in lines] == list(scene_files())
+    assert all(line.count(". ") == 0 for line in lines)
+
+
+def test_check_accepts_a_file_and_says_what_it_is(tmp_path: Path) -> None:
+    """`crane check FILE` validates a file of one's own."""
+    file = tmp_path / "mine.yaml"
+    file.write_text(scene_files()["knuckle_setpoint"].read_text())
+    done = crane("check", str(file))
+    assert done.returncode == 0
+    assert "fine (knuckle, 40 s, 4000 steps of 0.01 s, law energy)" in done.stdout
+
+
+def test_tables_are_plain_when_piped() -> None:
+    """What a script reads from a pipe has no escape sequences and no progress bar."""
+    done = crane("simulate", "--duration", "0.5")
+    assert "state sha256" in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr

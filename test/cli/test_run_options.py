@@ -1,0 +1,85 @@
+"""The options of `crane run`: mistakes are told in one line before anything starts, and checking harms nothing."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from crane_sim.cli import run_options
+from crane_sim.cli.run_options import RunOptions
+from crane_sim.files.errors import SceneError
+from crane_sim.recording.files import held
+
+OPTIONS = RunOptions(
+    mode="lockstep",
+    rate=None,
+    record=None,
+    no_record=False,
+    mcap=None,
+    live=False,
+    domain_id=None,
+    no_controller=False,
+    wait=None,
+    restart=False,
+    on_silence=None,
+    fifo=None,
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"mcap": Path("run.bag")}, "--mcap run.bag: must end in .mcap"),
+        ({"mcap": Path("a.mcap"), "record": Path("a.mcap")}, "--mcap and --record: both are a.mcap"),
+        ({"mcap": Path("busy.mcap")}, "--mcap busy.mcap: busy.mcap.part is in the way, another run is writing it"),
+        ({"mcap": Path("odd.mcap")}, "--mcap odd.mcap: odd.mcap.part is in the way$"),
+        ({"live": True, "no_record": True}, "--live and --no-record: only one of the two is possible"),
+        ({"on_silence": "sleep"}, "--on-silence = 'sleep': possible: zero, hold, brake"),
+        ({"fifo": 100}, "--fifo = 100: possible: 1 .. 99, and 0 for none"),
+        ({"wait": -1.0}, "--wait = -1.0: must be a number of seconds, 0 or more"),
+        ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
+        ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),
+        ({"fifo": 5}, "--fifo = 5: only with --mode realtime"),
+        ({"wait": 5.0}, "--wait = 5: only with --no-controller"),
+    ],
+)
+def test_impossible_options_are_refused(
+    options: dict[str, Any], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What cannot be written, does not go together or has no use is told in one line before anything starts."""
+    monkeypatch.chdir(tmp_path)
+    Path("busy.mcap.part").mkdir()
+    Path("odd.mcap.part").touch()
+    with held(Path("busy.mcap.part")), pytest.raises(SceneError, match=line):
+        OPTIONS._replace(**options).check()
+
+
+def test_what_is_not_given_is_left_to_the_run(tmp_path: Path) -> None:
+    """Options of real time reach the run where they are given, no wait at all is for ever, and the rest stays away."""
+    record = tmp_path / "run.rrd"
+    quick = OPTIONS._replace(mode="realtime", rate=2.0, wait=0.0, no_controller=True, record=record)
+    quick.check()
+    assert {"rate": 2.0, "wait": math.inf}.items() <= quick.arguments("knuckle_setpoint").items()
+    assert not {"rate", "wait", "on_silence", "fifo"} & OPTIONS._replace(record=record).arguments("any").keys()
+
+
+def test_a_killed_run_s_bag_is_not_in_the_way(tmp_path: Path) -> None:
+    """What nobody writes any more is left to the next recorder, which recovers it."""
+    Path(tmp_path, "run.mcap.part").mkdir()
+    OPTIONS._replace(mcap=tmp_path / "run.mcap").check()
+
+
+def test_without_rosbags_the_option_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rosbags is not installed, --mcap is refused with its name."""
+    monkeypatch.setattr(run_options, "find_spec", lambda name: None)
+    with pytest.raises(SceneError, match="--mcap: needs the Python package rosbags"):
+        OPTIONS._replace(mcap=Path("run.mcap")).check()
+
+
+def test_checking_a_path_harms_nothing(tmp_path: Path) -> None:
+    """The early check that a recording can be written leaves what a killed recorder left there for its repair."""
+    leftover = tmp_path / "run.rrd.part"
+    leftover.write_bytes(b"rescue me")
+    OPTIONS._replace(record=tmp_path / "run.rrd").arguments("knuckle_setpoint")
+    assert leftover.read_bytes() == b"rescue me"

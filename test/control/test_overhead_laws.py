@@ -1,0 +1,232 @@
+"""Laws of the overhead crane: the energy law's proof, LQR's poles, and both on cables that they do not know."""
+
+from dataclasses import replace
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import eig, eigvals, expm
+
+import crane_sim
+from crane_control import lqr
+from crane_control.linearisation import linearised
+from crane_sim.simulation.rollout import simulate
+
+G = 9.81
+SAMPLED = {"law": "energy", "period": 0.01}
+HOIST = {"hoist": {"drive": "force", "inertia": 5.0}, "reference": {"q": [3.0, 1.5]}}
+
+
+def scene_of(links: int = 1, mass: float = 20.0, **groups: Any) -> crane_sim.Scene:
+    """Return a scene of 10 kg on 2 m of cable, whose laws believe in one link; `groups` are merged over it."""
+    document: dict[str, Any] = {
+        "crane": "overhead",
+        "duration": 20.0,
+        "trolley": {"drive": "force", "mass": mass},
+        "cable": {"lengths": [2.0 / links] * links, "node_masses": [0.1] * (links - 1) + [10.0]},
+        "initial": {"angles": [0.2] * links},
+        "reference": {"q": [3.0]},
+        "control": SAMPLED,
+    } | groups
+    control, payload = document["control"], document["cable"]["node_masses"][-1]
+    nominal = {"cable": {"lengths": [2.0], "node_masses": [payload]}, "initial": {"angles": [0.0]}}
+    return crane_sim.load_scene(document | {"control": control | {"nominal": nominal}} if links > 1 else document)
+
+
+LOOPS: dict[str, dict[str, Any]] = {
+    "heavy trolley": {},
+    "light trolley": {"mass": 1.0},
+    "large swing": {"initial": {"angles": [1.3], "rates": [-2.0], "v": 1.0}},
+    "far target": {"reference": {"q": [30.0]}, "control": {"reach": 1.0}},
+    "plain": {"control": {"apparent_mass": 20.0, "kp": [20.0], "kd": [40.0]}},
+    "hoist": HOIST,
+}
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [pytest.param(name, marks=pytest.mark.slow) if name == "hoist" else name for name in LOOPS],
+    ids=lambda name: name.replace(" ", "-"),
+)
+def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
+    """Along every continuous closed loop V never rises, and falls at the rate that the proof gives."""
+    groups = LOOPS[loop]
+    control = {"law": "energy", "period": "continuous", **groups.get("control", {})}
+    run = simulate(scene_of(**groups | {"control": control}), duration=10.0)
+    value, rate = run.lyapunov().T
+    assert np.all(rate <= 0.0)
+    assert np.max(np.diff(value)) < 1e-9 * value[0]  # the integrator's tolerance, where V stands still
+    # Simpson's rule over 20 ms, error h^4 / 180 of the fourth derivative: of exp(-20 t), the fastest, 1e-5
+    fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)
+    assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
+
+
+@pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
+def test_friction_lowers_v(groups: dict[str, Any]) -> None:
+    """On rails that rub V changes at the rate that the law gives, say differences along the crane's accelerations."""
+    rails = {"friction": {"trolley": {"coulomb": 4.0, "static": 5.0, "viscous": 3.0}}}
+    scene, rng, h = scene_of(**rails, **groups), np.random.default_rng(5), 1e-5
+    law: Any = scene.law
+    for _ in range(5):
+        q, v = np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]), rng.normal(0, 1, 3)
+        v = v[: len(q)]
+        a = crane_sim.acceleration(scene, q, v, law(0.0, tuple(q), tuple(v)))
+        ahead, behind = (law.lyapunov(0.0, tuple(q + s * v), tuple(v + s * a))[0] for s in (h, -h))
+        _, rate = law.lyapunov(0.0, tuple(q), tuple(v))
+        # V of some 100 J: rounding 1e-14 / h, and h² of its third derivative
+        assert (ahead - behind) / (2.0 * h) == pytest.approx(rate, rel=1e-7, abs=1e-7)
+        assert rate < -law.kd * v[0] ** 2
+
+
+@pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
+def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any]) -> None:
+    """Under the law the crane accelerates as one with the light trolley does under springs and dampers alone."""
+    scene, light = scene_of(**groups), scene_of(mass=2.5, **groups)
+    law: Any = scene.law
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        q, v = np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]), rng.normal(0, 1, 3)
+        v = v[: len(q)]
+        demanded = law(0.0, tuple(q), tuple(v))
+        push = law.kp * (3.0 - q[0]) - law.kd * v[0]
+        found = crane_sim.acceleration(scene, q, v, demanded)
+        assert np.allclose(found, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
+        springs = [0.5 * law.kp * (3.0 - q[0]) ** 2]
+        springs += [0.5 * law.rope.kp * (1.5 - q[1]) ** 2 + 10.0 * G * q[1] if groups else 10.0 * G * 2.0]
+        assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
+
+
+def test_the_default_gains_put_all_poles_on_one_spot() -> None:
+    """Linearised at the target, trolley and swing have four poles at minus the pendulum's frequency."""
+    scene = scene_of()
+    law: Any = scene.law
+    q = np.array([3.0, 0.0])
+    a, b = linearised(scene, q, np.zeros(1))
+    steps = 1e-5 * np.eye(4)
+    gain = [(law(0, q + d[:2], d[2:])[0] - law(0, q - d[:2], -d[2:])[0]) / 2e-5 for d in steps]
+    omega = sqrt(G / 2.0)
+    # coefficients, since a fourfold pole moves by the fourth root of an error; differences are good to 1e-9
+    assert np.poly(a + b @ np.array([gain])) == pytest.approx(np.poly([-omega] * 4), rel=1e-7)
+
+
+def cart_pendulum() -> tuple[np.ndarray, np.ndarray]:
+    """Return A, B of (trolley, swing, rates): M x'' = F + m g a, l a'' = -x'' - g a."""
+    heavy, m, length = 20.0, 10.0, 2.0
+    a, b = np.zeros((4, 4)), np.zeros((4, 1))
+    a[:2, 2:] = np.eye(2)
+    a[2, 1], a[3, 1] = m * G / heavy, -(heavy + m) * G / (heavy * length)
+    b[2:, 0] = 1.0 / heavy, -1.0 / (heavy * length)
+    return a, b
+
+
+@pytest.mark.parametrize("period", [None, 0.05], ids=["continuous", "sampled"])
+def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) -> None:
+    """LQR's poles are the stable eigenvalues of the Hamiltonian matrix, or pencil, of hand-written matrices."""
+    q, r = np.diag([25.0, 400.0, 30.0, 90.0]), 0.002
+    scene = scene_of(control={"law": "lqr", "q": np.diag(q).tolist(), "r": [r]})
+    nominal = replace(scene, sampled=period is not None, period=period or 0.01)
+    law = lqr.build({"q": np.diag(q).tolist(), "r": [r]}, nominal)
+    a, b = cart_pendulum()
+    eye, nil = np.eye(4), np.zeros((4, 4))
+    if period is None:
+        expected = eigvals(np.block([[a, -b @ b.T / r], [-q, -a.T]]))
+        expected = expected[expected.real < 0.0]
+    else:
+        flow = expm(period * np.block([[a, b], [np.zeros((1, 5))]]))
+        a, b = flow[:4, :4], flow[:4, 4:]
+        expected = eig(np.block([[a, nil], [-q, eye]]), np.block([[eye, b @ b.T / r], [nil, a.T]]), right=False)
+        expected = expected[np.abs(expected) < 1.0]
+    # the law's matrices are differences, good to 1e-9; Riccati equations lose two or three digits more
+    assert np.sort_complex(law.poles) == pytest.approx(np.sort_complex(expected), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_lqr_holds_any_target() -> None:
+    """The weights of the knuckle paper bring the knuckle crane to its target in the times found elsewhere."""
+    weights = [25, 400, 450, 200, 1, 1, 1, 1, 1, 1, 120, 120]
+    control = {"law": "lqr", "period": "continuous", "q": weights, "r": [0.1, 0.1, 0.1, 1.0]}
+    run = simulate(crane_sim.load_scene("knuckle_setpoint", {"control": control}))
+    assert run.summary["peak_swing_deg"] < 10.0
+    expected = {"slew": 19.4, "boom": 7.5, "jib": 8.2, "rope": 3.1}
+    assert run.summary["settling_time"] == pytest.approx(expected, abs=0.06)  # given with one digit
+    assert abs(np.array(run.q[-1, :4]) - run.scene.reference).max() < 1e-2
+
+
+@pytest.mark.parametrize("law", ["energy", "lqr"])
+@pytest.mark.parametrize("links", [1, 2, pytest.param(10, marks=pytest.mark.slow)])
+def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> None:
+    """With one, two and ten links the payload arrives and stays, and what is left are waves of the cable alone."""
+    run = simulate(scene_of(links, control={"law": law, "period": 0.01}))
+    late = run.t > 15.0
+    # nine nodes of 0.1 kg on 10 kg, undamped: their waves of 0.1 rad and more move the payload by 1e-3 of that
+    assert np.abs(run.payload[late, 0] - 3.0).max() < (1e-4 if links == 1 else 2e-3)
+    assert run.summary["settling_time"]["trolley"] < 6.0
+    assert run.summary["min_rope_tension"] > 0.0
+    k = 100  # the compiled loop and a call from Python are the same function
+    assert run.scene.law is not None
+    assert run.scene.law(run.t[k], tuple(run.q[k]), tuple(run.v[k])) == tuple(run.u[k])
+
+
+def test_the_first_link_alone_misleads_lqr() -> None:
+    """Fed with the first link's angle instead of the mean, LQR drives the waves of a cable with a heavy payload."""
+    cable = {"lengths": [1.0, 1.0], "node_masses": [0.1, 100.0]}
+    scene = scene_of(2, mass=5.0, cable=cable, control={"law": "lqr", "period": 0.01}, reference={"q": [0.5]})
+    law: Any = scene.law
+    seeing = simulate(scene, duration=3.0)
+    misled = simulate(scene, lambda t, q, v: law(t, (q[0], q[1]), (v[0], v[1])), duration=3.0)
+    bent = [np.abs(np.diff(run.q[-100:, 1:])).max() for run in (seeing, misled)]
+    assert bent[1] > 10.0 * bent[0]  # linearised they grow by exp(2.7 t) and fall by exp(-0.015 t)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "overhead_energy",
+        "overhead_lqr",
+        pytest.param("overhead_lqr_chain", marks=pytest.mark.slow),
+        "overhead_hoist_energy",
+    ],
+)
+def test_the_catalogue_reaches_its_targets(name: str) -> None:
+    """Every scene with a law ends on its target with the payload hanging still."""
+    run = simulate(name)
+    ten = name.endswith("chain")  # undamped waves of the cable remain, see above
+    assert max(map(abs, run.summary["final_error"].values())) < (1e-3 if ten else 1e-6)
+    assert run.summary["residual_swing_deg"] < (0.05 if ten else 1e-3)
+
+
+LQR = {"law": "lqr"}
+FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5.0}, "reference": {"q": [1.5]}}
+
+
+@pytest.mark.parametrize(
+    ("groups", "line"),
+    [
+        ({**FIXED, "control": LQR}, "a motion of 2.56 rad/s about the target stays: no effort damps it"),
+        ({"gravity": 0.0, "control": LQR}, "a motion of 0 rad/s about the target stays: no effort damps it"),
+        ({"control": LQR | {"q": [0.0] * 4}}, "no effort damps it, or no weight asks for it"),
+        ({**HOIST, "reference": {"q": [3.0, 0.0]}, "control": LQR}, "no efforts hold the crane at rest there"),
+        ({"trolley": {"drive": "fixed"}, "reference": {"q": []}, "control": LQR}, "actuated are ()"),
+        ({"reference": None, "control": LQR}, "LQR needs a target"),
+        ({"control": LQR | {"q": [1.0, 1.0]}}, "control.q: has 2 weights, 4 are needed"),
+        ({"control": LQR | {"r": [1.0, 1.0]}}, "control.r: has 2 weights, 1 are needed"),
+        ({"control": LQR | {"r": [0.0]}}, "control.r[0] = 0.0: must be greater than 0"),
+        ({"reference": None}, "the energy law needs a target"),
+        ({"gravity": 0.0}, "gravity = 0.0"),
+        (FIXED, "the energy law drives both by force"),
+        ({**HOIST, "reference": {"q": [3.0, -1.0]}}, "reference.q[1] = -1.0: must be greater than 0"),
+        ({**HOIST, "control": SAMPLED | {"kp": [1.0]}}, "control.kp: has 1 values, 2 joints are actuated"),
+        ({"control": SAMPLED | {"apparent_mass": 0.0}}, "control.apparent_mass = 0.0: must be greater than 0"),
+        (
+            {"cable": {"lengths": [1.0, 1.0], "node_masses": [1.0, 9.0]}, "initial": {"angles": [0, 0]}},
+            "the energy law believes in one rigid link",
+        ),
+    ],
+    ids=lambda case: str(case)[:40],
+)
+def test_what_a_law_cannot_do_is_refused_in_one_line(groups: dict[str, Any], line: str) -> None:
+    """Targets that cannot be held or reached, and settings that do not fit, name their culprit in one line."""
+    with pytest.raises(crane_sim.SceneError) as caught:
+        scene_of(**groups)
+    assert line in str(caught.value) and "\n" not in str(caught.value)

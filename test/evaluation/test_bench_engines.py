@@ -1,0 +1,184 @@
+"""The multibody engines of the benchmark: the model that each is given is the crane that is meant."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from crane_sim.evaluation.bench.engine import Engine, Missing, Outcome, Run
+from crane_sim.evaluation.bench.peers import mujoco_engine, pinocchio_engine
+from crane_sim.evaluation.bench.peers.drake_engine import Drake
+from crane_sim.evaluation.bench.peers.joints import centre, fastest, joints, steps, tension
+from crane_sim.evaluation.bench.peers.mujoco_engine import MuJoCo
+from crane_sim.evaluation.bench.peers.pinocchio_engine import Pinocchio
+from crane_sim.evaluation.bench.problem import Boom, Chain, KnuckleCrane, Problem, Spring
+from crane_sim.evaluation.reproduce.hardcases import references
+from crane_sim.integrators import dop853, rk4
+
+SWING = Chain(5.0, np.array([10.0]), np.array([2.0]), np.radians([60.0]), 9.81, 10.0)
+TEN = Chain(5.0, np.array([*[0.1] * 9, 100.0]), np.full(10, 0.2), np.radians([30.0] * 10), 9.81, 5.0)
+SPRING = Spring(5.0, 10.0, 2.0, 1e6, np.array([2.0 * np.sin(np.pi / 3), -1.0]), 9.81, 10.0)
+KNUCKLE = KnuckleCrane(
+    tower=10.0,
+    boom=Boom(5.0, 2.0, 50.0 / 12.0, 0.01),
+    jib=Boom(4.0, 3.0, 4.0, 0.01),
+    payload=1.0,
+    stiffness=(2000.0, 1000.0, 200.0),
+    rest=(np.pi / 4, -np.pi / 3, 2.0),
+    q=np.radians([0.0, 45.0, -15.0]),
+    # a rope of 2 m below the tip, 20 degrees outwards and 30 sideways
+    start=np.array(
+        [
+            5.0 * np.cos(np.pi / 4) + 4.0 * np.cos(np.pi / 12) + 2.0 * np.sin(np.radians(20.0)),
+            2.0 * np.sin(np.pi / 6) * np.cos(np.radians(20.0)),
+            5.0 * np.sin(np.pi / 4) - 4.0 * np.sin(np.pi / 12) - 2.0 * np.cos(np.pi / 6) * np.cos(np.radians(20.0)),
+        ]
+    ),
+    gravity=9.81,
+    duration=10.0,
+)
+PROBLEMS = {"overhead_swing": SWING, "knuckle_springs": KNUCKLE, "overhead_chain": TEN, "overhead_spring": SPRING}
+# engine, method, its order, scene, and a step [s] from which on the order shows
+ORDERS = [
+    (MuJoCo, "RK4", 4, "overhead_swing", 0.01),
+    (MuJoCo, "RK4", 4, "knuckle_springs", 6e-3),
+    (MuJoCo, "RK4", 4, "overhead_chain", 1e-3),
+    (Pinocchio, "aba, rk4", 4, "overhead_swing", 0.01),
+    (Pinocchio, "aba, rk4", 4, "overhead_chain", 1e-3),
+    (Pinocchio, "aba, rk8", 8, "overhead_swing", 0.06),
+    (Pinocchio, "aba, rk8", 8, "knuckle_springs", 0.06),
+    (Drake, "runge_kutta3, fixed step", 3, "overhead_swing", 4e-3),
+    (Drake, "runge_kutta5, fixed step", 5, "overhead_swing", 0.02),
+    (Drake, "runge_kutta5, fixed step", 5, "knuckle_springs", 9e-3),
+    (Drake, "runge_kutta5, fixed step", 5, "overhead_chain", 7e-4),
+]
+STIFF = [(MuJoCo, "RK4", 2.5e-4), (Pinocchio, "aba, rk8", 2e-3), (Drake, "runge_kutta5, fixed step", 6e-4)]
+CONTROLLED = ["runge_kutta3, error control", "runge_kutta5, error control", "radau3, error control"]
+
+
+def engine(kind: type[Engine]) -> Engine:
+    """Return the engine; skip the test where it is not installed."""
+    try:
+        return kind()
+    except Missing as why:
+        pytest.skip(str(why))
+
+
+def near(found: Engine, problem: Problem, method: str, setting: float) -> Run:
+    """Return the run of a method with the setting nearest to this one."""
+    runs = [run for run in found.runs(problem) if run.method == method]
+    return min(runs, key=lambda run: abs(np.log(run.setting / setting)))
+
+
+def error(name: str, outcome: Outcome) -> float:
+    """Return how far [m] the payload is from where it ends in extended precision."""
+    return float(np.linalg.norm(outcome.payload - references()[name]["nodes"][-1][-1]))
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_joints_start_where_the_crane_does(name: str) -> None:
+    """The row of joints that all engines get puts the payload where the problem says, at rest length where it does."""
+    problem = PROBLEMS[name]
+    row = joints(problem)
+    q = np.array([joint.start for joint in row])
+    if isinstance(problem, Chain):
+        angles, lengths = problem.angles, problem.lengths
+        expected = np.array([lengths @ np.sin(angles), 0.0, -lengths @ np.cos(angles)])
+    else:
+        expected = problem.start if isinstance(problem, KnuckleCrane) else problem.start[[0, 0, 1]] * (1.0, 0.0, 1.0)
+        assert tension(row, q) == pytest.approx(0.0, abs=1e-8)  # 1e6 N/m on a rounding error
+    assert centre(row, q) == pytest.approx(expected, abs=1e-14)
+
+
+def test_the_joints_turn_and_slide_in_space() -> None:
+    """The payload of a slewed knuckle crane turns with the tower, also in coordinates where nothing is zero."""
+    turn = 0.7
+    spin = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+    slewed = KNUCKLE._replace(q=KNUCKLE.q + [turn, 0.0, 0.0], start=spin @ KNUCKLE.start)
+    rows = joints(KNUCKLE), joints(slewed)
+    starts = [np.array([joint.start for joint in row]) for row in rows]
+    assert starts[1] - starts[0] == pytest.approx([turn, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-14)
+    assert centre(rows[1], starts[1]) == pytest.approx(spin @ KNUCKLE.start, abs=1e-14)
+
+
+def test_steps_fit_the_fastest_motion() -> None:
+    """The steps of a sweep fill the duration and begin where the crane's frequency says: that of two bodies' swing."""
+    assert fastest(SWING) == pytest.approx(np.sqrt(9.81 / 2.0 * (1.0 + 10.0 / 5.0)), rel=1e-12)
+    assert fastest(SPRING) == pytest.approx(np.sqrt(1e6 * (1.0 / 5.0 + 1.0 / 10.0)), rel=1e-12)
+    found = steps(TEN, 2.0, 0.02)
+    assert found[0] * fastest(TEN) == pytest.approx(2.0, rel=1e-2)  # rounded to a whole number of steps, 1096
+    counts = TEN.duration / np.array(found)
+    assert counts == pytest.approx(np.round(counts), abs=1e-6) and len(counts) == 13
+
+
+@pytest.mark.parametrize(("kind", "method", "order", "name", "step"), ORDERS)
+def test_errors_fall_with_the_order_of_the_method(
+    kind: type[Engine], method: str, order: int, name: str, step: float
+) -> None:
+    """The engine computes the very motion of the scene: it ends at the reference, the nearer the smaller the step."""
+    found = engine(kind)
+    runs = [near(found, PROBLEMS[name], method, setting) for setting in (step, 0.5 * step)]
+    errors = [error(name, run.go(1)) for run in runs]
+    # all converge faster than this here, by at least a tenth
+    assert np.log(errors[0] / errors[1]) / np.log(runs[0].setting / runs[1].setting) > order - 0.5
+    assert errors[1] < 1e-5  # the worst, of order 3, reaches 5e-6; a wrong model is off by centimetres
+
+
+@pytest.mark.parametrize(("kind", "method", "step"), STIFF)
+def test_the_spring_pulls_as_it_should(kind: type[Engine], method: str, step: float) -> None:
+    """Position and tension of the stiff spring's payload both meet the reference, and a run repeats itself exactly."""
+    run = near(engine(kind), SPRING, method, step)
+    outcome = run.go(1)
+    assert error("overhead_spring", outcome) < 3e-7  # at these steps the worst one is 9e-8
+    exact = references()["overhead_spring"]["tension"][-1][-1]
+    assert outcome.tension == pytest.approx(exact, abs=0.3)  # N of 383: 1e6 N/m on the position error, as above
+    assert np.array_equal(run.go(2).payload, outcome.payload)
+
+
+@pytest.mark.parametrize("method", CONTROLLED)
+def test_error_control_repeats_itself(method: str) -> None:
+    """Drake with error control forgets the run before, and meets the reference at a tight accuracy."""
+    run = near(engine(Drake), SWING, method, 1e-7)
+    first = run.go(1)
+    assert np.array_equal(run.go(2).payload, first.payload)
+    assert error("overhead_swing", first) < 1e-3  # its order 5 keeps 2e-4 at this accuracy, the others 4e-7
+
+
+def test_a_run_that_fails_leaves_nothing_behind() -> None:
+    """A step far too long ends in no number, and the next run with the same engine is right all the same."""
+    for kind, method in ((MuJoCo, "RK4"), (Pinocchio, "aba, rk4")):
+        found = engine(kind)
+        runs = [run for run in found.runs(TEN) if run.method == method]
+        assert not np.isfinite(runs[0].go(1).payload).all()
+        good = min(runs, key=lambda run: abs(np.log(run.setting / 1e-3)))
+        assert error("overhead_chain", good.go(1)) < 1e-5  # 1e-6 at this step
+
+
+def test_a_batch_ends_where_single_runs_do() -> None:
+    """Each crane of MuJoCo's batch ends where a run of its own ends, from its own start."""
+    run = near(engine(MuJoCo), SWING, "RK4", 0.01)
+    ends, seconds = mujoco_engine.batch(SWING, 3, run.setting, 2)
+    assert ends == pytest.approx(np.tile(run.go(1).payload, (3, 1)), abs=1e-12) and seconds > 0.0
+    starts = np.array([[0.0, -1.0], [0.0, 0.5]])
+    ends, _ = mujoco_engine.batch(SWING, starts, run.setting, 1)
+    mirrored = SWING._replace(angles=np.array([-0.5]))
+    assert ends[1] == pytest.approx(near(engine(MuJoCo), mirrored, "RK4", 0.01).go(1).payload, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", [MuJoCo, Pinocchio, Drake])
+def test_an_engine_that_is_not_there_says_so(kind: type[Engine], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its package an engine is missing, and says which in one line."""
+    for name in ("mujoco", "pydrake", "pydrake.systems.analysis"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(pinocchio_engine, "find_spec", lambda name: None)
+    with pytest.raises(Missing, match=f"(?i){kind.name}.* is not installed") as said:
+        kind()
+    assert "\n" not in str(said.value)
+
+
+def test_the_c_loop_takes_the_tableaus_of_the_simulator() -> None:
+    """The generated header holds all coefficients of both methods, in full."""
+    text = pinocchio_engine.tableaus()
+    for row in (*dop853.A, dop853.B, *rk4.A, rk4.B):
+        assert all(repr(value) in text for value in row if value is not None)
+    assert "a[12][12]" in text and "a[4][4]" in text

@@ -1,0 +1,79 @@
+"""The pages in docs are what their commands write: each says by which, and has the rows that this command has."""
+
+from pathlib import Path
+
+import pytest
+from command_line import crane
+
+from crane_sim.cli.commands import app
+from crane_sim.cli.report import WITHOUT_ROS
+from crane_sim.evaluation.bench.page import page as performance
+from crane_sim.evaluation.bench.store import stored
+from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
+from crane_sim.ros.plant_node import PARAMETERS
+from crane_sim.simulation.rollout import simulate
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def text(name: str) -> str:
+    """Return a page."""
+    return (DOCS / f"{name}.md").read_text()
+
+
+def test_every_page_is_known() -> None:
+    """Each page in the folder is one that a command writes, or one of those that people write."""
+    assert {file.stem for file in DOCS.glob("*.md")} == {*PAGES, *HAND_WRITTEN}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_says_which_command_writes_it(name: str) -> None:
+    """The first lines of a page name its command as `crane docs` does."""
+    assert f"\n\nWritten by `crane {PAGES[name].command}`" in text(name)[:200]
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_has_the_rows_of_its_command(name: str) -> None:
+    """What the rows of a page are called is what its command would call them now, no case more or less."""
+    page = PAGES[name]
+    assert sorted(page.found(text(name))) == sorted(page.expected()), f"out of date: ./crane {page.command}"
+
+
+def test_the_benchmarks_page_is_written_from_its_data() -> None:
+    """The page of the benchmark is, to the last letter, what its command makes of the data beside it."""
+    assert text("performance") == performance(stored(DOCS))
+
+
+def test_commands_and_their_options_are_described() -> None:
+    """The page of the commands has a row for each of them, and one for each option of `crane run`."""
+    page = text("commands")
+    assert {name for name in app.commands if f"\n| `./crane {name}" not in page} == set()
+    options = {name for option in app.commands["run"].params for name in option.opts if name.startswith("--")}
+    assert {name for name in options if f"`{name}" not in page} == set()
+
+
+def test_figures_are_described() -> None:
+    """The page of the summary has each figure of a run, over ROS or not."""
+    found = simulate("overhead_energy", duration=0.1).summary.keys() | WITHOUT_ROS.keys()
+    assert {name for name in found if f"`{name}`" not in text("summary")} == set()
+
+
+def test_parameters_are_described() -> None:
+    """The page on ROS has each parameter of the plant."""
+    assert {name for name in PARAMETERS if f"`{name}`" not in text("ros")} == set()
+
+
+def test_rows_are_read_from_pages() -> None:
+    """Names of rows are found in Markdown: several cells, heads and rules left out; laws that do not apply as well."""
+    table = "| a | b |\n|---|---|\n| one | 1 |\n| two | 2 |\n| one | 3 |\n"
+    assert first_cells(1, table) == ["one", "two", "one"] and first_cells(2, table) == ["one, 1", "two, 2", "one, 3"]
+    league = "## Boom\n\n| law | trial | x |\n|---|---|---|\n| pd | sea: not controlled | 1 |\n\n## Does not apply\n\n"
+    assert trials_in(league + "- boom, lqr, gust: why: so\n") == ["boom, pd, sea", "boom, lqr, gust"]
+
+
+def test_the_command_lists_pages_and_refuses_others() -> None:
+    """`crane docs` lists each page with its command, and a page that no command writes is bad input."""
+    listed, refused = crane("docs"), crane("docs", "profiling")
+    assert listed.returncode == 0 and refused.returncode == 2
+    assert all(f"crane {page.command}" in listed.stdout for page in PAGES.values())
+    assert "unknown page 'profiling'" in refused.stderr

@@ -1,0 +1,13 @@
+"""How long fuzzing takes."""
+
+from typing import Any
+
+from hypothesis import HealthCheck
+
+CHECKS: dict[str, Any] = {"deadline": None, "report_multiple_bugs": False, "suppress_health_check": list(HealthCheck)}
+
+
+QUICK = CHECKS | {"max_examples": 100, "derandomize": True}
+
+
+LONG = CHECKS | {"max_examples": 10_000, "print_blob": True, "database": None}

@@ -1,0 +1,37 @@
+"""A small crane with hardware, which tests of sensors, actuators and faults share: its code is compiled once."""
+
+from math import cos
+from typing import Any
+
+import numpy as np
+
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.plant import Plant
+
+PERIOD = 0.01  # s, of a scene without a law
+MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}  # kg; without a time it waits for an order
+ROD: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": 2.0,
+    "trolley": {"mass": 10.0},
+    "cable": {"lengths": 2.0, "node_masses": 5.0},
+    "initial": {"angles": 0.3, "v": 0.5},
+    "integrator": {"method": "rk4", "step": 0.005},
+}
+"""A trolley with a payload: joints trolley and swing_1."""
+
+
+def rod(**groups: Any) -> Scene:
+    """Return the scene with further groups, and a fault that changes its payload when it is told to."""
+    return load_scene(ROD | groups | {"faults": {"never": MASS} | groups.get("faults", {})})
+
+
+def history(scene: Scene, periods: int, demand: Any = lambda t: 5.0 * cos(3.0 * t)) -> tuple[Any, Any, Any]:
+    """Return (true, shown, applied) of every period: coordinates (K, 4) and efforts (K,) under given demands."""
+    plant, true, shown, applied = Plant(scene), [], [], []
+    for _ in range(periods):
+        true.append((*plant.q, *plant.v))
+        shown.append((*plant.seen[0], *plant.seen[1]))
+        plant.advance((demand(plant.t),))
+        applied.append(plant.applied[0])
+    return np.array(true), np.array(shown), np.array(applied)

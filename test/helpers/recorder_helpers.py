@@ -1,0 +1,30 @@
+"""What feeds a recorder without ROS, and a disk that is full."""
+
+from crane_sim import load_scene
+from crane_sim.recording.rerun.recorder import Recorder
+from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.writer import RecordingError
+from crane_sim.simulation.plant import Plant
+
+PERIOD = 10_000_000  # ns
+SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
+
+
+def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
+    """Let the plant make steps and tell the recorder of those behind step `after`."""
+    plant = Plant(SCENE)
+    for k in range(1, steps + 1):
+        q, v = plant.q, plant.v
+        assert SCENE.law is not None
+        demanded = SCENE.law(plant.t, q, v)
+        plant.advance(demanded)
+        if k <= after:
+            continue
+        recorder.state(k * PERIOD, q, v)
+        recorder.command(k * PERIOD, demanded)
+        recorder.effort(k * PERIOD, plant.applied)
+
+
+def full(session: Session, rows: object) -> None:
+    """Write to a disk that is full."""
+    raise RecordingError("the disk is full")

@@ -1,0 +1,111 @@
+"""Looking for events: what a step is asked at, what that costs, and that a short stay beyond a guard is seen."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import system
+from crane_sim.integrators import STOPPED, reach, record, start
+from crane_sim.integrators.dop853 import RK8
+from crane_sim.integrators.events import LOOKS
+from crane_sim.numerics.jit import entry
+from crane_sim.simulation.rollout import simulate
+
+STEP = 2.0  # s
+
+
+class Throw(NamedTuple):
+    """z'' = -1 below a ceiling that ends the run; state (z, z')."""
+
+    ceiling: float
+    forced: float  # 1: the guard is said to need an evaluation of its own, and all of the state
+
+
+class ThrowArray(NamedTuple):
+    """The same with an array as state."""
+
+    ceiling: float
+    forced: float
+
+
+@system.rhs.register(Throw)
+def _(p, t, x, u):
+    return x[1], -1.0
+
+
+@system.fill.register(ThrowArray)
+def _(p, t, x, u, out, work):
+    out[0], out[1] = x[1], -1.0
+
+
+@system.switching.register(Throw)
+@system.switching.register(ThrowArray)
+def _(p):
+    return system.Switching(10, 0 if p.forced > 0.0 else 1)
+
+
+@system.guard.register(Throw)
+@system.guard.register(ThrowArray)
+def _(p, t, x, u, work):
+    return p.ceiling - x[0], 3, int(p.forced)
+
+
+@system.switched.register(Throw)
+@system.switched.register(ThrowArray)
+def _(p, t, x, u, which):
+    return x, which, False
+
+
+@entry
+def thrown(p, x, end):
+    """Return the flow from (0, x) to `end`, or to the ceiling."""
+    return reach(RK8(STEP), p, (), start(p, 0.0, x, record(system.switching(p))), end, end)
+
+
+def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:
+    """Return models and states of a throw from 0 with velocity v."""
+    return [(Throw(ceiling, forced), (0.0, v)), (ThrowArray(ceiling, forced), np.array([0.0, v]))]
+
+
+@pytest.mark.parametrize("forced", [0.0, 1.0])
+@pytest.mark.parametrize("top", np.linspace(0.3, 1.7, 8))
+def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
+    """A guard that is negative for little more than 1 / LOOKS of a step, and not at its ends, ends the run on time."""
+    half = 0.51 * STEP / LOOKS
+    for p, x in cases(0.5 * top**2 - 0.5 * half**2, forced, top):
+        flow = thrown(p, x, STEP)
+        assert flow.status == STOPPED + 3 and flow.seen.total == 1
+        assert flow.t == pytest.approx(top - half, abs=1e-13)  # the method is exact for a parabola
+
+
+@pytest.mark.parametrize(("forced", "each"), [(0.0, 12), (1.0, 12 + 2 + LOOKS)])
+def test_what_looking_costs_is_counted(forced: float, each: int) -> None:
+    """Guards of positions alone cost no evaluation; others cost both ends' derivatives and what each of them takes."""
+    for p, x in cases(1.0, forced, 1.0):
+        flow = thrown(p, x, 5 * STEP)
+        assert (flow.steps, flow.evaluations) == (5, 5 * each)
+
+
+def test_a_guard_that_is_only_touched_does_not_fail() -> None:
+    """A ceiling just above the highest point does not end the run."""
+    for p, x in cases(0.5 + 1e-12, 0.0, 1.0):  # above rounding, far below what any look between could tell apart
+        assert thrown(p, x, STEP).t == STEP
+
+
+@pytest.mark.parametrize(
+    ("groups", "each"),
+    [
+        ({"trolley.limits": [-100.0, 100.0]}, 12),
+        ({"friction": {"trolley": {"coulomb": 10.0, "static": 1e4}}}, 12 + 2 + LOOKS),
+        ({"cable.slack": "stop"}, 12 + 2 + LOOKS),
+    ],
+    ids=["limits", "sticking", "slack"],
+)
+def test_only_guards_of_forces_solve_for_them(groups: dict[str, Any], each: int) -> None:
+    """A crane that travel limits alone can stop costs no evaluation more per step than one that nothing can."""
+    changes = {"duration": 0.5, "integrator": {"method": "rk8", "step": 0.05}}
+    stats = simulate(crane_sim.load_scene("overhead_swing", changes | groups)).stats
+    at_start = int(each > 12)  # where guards are asked before the first step
+    assert stats["steps"] > 0 and stats["rhs_evaluations"] == stats["steps"] * each + at_start

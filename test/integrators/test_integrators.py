@@ -1,0 +1,207 @@
+"""Integrators: the coefficients' identities, the measured order, error control, stiffness and long horizons."""
+
+from math import cos, nan, pi, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from crane_sim import system
+from crane_sim.integrators import NOT_FINITE, OK, dop853, dopri5, gauss, reach, rk4, scratch, start, state_at, step
+from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.numerics.jit import entry
+
+
+class Oscillator(NamedTuple):
+    """x'' = -x + f sin(2 t), whose solution is known; f makes the equation depend on time."""
+
+    f: float
+
+
+class Fall(NamedTuple):
+    """x' = rate x: stiff for a large negative rate."""
+
+    rate: float
+
+
+class Explosion(NamedTuple):
+    """x' = x^2, infinite at t = 1 from x = 1."""
+
+    unused: float = 0.0
+
+
+@system.rhs.register(Oscillator)
+def _(p, t, x, u):
+    return x[1], -x[0] + p.f * sin(2.0 * t)
+
+
+@system.rhs.register(Fall)
+def _(p, t, x, u):
+    return (p.rate * x[0],)
+
+
+@system.rhs.register(Explosion)
+def _(p, t, x, u):
+    return (x[0] * x[0],)
+
+
+def exact(t: float, f: float) -> tuple[float, float]:
+    """Return the oscillator's solution from x = 1, x' = 0."""
+    b = 2.0 * f / 3.0
+    return cos(t) + b * sin(t) - f / 3.0 * sin(2.0 * t), -sin(t) + b * cos(t) - 2.0 * f / 3.0 * cos(2.0 * t)
+
+
+@entry
+def integrate(method, p, x, end):
+    """Return the flow from (0, x) to `end`."""
+    return reach(method, p, (), start(p, 0.0, x, None), end, end)
+
+
+@entry
+def one_step(method, p, x, t, h):
+    """Return one step of size h."""
+    return step(method, p, t, x, (), h, scratch(x, p))
+
+
+@entry
+def look_back(method, p, x, end, t):
+    """Return (state at a time within the last step, flow)."""
+    flow = reach(method, p, (), start(p, 0.0, x, None), end, 1e9)
+    return state_at(method, p, (), flow, t), flow
+
+
+def dense(rows: Any, n: int) -> np.ndarray:
+    """Return tableau rows with zeros for None, as a lower triangular (n, n) matrix."""
+    a = np.zeros((n, n))
+    for i, row in enumerate(rows, start=1):
+        a[i, : len(row)] = [0.0 if x is None else x for x in row]
+    return a
+
+
+@pytest.mark.parametrize(("tableau", "order"), [(rk4, 4), (dop853, 8), (dopri5, 5)], ids=["rk4", "dop853", "dopri5"])
+def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> None:
+    """Weights integrate polynomials up to the order, rows sum to their nodes, and tall trees vanish as they should."""
+    n = len(tableau.B)
+    a, c = dense(tableau.A, n), np.array([0.0, *tableau.C])
+    b = np.array([0.0 if x is None else x for x in tableau.B])
+    # the published digits carry 1e-16, magnified by entries up to 40
+    assert np.allclose(a.sum(axis=1), c, rtol=0, atol=1e-13)
+    for k in range(1, order + 1):
+        assert b @ c ** (k - 1) == pytest.approx(1.0 / k, abs=1e-14)
+    tall, factorial = np.ones(n), 1.0
+    for k in range(1, order + 1):
+        factorial *= k
+        assert b @ tall == pytest.approx(1.0 / factorial, abs=1e-13)
+        tall = a @ tall
+
+
+@pytest.mark.parametrize("weights", [dop853.E5, dop853.E3, dopri5.E], ids=["order 5", "order 3", "dopri5"])
+def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
+    """The error estimates are zero where every slope is the same, as differences of two quadratures are."""
+    assert sum(x for x in weights if x is not None) == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("method", "order", "sizes"),
+    [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss3, 6, (0.25, 0.125))],
+    ids=["rk4", "rk8", "gauss"],
+)
+def test_measured_order(method: Any, order: int, sizes: tuple[float, float]) -> None:
+    """Halving the step of a time-dependent problem divides the error by 2 to the order."""
+    p, end = Oscillator(0.7), 10.0
+    errors = [np.linalg.norm(np.subtract(integrate(method(h), p, (1.0, 0.0), end).x, exact(end, p.f))) for h in sizes]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
+def test_gauss_collocation_is_of_its_order() -> None:
+    """The nodes are those of Gauss' quadrature, the rows integrate polynomials up to degree 2 from 0 to their node."""
+    a, b, c = np.array(gauss.A), np.array(gauss.B), np.array(gauss.C)
+    for k in range(1, 7):
+        assert b @ c ** (k - 1) == pytest.approx(1.0 / k, abs=1e-15)
+    for k in range(1, 4):
+        assert np.allclose(a @ c ** (k - 1), c**k / k, rtol=0, atol=1e-15)
+
+
+def test_a_fixed_step_fills_the_way_evenly() -> None:
+    """A step that does not divide the period is shortened, and the end is met exactly."""
+    flow = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
+    assert (flow.t, flow.steps, flow.evaluations) == (1.0, 4, 16)
+
+
+@pytest.mark.parametrize("method", [DOP853, DOPRI5])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
+def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
+    """The global error stays within a small multiple of the tolerance that was asked for."""
+    flow = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
+    # local errors add up over about 20 time units; error per step is controlled, and the estimate is cautious
+    assert np.max(np.abs(np.subtract(flow.x, exact(20.0, 0.7)))) < 20.0 * rtol
+    assert flow.status == OK
+
+
+def test_evaluations_are_counted() -> None:
+    """An accepted step costs 12 evaluations, a rejected one 11 more, and the first step's choice 1."""
+    flow = integrate(DOP853(1e-8, 1e-8), Oscillator(0.7), (1.0, 0.0), 20.0)
+    assert flow.evaluations == 12 * flow.steps + 11 * flow.rejected + 1
+
+
+def test_a_stiff_problem_is_slow_but_right() -> None:
+    """Error control holds an explicit method stable on a fast decay instead of letting it explode."""
+    flow = integrate(DOP853(1e-6, 1e-9), Fall(-1e4), (1.0,), 1.0)
+    # the stability bound of the method on the negative axis is about 6: at least 1e4 / 6 steps
+    assert flow.status == OK and abs(flow.x[0]) < 1e-6 and flow.steps + flow.rejected > 1000
+
+
+def test_long_horizon() -> None:
+    """Energy of an oscillator drifts by less than rounding's share over 100 000 steps of order 8."""
+    flow = integrate(RK8(2.0 * pi / 60.0), Oscillator(0.0), (1.0, 0.0), 100_000 * 2.0 * pi / 60.0)
+    # order 8 at h = 0.1 loses h^8 1e-7 a step at worst; 1e5 roundings of 1e-16 add up to 1e-11 at most
+    assert flow.x[0] ** 2 + flow.x[1] ** 2 == pytest.approx(1.0, abs=1e-10)
+
+
+def test_reading_between_steps_changes_nothing() -> None:
+    """A state read within a step is as accurate as the steps, and leaves the integration as it is."""
+    p, method = Oscillator(0.7), DOP853(1e-10, 1e-12)
+    x, flow = look_back(method, p, (1.0, 0.0), 9.0, 9.0)
+    assert flow.t > 9.0  # steps follow the solution, not the instants of reading
+    assert np.allclose(x, exact(9.0, p.f), rtol=0, atol=2e-9)
+    assert look_back(method, p, (1.0, 0.0), 9.0, flow.t)[0] == flow.x
+
+
+@pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01)], ids=["dop853", "rk4"])
+def test_a_solution_that_ends_is_reported(method: Any) -> None:
+    """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
+    flow = integrate(method, Explosion(), (1.0,), 2.0)
+    assert flow.status != OK and flow.t < 1.5
+
+
+def test_a_state_that_is_not_finite_is_reported() -> None:
+    """An initial state that is not a number stops the integration at once."""
+    assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == NOT_FINITE
+
+
+@pytest.mark.parametrize(
+    "method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1)], ids=lambda m: type(m).__name__
+)
+def test_rest_stays_rest(method: Any) -> None:
+    """Every method leaves a state at rest exactly where it is."""
+    assert one_step(method, Fall(0.0), (2.0,), 0.0, 0.1) == (2.0,)
+
+
+class Broken(NamedTuple):
+    """x' = 1 until t = 0.5, not a number from then on."""
+
+    unused: float = 0.0
+
+
+@system.rhs.register(Broken)
+def _(p, t, x, u):
+    return (1.0 if t < 0.5 else nan,)
+
+
+def test_an_adaptive_step_is_no_good_when_it_is_not_a_number() -> None:
+    """Derivatives that turn into NaN in mid-run stop the adaptive method where they do."""
+    flow = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)
+    assert flow.status == NOT_FINITE and flow.t <= 0.5 and flow.x[0] == pytest.approx(flow.t)

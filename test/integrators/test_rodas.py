@@ -1,0 +1,182 @@
+"""The Rosenbrock method: its coefficients, order, stiffness, and the linear systems behind it."""
+
+from functools import cache
+from itertools import product
+from math import sin
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import system
+from crane_sim.integrators import OK, reach, rodas, scratch, start, state_at, step
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.integrators.runge_kutta import dense
+from crane_sim.numerics.jit import entry
+from crane_sim.numerics.linear_systems import add_band_product, factor_band, factor_dense, solve_band, solve_dense
+
+
+class Pendulum(NamedTuple):
+    """x'' = -sin x + f sin(2 t), and a third component that relaxes towards sin(2 t) at a rate."""
+
+    f: float
+    rate: float
+
+
+@system.fill.register(Pendulum)
+def _(p, t, x, u, out, work):
+    out[0], out[1], out[2] = x[1], p.f * sin(2.0 * t) - sin(x[0]), p.rate * (sin(2.0 * t) - x[2]) + x[0] * x[2]
+
+
+X0 = np.array([1.0, 0.0, 0.0])
+
+
+@entry
+def steps(method, p, x, n, h):
+    """Return the state after n steps of size h from t = 0."""
+    for i in range(n):
+        x = step(method, p, i * h, x, (), h, scratch(x, p))
+    return x
+
+
+@entry
+def integrate(method, p, x, end):
+    """Return the flow from (0, x) to `end`, and the state in the middle of its last step."""
+    flow = reach(method, p, (), start(p, 0.0, x, None), end, end)
+    return flow, state_at(method, p, (), flow, 0.5 * (flow.t0 + flow.t))
+
+
+Tree = tuple[Any, ...]
+
+
+@cache
+def trees(order: int) -> tuple[Tree, ...]:
+    """Return the rooted trees of an order, each as the sorted tuple of its branches."""
+    found = set()
+    for sizes in partitions(order - 1, order - 1):
+        found |= {tuple(sorted(branches)) for branches in product(*map(trees, sizes))}
+    return tuple(sorted(found))
+
+
+def partitions(total: int, largest: int) -> list[list[int]]:
+    """Return the ways to write a total as a sum of falling parts."""
+    if total == 0:
+        return [[]]
+    return [[part, *rest] for part in range(min(total, largest), 0, -1) for rest in partitions(total - part, part)]
+
+
+def density(tree: Tree) -> int:
+    """Return the product of the orders of a tree and of all its subtrees."""
+    return order_of(tree) * int(np.prod([density(branch) for branch in tree]))
+
+
+def order_of(tree: Tree) -> int:
+    """Return the number of nodes of a tree."""
+    return 1 + sum(map(order_of, tree))
+
+
+def weight(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+    """Return the elementary weights of the stages: a single branch meets the Jacobian, several do not."""
+    inner = beta if len(tree) == 1 else alpha
+    return np.prod([inner @ weight(branch, alpha, beta) for branch in tree] + [np.ones(len(alpha))], axis=0)
+
+
+def classical() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (alpha, gamma, and what turns weights of increments into those of stages) of the method."""
+    gamma = np.linalg.inv(np.eye(rodas.STAGES) / rodas.GAMMA - dense(rodas.C))
+    return dense(rodas.A) @ gamma, gamma, gamma
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
+def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
+    """The weights satisfy every condition up to order 5, those without the last increment up to order 4 only."""
+    alpha, gamma, back = classical()
+    b, last = np.array(rodas.B), np.eye(rodas.STAGES)[-1]
+    defects = [
+        [abs(row @ back @ weight(tree, alpha, alpha + gamma) - 1.0 / density(tree)) for tree in trees(order)]
+        for row in (b, b - last)
+    ]
+    assert len(trees(order)) == (1, 1, 2, 4, 9)[order - 1]
+    assert max(defects[0]) < 1e-13  # the digits given carry 1e-16, magnified by entries up to 100
+    assert max(defects[1]) < 1e-13 if order < 5 else max(defects[1]) > 1e-3
+
+
+def test_rows_sum_to_nodes_and_drifts() -> None:
+    """Stages lie where their rows say, and the derivative in time has the weights that it needs."""
+    alpha, gamma, _ = classical()
+    assert np.allclose(alpha.sum(axis=1), rodas.NODES, rtol=0, atol=1e-13)
+    assert np.allclose(gamma.sum(axis=1), rodas.DRIFTS, rtol=0, atol=1e-13)
+
+
+def test_measured_order() -> None:
+    """Halving the step of a nonlinear problem that depends on time divides the error by 2 to the fifth."""
+    p = Pendulum(0.7, 1.5)
+    exact = integrate(DOP853(1e-13, 1e-14), p, X0, 4.0)[0].x
+    errors = [np.linalg.norm(steps(Rodas(), p, X0, n, 4.0 / n) - exact) for n in (80, 160)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.1)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
+    """The global error stays within a small multiple of the tolerance, at the end and between steps."""
+    p = Pendulum(0.7, 1.5)
+    flow, middle = integrate(Rodas(rtol, rtol), p, X0, 10.0)
+    for t, x in ((10.0, flow.x), (0.5 * (flow.t0 + flow.t), middle)):
+        # errors per step add up over 10 time units
+        assert np.max(np.abs(x - integrate(DOP853(1e-12, 1e-13), p, X0, t)[0].x)) < 20.0 * rtol
+    assert flow.status == OK
+    assert flow.evaluations == 10 * flow.steps + 9 * flow.rejected + 1
+
+
+def test_a_stiff_component_costs_nothing() -> None:
+    """A rate of 1e8 leaves the number of steps what it is without, and the error within the tolerance."""
+    mild, stiff = (integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8))
+    assert stiff.status == OK and stiff.steps < 2 * mild.steps
+    assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)  # within 1e-8 of its target, errors of 1e-6 a step
+
+
+def test_a_fast_decay_ends_in_one_step() -> None:
+    """The method is L-stable: a step much longer than a decay ends where it goes, instead of overshooting."""
+    x = steps(Rodas(), Pendulum(0.0, 1e9), np.array([0.0, 0.0, 1.0]), 1, 0.5)
+    assert x[2] == pytest.approx(sin(1.0), abs=1e-7)  # the stability function falls like 1 / (rate h)
+
+
+@entry
+def dense_solution(a, b):
+    """Overwrite b with the solution of a full system."""
+    solve_dense(a, factor_dense(a), b)
+
+
+@entry
+def band_solution(a, x, b):
+    """Add the band's product with x to b, then overwrite b with the solution of the banded system."""
+    work = np.zeros(len(b) + 6)
+    add_band_product(a, x, 2.0, b, 3, work)
+    factor_band(a)
+    solve_band(a, b, 3, work)
+
+
+def test_linear_systems() -> None:
+    """Full systems with zeros on the diagonal and banded ones are solved as by a library."""
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(9, 9)), rng.normal(size=9)
+    a[0, 0] = a[4, 4] = 0.0
+    expected, x = np.linalg.solve(a, b), b.copy()
+    dense_solution(a.copy(), x)
+    assert np.allclose(x, expected, rtol=0, atol=1e-12)  # rounding times a condition of some 100
+    band, full, right = np.zeros((9, 7)), np.zeros((9, 9)), rng.normal(size=9)
+    for i, j in product(range(9), range(9)):
+        if abs(i - j) <= 3:
+            full[i, j] = band[i, 3 + j - i] = rng.normal() + 8.0 * (i == j)
+    expected = np.linalg.solve(full, right + 2.0 * full @ b)
+    band_solution(band, b, right)
+    assert np.allclose(right, expected, rtol=0, atol=1e-13)  # diagonally dominant: rounding alone
+
+
+def test_a_model_of_tuples_is_refused() -> None:
+    """A scene whose model keeps its state in tuples says in one line that this method is not for it."""
+    with pytest.raises(crane_sim.SceneError) as caught:
+        crane_sim.load_scene("knuckle_setpoint", {"integrator": {"method": "rodas"}})
+    assert "integrator.method = 'rodas'" in str(caught.value) and "\n" not in str(caught.value)

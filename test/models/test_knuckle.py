@@ -1,0 +1,225 @@
+"""The knuckle crane's equations against published states, a second derivation, and conservation laws."""
+
+import json
+from collections.abc import Callable
+from functools import cache
+from math import cos, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from comparison import relative
+
+import crane_sim
+from crane_sim import system
+from crane_sim.numerics.jit import entry
+from crane_sim.numerics.states import add_scaled
+from crane_sim.simulation.metrics import derived
+
+REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())
+
+
+GROUPS: dict[str, dict[str, Any]] = {
+    "plain": {},
+    "turning rods": {"boom.axial_inertia": 0.3, "jib.axial_inertia": 0.1},
+    "springs": {
+        "springs": {
+            "boom": {"stiffness": 200.0, "rest": 0.7},
+            "jib": {"stiffness": 100.0, "rest": -1.0, "relative": True},
+            "rope": {"stiffness": 20.0, "rest": 2.5},
+        }
+    },
+    "absolute jib spring": {"springs": {"jib": {"stiffness": 100.0, "rest": "-20 deg"}}},
+    "drag": {"payload_drag": {"coefficient": 0.3}},
+    "quadratic friction": {"swing_friction": {"model": "quadratic", "tangential": 0.3, "radial": 0.2}},
+    "linear friction": {"swing_friction": {"model": "linear", "tangential": 0.3, "radial": 0.2}},
+    "paper friction": {"swing_friction": {"model": "paper", "tangential": 0.3, "radial": 0.2}},
+}
+
+
+EQUATIONS = 1e-12  # relative: two derivations in doubles differ by rounding times the condition of the 6x6 matrix, ~1e3
+
+
+def scene_of(parameters: dict[str, float], changes: dict[str, Any] | None = None, **more: Any) -> crane_sim.Scene:
+    """Return a scene with the reference file's parameters."""
+    p = parameters
+    document = {
+        "crane": "knuckle",
+        "duration": 20.0,
+        "gravity": p["g"],
+        "boom": {"length": p["l_B"], "mass": p["m_B"], "inertia": p["I_B"]},
+        "jib": {"length": p["l_J"], "mass": p["m_J"], "inertia": p["I_J"]},
+        "tower": {"inertia": p["I_tot"]},
+        "payload": {"mass": p["m"]},
+        "initial": {"q": [0, 0.5, -0.2, 2.0, 0, 0]},
+    }
+    return crane_sim.load_scene(document | more, changes)
+
+
+@pytest.mark.parametrize("state", REFERENCE["random_states"], ids=range(len(REFERENCE["random_states"])))
+def test_accelerations_equal_forty_digit_ones(state: dict[str, Any]) -> None:
+    """Forward dynamics equal the published 40-digit accelerations, without losses, with friction and with drag."""
+    friction = {"model": "quadratic", "tangential": state["k1"], "radial": state["k2"]}
+    groups = {
+        "qdd": {},
+        "qdd_friction_mode2": {"swing_friction": friction},
+        "qdd_drag": {"payload_drag": {"coefficient": state["cdrag"]}},
+    }
+    for key, group in groups.items():
+        scene = scene_of(state["params"], **group)
+        found = crane_sim.acceleration(scene, state["q"], state["qd"], state["u"])
+        assert relative(found, state[key]) < EQUATIONS, key
+
+
+@cache
+def derivation() -> Callable[..., Any]:
+    """Return (M, bias, payload Jacobian) from T and U by sympy, with every group that has an energy."""
+    q = sp.symbols("a b c d t1 t2")
+    v = sp.symbols("a_ b_ c_ d_ t1_ t2_")
+    lb, mb, ib, xb, lj, mj, ij, xj, tower, m, g = p = sp.symbols("lb mb ib xb lj mj ij xj tower m g")
+    kb, rb, kj, rj, kr, rr, share = springs = sp.symbols("kb rb kj rj kr rr share")
+    a, b, c, d, t1, t2 = q
+    radial, across = sp.Matrix([sp.cos(a), sp.sin(a), 0]), sp.Matrix([-sp.sin(a), sp.cos(a), 0])
+    up = sp.Matrix([0, 0, 1])
+    boom, jib = sp.cos(b) * radial + sp.sin(b) * up, sp.cos(c) * radial + sp.sin(c) * up
+    rope = sp.sin(t2) * radial + sp.cos(t2) * sp.sin(t1) * across - sp.cos(t1) * sp.cos(t2) * up
+    payload = lb * boom + lj * jib + d * rope
+
+    def speed2(x: Any) -> Any:
+        return sum(r**2 for r in x.jacobian(q) * sp.Matrix(v))
+
+    def turning(transverse: Any, axial: Any, angle: Any) -> Any:
+        return (transverse * sp.cos(angle) ** 2 + axial * sp.sin(angle) ** 2) * v[0] ** 2
+
+    kinetic = mb * speed2(lb / 2 * boom) + mj * speed2(lb * boom + lj / 2 * jib) + m * speed2(payload)
+    kinetic += tower * v[0] ** 2 + ib * v[1] ** 2 + ij * v[2] ** 2
+    kinetic += sp.Symbol("rods") * (turning(ib, xb, b) + turning(ij, xj, c))
+    height = mb * lb / 2 * boom + mj * (lb * boom + lj / 2 * jib) + m * payload
+    stored = kb * (b - rb) ** 2 + kj * (c - share * b - rj) ** 2 + kr * (d - rr) ** 2
+    lagrangian = kinetic / 2 - g * height[2] - stored / 2
+    momentum = sp.Matrix([lagrangian.diff(x) for x in v])
+    bias = momentum.jacobian(q) * sp.Matrix(v) - sp.Matrix([lagrangian.diff(x) for x in q])
+    names = (*q, *v, *p, *springs, sp.Symbol("rods"))
+    return sp.lambdify(names, (momentum.jacobian(v), bias, payload.jacobian(q)), "numpy", cse=True)
+
+
+def second_derivation(scene: crane_sim.Scene, q: Any, v: Any, u: Any) -> np.ndarray:
+    """Return the accelerations that M, bias, friction and drag of the second derivation give."""
+    s, boom, jib = scene.model.support, scene.model.support.boom, scene.model.support.jib
+    rods = float(boom.axial_inertia is not None)
+    given = [boom.length, boom.mass, boom.inertia, boom.axial_inertia or 0.0]
+    given += [jib.length, jib.mass, jib.inertia, jib.axial_inertia or 0.0]
+    given += [s.tower.inertia, scene.model.load.mass, scene.model.gravity]
+    rope = getattr(scene.model.cable, "spring", None)
+    for spring in (s.boom_spring, s.jib_spring, rope):
+        given += [spring.stiffness, spring.rest] if spring else [0.0, 0.0]
+    given += [float(s.jib_spring.relative) if s.jib_spring else 0.0, rods]
+    mass, bias, jacobian = derivation()(*q, *v, *given)
+    force = np.array([*u, 0.0, 0.0]) - bias[:, 0]
+    if scene.model.drag:
+        velocity = jacobian @ v
+        force -= jacobian.T @ (scene.model.drag.coefficient * np.linalg.norm(velocity) * velocity)
+    if scene.model.swing_friction:
+        f = scene.model.swing_friction
+        lever = {"QuadraticFriction": np.abs(v[4:]), "LinearFriction": np.ones(2), "PaperFriction": np.abs(q[4:])}
+        force[4:] -= np.array([f.tangential * cos(q[5]) ** 2, f.radial]) * lever[type(f).__name__] * v[4:]
+    return np.linalg.solve(mass, force)
+
+
+def random_states(n: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return n random (q, v, u), the swing anywhere within 80 degrees."""
+    rng = np.random.default_rng(1)
+    low, high = np.array([-3, -1.2, -1.2, 0.5, -1.4, -1.4]), np.array([3, 1.2, 1.2, 4.0, 1.4, 1.4])
+    return [(rng.uniform(low, high), rng.normal(0, 1, 6), rng.normal(0, 50, 4)) for _ in range(n)]
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda name: name.replace(" ", "-"))
+def test_accelerations_equal_a_second_derivation(group: str) -> None:
+    """Forward dynamics equal the Lagrange equations that sympy derives from T and U, for every optional group."""
+    scene = scene_of(REFERENCE["random_states"][0]["params"], GROUPS[group])
+    for q, v, u in random_states(20):
+        assert relative(crane_sim.acceleration(scene, q, v, u), second_derivation(scene, q, v, u)) < EQUATIONS
+
+
+@entry
+def balance(p, q, v, u, h):
+    """Return (dE/dt by central differences along the motion, power) at a state."""
+    x = system.state(p, 0.0, q, v)
+    dx = system.rhs(p, 0.0, x, u)
+    ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
+    gained = (
+        system.kinetic(p, ahead) - system.kinetic(p, behind) + system.potential(p, ahead) - system.potential(p, behind)
+    )
+    return gained / (2.0 * h), system.power(p, 0.0, x, u)
+
+
+DRIVES = {"rate": {"rope": {"drive": "rate"}}, "lagging rate": {"rope": {"drive": "rate", "time_constant": 0.2}}}
+
+
+@pytest.mark.parametrize("group", [*GROUPS, *DRIVES, "locked"], ids=lambda name: name.replace(" ", "-"))
+def test_power_balance(group: str) -> None:
+    """The energy changes by the power of efforts, winch and losses and by nothing else, for every group and drive."""
+    changes = {**GROUPS, **DRIVES, "locked": {"rope": {"drive": "locked"}}}[group]
+    scene = scene_of(REFERENCE["random_states"][0]["params"], changes)
+    for q, v, u in random_states(10):
+        v[3] = 0.0 if group == "locked" else v[3]
+        change, power = balance(scene.model, tuple(q), tuple(v), tuple(u[: len(scene.actuated)]), 1e-5)
+        # central differences: truncation h^2 times a third derivative ~1e3 W/s^2, rounding 1e-16 E / h
+        assert change == pytest.approx(power, rel=1e-6, abs=1e-5)
+
+
+@pytest.mark.parametrize("drive", ["rate", "lagging rate", "locked"])
+def test_imposed_rope_motion_is_the_force_driven_one_at_that_tension(drive: str) -> None:
+    """A rope whose motion is imposed moves the crane exactly as a force-driven one pulled with the same tension."""
+    parameters = REFERENCE["random_states"][0]["params"]
+    free = scene_of(parameters)
+    scene = scene_of(parameters, {**DRIVES, "locked": {"rope": {"drive": "locked"}}}[drive])
+    for q, v, u in random_states(10):
+        v[3] = 0.0 if drive == "locked" else v[3]
+        u = u[: len(scene.actuated)]
+        tension = derived(scene, np.zeros(1), q[None], v[None], u[None]).tension[0]
+        found = crane_sim.acceleration(scene, q, v, u)
+        expected_rope = {"rate": u[-1], "lagging rate": (u[-1] - v[3]) / 0.2, "locked": 0.0}[drive]
+        # the tension is formed from terms up to 1e2 times the result
+        assert found[3] == pytest.approx(expected_rope, abs=1e-10)
+        assert relative(crane_sim.acceleration(free, q, v, [*u[:3], -tension]), found) < 1e-11
+
+
+def test_small_swings_have_the_pendulum_frequency() -> None:
+    """A payload below a crane too heavy to move swings with the frequency of a pendulum of the rope's length."""
+    heavy = {
+        "I_tot": 1e18,
+        "I_B": 1e18,
+        "I_J": 1e18,
+        "m_B": 1e-3,
+        "m_J": 1e-3,
+        "m": 1.0,
+        "l_B": 5.0,
+        "l_J": 4.0,
+        "g": 9.81,
+    }
+    scene = scene_of(heavy, rope={"drive": "locked"})
+    angle = 1e-5  # the frequency changes by angle^2 / 16
+    found = crane_sim.acceleration(scene, [0.3, 0.5, -0.2, 2.0, 0.0, angle], np.zeros(6), [0.0, 0.0, 0.0])
+    assert -found[5] / angle == pytest.approx(9.81 / 2.0, rel=1e-9)
+
+
+def test_energy_of_the_reference() -> None:
+    """`energy` equals the published total energy along a trajectory."""
+    for case in REFERENCE["trajectories"]:
+        scene = scene_of(case["params"])
+        for sample in case["samples"]:
+            assert crane_sim.energy(scene, sample["q"], sample["qd"]) == pytest.approx(
+                sample["E"], abs=1e-11
+            )  # rounding of ~1e2 J
+
+
+def test_angles_may_be_given_in_degrees() -> None:
+    """A scene with angles in degrees equals the one with the same angles in radians."""
+    plain = scene_of(REFERENCE["random_states"][0]["params"], {"initial.q": [0, radians(30), 0, 2, 0, 0]})
+    assert (
+        scene_of(REFERENCE["random_states"][0]["params"], {"initial.q": [0, "30 deg", 0, 2, 0, 0]}).initial_q
+        == plain.initial_q
+    )

@@ -1,0 +1,164 @@
+"""The elastic cable: references, slack links, energy, vibrations, the rigid limit."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import system
+from crane_sim.integrators import reach, record, settled, start, state_at
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.models.energy_meter import Meter
+from crane_sim.numerics.jit import entry
+from crane_sim.simulation.rollout import simulate
+
+DATA = Path(__file__).parents[1] / "data"
+CHAIN = json.loads((DATA / "chain.json").read_text())
+CASES = {
+    name: case for name, case in json.loads((DATA / "overhead.json").read_text()).items() if "r0_z" in case["spec"]
+}
+BILATERAL = [name for name in CASES if name.endswith("bilateral")]
+SLACK = [name for name in CASES if name.endswith("tension_only")]
+G = 9.81
+
+
+def scene_of(masses: Any, lengths: Any, stiffness: float, positions: Any, **groups: Any) -> crane_sim.Scene:
+    """Return the scene of an elastic cable below a force-driven trolley; `cable` and other groups add to it."""
+    cable = {"model": "elastic", "lengths": list(lengths), "node_masses": list(masses), "stiffness": stiffness}
+    document = {
+        "crane": "overhead",
+        "duration": 1.0,
+        "trolley": {"drive": "force", "mass": groups.pop("trolley_mass", 50.0)},
+        "cable": cable | groups.pop("cable", {}),
+        "initial": {"positions": np.array(positions).tolist(), "velocities": groups.pop("velocities", None)},
+    }
+    return crane_sim.load_scene(document | groups)
+
+
+def scene_of_case(spec: Any) -> crane_sim.Scene:
+    """Return the scene of a reference case."""
+    height = "r0_z" if "r0_z" in spec else "r0_y"  # the older references have their y upwards
+    still = [0.0] * len(spec["m_i"])
+    return scene_of(
+        spec["m_i"],
+        spec["l0"],
+        spec["k"],
+        np.column_stack([spec["r0_x"], spec[height]]),
+        velocities=np.column_stack([spec.get("rdot0_x", still), spec.get("rdot0_z", still)]).tolist(),
+        trolley_mass=spec["trolley_mass"],
+        cable={"damping": spec["c"], "tension_only": spec.get("tension_only", False)},
+    )
+
+
+@entry
+def passed(method, p, q, v, u, times, nodes):
+    """Return (flow at the last of the times, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
+    x = system.state(p, 0.0, q, v)
+    flow = settled(system.switching(p), p, u, start(p, 0.0, x, record(system.switching(p))))
+    for i in range(len(times)):
+        flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
+        system.points(p, times[i], state_at(method, p, u, flow, times[i]), nodes[i])
+    gained = system.kinetic(p, flow.x) + system.potential(p, flow.x) - system.kinetic(p, x) - system.potential(p, x)
+    return flow, gained - system.supplied(p, flow.x)
+
+
+def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:
+    """Return (flow, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
+    nodes = np.empty((len(times), system.point_count(scene.model), 3))
+    model, efforts = scene.model._replace(meter=Meter()), (0.0,) * len(scene.actuated)
+    q, v = np.array(scene.initial_q), np.array(scene.initial_v)
+    flow, lost = passed(method, model, q, v, efforts, np.array(times), nodes)
+    return flow, nodes[:, 1:], lost
+
+
+@pytest.mark.parametrize("method", [DOP853(1e-12, 1e-14), Rodas(1e-10, 1e-13)], ids=lambda m: type(m).__name__)
+def test_the_stiff_reference_is_met(method: Any) -> None:
+    """Explicit and Rosenbrock method follow five springs of 1e7 N/m as the reference does, and keep the energy."""
+    case = CHAIN["14_elastic_k1e7"]
+    flow, nodes, lost = run(scene_of_case(case["spec"]), method, case["t"])
+    expected = np.array(case["node_positions_xyz"])[..., [0, 2, 1]]  # the reference has its y upwards
+    assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+    assert flow.x[0] == pytest.approx(case["x"][-1], abs=1e-9)
+    assert abs(lost) < 1e-7  # of 1e5 J that swing; the tolerance of 1e-12 a step, some 1e4 steps
+
+
+def test_a_cable_as_stiff_as_steel() -> None:
+    """Five springs of 1e9 N/m under one tonne move as the reference does, axial vibrations resolved."""
+    case = CASES["16_elastic_k1e9"]
+    _, nodes, _ = run(scene_of_case(case["spec"]), Rodas(1e-8, 1e-10), case["t"])
+    expected = np.array(case["node_positions_xyz"])
+    assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+
+
+@pytest.mark.parametrize("name", BILATERAL)
+def test_springs_that_push_and_dampers(name: str) -> None:
+    """A payload thrown beyond the horizontal on damped springs lands where the reference says, its losses metered."""
+    case = CASES[name]
+    _, nodes, lost = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), case["t"])
+    expected = np.array(case["node_positions_xyz"])
+    assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
+    assert abs(lost) < 1e-8  # of 1e3 J, to the tolerance of 1e-12 a step
+
+
+@pytest.mark.parametrize("name", SLACK)
+def test_a_slack_cable(name: str) -> None:
+    """Links go slack and taut when the reference says, and the payload flies freely in between."""
+    case = CASES[name]
+    times, modes = np.array(case["event_times"]), case["modes_after_event"]
+    taut = next(i for i, mode in enumerate(modes) if mode > 0)
+    before = [t for t in case["t"] if t < times[taut]]
+    flow, nodes, _ = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), [*before, float(times[taut]) + 1e-3])
+    seen = flow.seen.rows[: taut + 1]
+    # after the first jolt errors grow without bound, before it they are those of the integration
+    assert np.max(np.abs(nodes[:-1] - np.array(case["node_positions_xyz"])[: len(before)])) < 1e-8
+    assert np.max(np.abs(seen[:, 0] - times[: taut + 1])) < 1e-8
+    numbers = [2000 + 2 * (abs(mode) - 1) + (mode > 0) for mode in modes[: taut + 1]]
+    assert seen[:, 1].tolist() == numbers
+
+
+def test_slack_cable_in_a_run() -> None:
+    """A whole run tells its events in words, and its energy balances over every jolt."""
+    done = simulate(scene_of_case(CASES["15_toss_N1_tension_only"]["spec"]), duration=2.0)
+    words = [event["what"] for event in done.summary["events"]]
+    assert words[:3] == ["link 1 went slack", "link 1 pulls", "link 1 went slack"]
+    assert done.summary["energy_audit_error"] < 1e-9  # integrated to 1e-11 a step; jolts restart it
+
+
+def hanging(mass: float, length: float, stiffness: float, below: float, **cable: Any) -> crane_sim.Scene:
+    """Return a mass on one spring, that much below where it would hang."""
+    return scene_of([mass], [length], stiffness, [[0.0, -length - mass * G / stiffness - below]], cable=cable)
+
+
+@pytest.mark.parametrize("method", [DOP853(1e-11, 1e-13), Rodas(1e-9, 1e-11)], ids=lambda m: type(m).__name__)
+def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
+    """A mass on one vertical spring moves as a cosine of the frequency sqrt(k / m)."""
+    slack = isinstance(method, Rodas)  # it needs a state that is an array, as that of a cable that may go slack
+    scene, period = hanging(3.0, 2.0, 500.0, 0.05, tension_only=slack), 2.0 * np.pi * np.sqrt(3.0 / 500.0)
+    times = np.array([0.25, 0.5, 1.0, 5.25]) * period
+    _, nodes, _ = run(scene, method, times)
+    rest = -2.0 - 3.0 * G / 500.0
+    # 1e-9 a step, some hundred steps
+    assert nodes[:, 0, 2] - rest == pytest.approx(-0.05 * np.cos(2.0 * np.pi * times / period), abs=2e-8)
+    assert np.max(np.abs(nodes[:, 0, 0])) == 0.0
+
+
+def test_the_rigid_cable_is_the_limit() -> None:
+    """The distance from the rigid cable's reference shrinks like 1 / k."""
+    case = CHAIN["02_N2_large_angle"]
+    spec, times = case["spec"], case["t"][:1]
+    rigid = np.array(case["node_positions_xyz"])[:1][..., [0, 2, 1]]
+    a, lengths = np.array(spec["alpha0"]), np.array(spec["l_i"])
+    start = np.cumsum(np.column_stack([lengths * np.sin(a), -lengths * np.cos(a)]), axis=0)
+    rates = np.array(spec.get("alphadot0") or [0.0] * len(a)) * lengths
+    speeds = np.cumsum(np.column_stack([rates * np.cos(a), rates * np.sin(a)]), axis=0)
+    groups = {"trolley_mass": spec["trolley_mass"], "velocities": speeds.tolist()}
+    errors = []
+    for stiffness in (1e6, 1e7, 1e8):
+        damped = {"damping": 0.2 * float(np.sqrt(stiffness))}  # vibrations of the first elongation die out
+        scene = scene_of(spec["m_i"], lengths, stiffness, start, cable=damped, **groups)
+        errors.append(np.max(np.abs(run(scene, Rodas(1e-8, 1e-10), times)[1] - rigid)))
+    assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.1) and errors[2] / errors[1] == pytest.approx(0.1, rel=0.1)

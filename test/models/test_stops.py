@@ -1,0 +1,332 @@
+"""What ends a run: travel limits, ropes that would push or are reeled in to nothing; and hoists, which only pull."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import crane_sim
+from crane_sim import SceneError, load_scene, orchestration, simulate_batch, system
+from crane_sim.simulation.plant import Plant
+from crane_sim.simulation.status import SimulationError
+
+FIXED = {"method": "rk4", "step": 0.005}
+DIGITS = 1e-5  # s: times in messages have six digits
+ROOT = Path(__file__).parents[2]
+
+PUSHED: dict[str, Any] = {  # the point reaches its limit after one second: x = t² / 2
+    "duration": 1.2,
+    "integrator": FIXED,
+    "initial": {"direction": [0.0, 0.0, -1.0]},
+    "inputs": {"tip_x": {"kind": "constant", "value": 1.0}},
+    "suspension.limits": {"x": [-1.0, 0.5]},
+}
+ROCKED = {"base_motion": {"surge": {"amplitude": 0.3, "frequency": 2.0}, "roll": {"amplitude": 0.1, "frequency": 1.0}}}
+LIFTED = {
+    "suspension": {"height": "driven", "limits": {"z": [-0.5, 1.0]}},
+    "inputs": {"tip_z": {"kind": "constant", "value": -1.0}},
+}
+POINT: dict[str, tuple[dict[str, Any], str]] = {
+    "open loop": ({}, "x"),
+    "y": ({"suspension.limits": {"y": [-9.0, 0.5]}, "inputs": {"tip_y": {"kind": "constant", "value": 1.0}}}, "y"),
+    "height": (LIFTED | {"suspension.limits": {"z": [-0.5, 1.0]}}, "z"),
+    "moving base": (ROCKED, "x"),
+    "drives": ({"actuators": {"all": {"rate_limit": 100.0}}}, "x"),
+    "another payload": ({"faults": {"load": {"kind": "payload", "mass": 9.0, "at": 0.3}}}, "x"),
+}
+FALLING = {"control": None, "reference": None, "integrator": FIXED, "duration": 1.5}
+DRAWN = {"integrator": FIXED, "duration": 0.3, "boom.limits": ["29 deg", "46 deg"], "initial.v": [0, -0.5, 0, 0, 0, 0]}
+SLEWED = FALLING | {"inputs": {"slew": {"kind": "constant", "value": 50.0}}}
+KNUCKLE: dict[str, tuple[str, dict[str, Any], int, tuple[float, float], str]] = {
+    "boom": ("knuckle_setpoint", FALLING | {"boom.limits": [0.0, 1.0]}, 1, (0.0, 1.0), "boom reached its travel limit"),
+    "jib": ("knuckle_setpoint", FALLING | {"jib.limits": [-0.7, 1.0]}, 2, (-0.7, 1.0), "jib reached its travel limit"),
+    "slew": ("knuckle_setpoint", SLEWED | {"tower.limits": [-1, 0.1]}, 0, (-1, 0.1), "slew reached its travel limit"),
+    "rope": ("knuckle_setpoint", FALLING | {"rope.limits": [1, 3]}, 3, (1, 3), "rope reached its longest length"),
+    "sampled law": ("knuckle_setpoint", DRAWN, 1, (np.radians(29.0), 1.0), "boom reached its travel limit"),
+    "continuous law": ("knuckle_continuous", DRAWN, 1, (np.radians(29.0), 1.0), "boom reached its travel limit"),
+    "drives": (
+        "knuckle_setpoint",
+        DRAWN | {"actuators": {"all": {"lag": 0.02}}, "duration": 1.0},
+        1,
+        (np.radians(29.0), 1.0),
+        "boom reached its travel limit",
+    ),
+}
+WOUND = {"integrator": FIXED, "duration": 4.0, "inputs": {"rope": {"kind": "constant", "value": -0.5}}}
+HANGING = {"initial.q": [0, "45 deg", "-15 deg", 2.0, 0, 0]}
+HAULED = WOUND | HANGING | {"inputs": {"rope": {"kind": "constant", "value": -15.0}}}
+ROD: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": 1.0,
+    "trolley": {"mass": 50.0},
+    "cable": {"lengths": 2.0, "node_masses": 10.0},
+    "integrator": FIXED,
+}
+DROP = {"kind": "smooth", "from": 2.0, "to": 20.0, "start": 0.0, "duration": 1.0}
+DROPPED = ROD | {"hoist": {"drive": "prescribed", "profile": DROP}}
+
+
+def hoisted(effort: float, **hoist: Any) -> dict[str, Any]:
+    """Return a scene whose hoist is driven by a force."""
+    return ROD | {"hoist": {"drive": "force"} | hoist, "inputs": {"hoist": {"kind": "constant", "value": effort}}}
+
+
+WINDING: dict[str, tuple[Any, dict[str, Any]]] = {
+    "rate": ("knuckle_winch", WOUND | {"rope": {"drive": "rate"}}),
+    "rate, no swing": ("knuckle_winch", WOUND | HANGING | {"rope": {"drive": "rate"}}),
+    "rate, long steps": ("knuckle_winch", WOUND | {"rope": {"drive": "rate"}, "integrator": {"method": "dop853"}}),
+    "lagging rate": ("knuckle_winch", WOUND | {"rope": {"drive": "rate", "time_constant": 0.1}, "duration": 6.0}),
+    "force": ("knuckle_winch", HAULED | {"rope": {"drive": "force", "limits": [0.0, 5.0]}}),
+    "drum": (hoisted(-300.0, inertia=5.0), {}),
+    "massless winch": (hoisted(-300.0), {}),
+}
+SWUNG = {"integrator": FIXED, "initial": {"direction_rate": [4.0, 0.0, 0.0]}, "duration": 1.0}
+RUNNING_OUT = {"integrator": FIXED, "duration": 0.5, "inputs": {"rope": {"kind": "constant", "value": 12.0}}}
+PUSHING: dict[str, tuple[Any, dict[str, Any], str]] = {
+    "pendulum": ("pendulum_free", SWUNG, "rope.slack"),
+    "locked": ("knuckle_setpoint", FALLING | {"rope": {"drive": "locked"}}, "rope.slack"),
+    "rate": ("knuckle_winch", RUNNING_OUT | {"rope": {"drive": "rate"}}, "rope.slack"),
+    "overhead": (DROPPED, {}, "cable.slack"),
+    "straight": (
+        DROPPED | {"cable": {"model": "straight", "lengths": [2.0, 1.0], "node_masses": [0.01, 10.0]}},
+        {},
+        "cable.slack",
+    ),
+}
+FAR_DOWN = {"integrator": FIXED, "duration": 0.3}
+LQR = {"law": "lqr", "period": "continuous"}
+LAWS: dict[str, tuple[Any, dict[str, Any], int]] = {  # laws in the equations that want the rope to push, and its joint
+    "knuckle": ("knuckle_continuous", FAR_DOWN | {"reference.q": [0, "30 deg", "-10 deg", 40.0]}, 3),
+    "overhead": ("overhead_hoist_energy", FAR_DOWN | {"reference.q": [0.0, 40.0]}, 1),
+    "lqr": ("overhead_hoist_energy", FAR_DOWN | {"reference.q": [0.0, 80.0], "control": LQR}, 1),
+}
+PULLED = {"drum": {"inertia": 5.0}, "massless winch": {}}
+
+
+def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
+    """Return (scene, changes) of all runs of this file, by name."""
+    asked: dict[str, tuple[Any, dict[str, Any]]] = {}
+    asked |= {f"point {name}": ("pendulum_free", PUSHED | changes) for name, (changes, _) in POINT.items()}
+    asked |= {f"knuckle {name}": case[:2] for name, case in KNUCKLE.items()}
+    asked |= {f"winding {name}": case for name, case in WINDING.items()}
+    for name, (scene, changes, key) in PUSHING.items():
+        asked |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
+    asked |= {f"law {name}": case[:2] for name, case in LAWS.items()}
+    for name, hoist in PULLED.items():
+        asked |= {f"pulled {name} {push}": (hoisted(500.0, **hoist, push=push), {}) for push in (False, True)}
+    return asked
+
+
+RUNS = """
+import json, sys
+import crane_sim
+from crane_sim.simulation.status import SimulationError
+found = {}
+for name, (scene, changes) in json.load(sys.stdin).items():
+    try:
+        run, error = crane_sim.simulate(crane_sim.load_scene(scene, changes)), ""
+    except SimulationError as failure:
+        run, error = failure.run, str(failure)
+    found[name] = [error, run.q.tolist(), run.v.tolist(), run.u.tolist(), run.tension.tolist()]
+print(json.dumps(found))
+"""
+
+
+class Run:
+    """A run and how it ended."""
+
+    def __init__(self, error: str, q: Any, v: Any, u: Any, tension: Any) -> None:
+        """Take the error's line and arrays as lists."""
+        self.error, self.q, self.v, self.u = error, np.array(q), np.array(v), np.array(u)
+        self.tension = np.array(tension)
+
+    @property
+    def end(self) -> float:
+        """When the run ended early [s]."""
+        found = re.match("stopped at t = ([-+.e0-9]+) s: ", self.error)
+        assert found, self.error
+        return float(found[1])
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[str, Run]:
+    """Return all runs, of plain Python in one process: `test_jit` proves that compiled code moves the same way."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", RUNS],
+        input=json.dumps(questions()),
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=400.0,
+        check=True,
+    )
+    return {name: Run(*told) for name, told in json.loads(done.stdout).items()}
+
+
+@pytest.mark.parametrize("name", POINT)
+def test_the_suspension_point_stops_at_its_limits(runs: dict[str, Run], name: str) -> None:
+    """A point that accelerates by 1 m/s² towards a limit half a metre away ends the run after one second."""
+    run, (_, axis) = runs[f"point {name}"], POINT[name]
+    assert run.end == pytest.approx(1.0, abs=DIGITS)
+    assert f"the suspension point along {axis} reached its travel limit; change suspension.limits.{axis}" in run.error
+
+
+@pytest.mark.parametrize("name", KNUCKLE)
+def test_joints_of_a_knuckle_crane_stop_at_their_limits(runs: dict[str, Run], name: str) -> None:
+    """A joint that reaches its limit ends the run in that period, whatever drives it, and the cause is named."""
+    (_, _, joint, (low, high), told), run = KNUCKLE[name], runs[f"knuckle {name}"]
+    assert f": the {told}; change " in run.error
+    q, v = run.q[:, joint], run.v[:, joint]
+    assert np.all((q >= low) & (q <= high))
+    way = min(q[-1] - low, high - q[-1])
+    assert way < 0.012 * abs(v[-1])  # what is left of a period of 10 ms, some acceleration allowed for
+
+
+@pytest.mark.parametrize("name", WINDING)
+def test_a_rope_that_is_reeled_in_to_nothing_says_so(runs: dict[str, Run], name: str) -> None:
+    """A winch that reels in all of its rope ends the run with that cause, with any drive, with swing and without."""
+    run = runs[f"winding {name}"]
+    assert ": the rope is reeled in to nothing; " in run.error
+    if name.startswith("rate"):  # 2 - t² / 4 m long
+        assert run.end == pytest.approx(8.0**0.5, abs=0.012)  # the rope ends up to 10 ms ahead
+
+
+@pytest.mark.parametrize("name", PUSHING)
+def test_a_rigid_rope_pushes_only_where_it_may(runs: dict[str, Run], name: str) -> None:
+    """A run goes on with a negative tension by `slack: allow`, the default, and ends before it by `slack: stop`."""
+    allowed, stopped = runs[f"{name} allow"], runs[f"{name} stop"]
+    assert allowed.error == "" and allowed.tension.min() < -1e-3
+    assert "went slack, and a rigid" in stopped.error
+    first = int(np.argmax(allowed.tension < 0.0))
+    assert stopped.end <= 0.01 * first and np.all(stopped.tension[:-1] >= 0.0)
+    assert np.array_equal(stopped.q, allowed.q[: len(stopped.q)])  # the guard changes nothing before it fails
+
+
+def test_a_rope_goes_slack_when_mechanics_say_so(runs: dict[str, Run]) -> None:
+    """A pendulum thrown to the side, and a load that drops faster than it falls, go slack when a closed form says."""
+    g, length, rate = 9.81, 1.255, 4.0  # tension 0: cos = (2 - rate² l / g) / 3
+    top = np.arccos((2.0 - rate**2 * length / g) / 3.0)
+    expected = quad(lambda a: 1.0 / np.sqrt(rate**2 - 2.0 * g / length * (1.0 - np.cos(a))), 0.0, top)[0]
+    assert runs["pendulum stop"].end == pytest.approx(expected, abs=1e-4)  # steps of 5 ms
+    drop = brentq(lambda t: 18.0 * (60.0 * t - 180.0 * t**2 + 120.0 * t**3) - g, 0.0, 0.1)
+    assert runs["overhead stop"].end == pytest.approx(drop, abs=DIGITS)
+
+
+@pytest.mark.parametrize("name", PULLED)
+def test_a_hoist_by_force_only_pulls(runs: dict[str, Run], name: str) -> None:
+    """A demand that pays out is applied as zero, so that the load falls at most freely, unless `push` is given."""
+    pulled, pushed = runs[f"pulled {name} False"], runs[f"pulled {name} True"]
+    assert np.all(pulled.u[:-1, 1] == 0.0) and np.all(pushed.u[:-1, 1] == 500.0)
+    assert pulled.tension.min() >= 0.0 and pushed.tension.max() < 0.0
+    share = 10.0 / (10.0 + PULLED[name].get("inertia", 0.0))  # the drum falls along
+    assert pulled.q[-1, 1] == pytest.approx(2.0 + 0.5 * 9.81 * share, abs=1e-9)  # exact for a parabola
+    assert pushed.q[-1, 1] > pulled.q[-1, 1] + 10.0
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_laws_in_the_equations_only_pull(runs: dict[str, Run], name: str) -> None:
+    """A continuous law that wants to push its load to a target far below has zero applied in place of that."""
+    run, joint = runs[f"law {name}"], LAWS[name][2]
+    assert run.error == "" and np.all(run.u[:, joint] <= 0.0) and np.any(run.u[:, joint] == 0.0)
+    assert run.tension.min() >= 0.0
+
+
+def test_demands_that_push_are_counted() -> None:
+    """A sampled law that wants a hoist to push has its effort applied as zero in every period, and each is counted."""
+    scene = load_scene("overhead_hoist_energy", {"control.period": 0.01, "duration": 0.2, "integrator": FIXED})
+    run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 25.0))
+    assert run.summary["saturated_steps"] == 20 and np.all(run.u[:, 1] == 0.0)
+
+
+SLACK_CHAINS: dict[str, tuple[dict[str, Any], list[float]]] = {
+    "planar": ({"initial": {"angles": [0.1, 0.2]}}, [0.1, 3.0]),
+    "spatial": (
+        {"dimensions": 3, "bridge": {"mass": 5.0}, "initial": {"directions": [[0, 0, -1]] * 2}},
+        [0.0, 0.0, -1.0, 0.0, 0.0, 1.0],
+    ),
+}
+
+
+@pytest.mark.parametrize(("name", "hoist"), [("planar", "prescribed"), ("spatial", "force")])
+def test_chains_see_every_link(name: str, hoist: str) -> None:
+    """A chain whose lower link stands on its upper one is slack there, in the plane and in space, however hoisted."""
+    groups, links = SLACK_CHAINS[name]
+    cable = {"lengths": 2.0, "links": 2, "node_masses": 10.0, "slack": "stop"}
+    drive = {
+        "prescribed": {"drive": "prescribed", "profile": DROP | {"to": 3.0}},
+        "force": {"drive": "force", "inertia": 5.0},
+    }[hoist]
+    scene = load_scene(ROD | {"cable": cable, "hoist": drive} | groups)
+    plant = Plant(scene)
+    top = [0.0, 2.0] if name == "planar" else [0.0, 0.0, 2.0]
+    with pytest.raises(SceneError, match="positions: link 2 went slack, and a rigid link cannot be there"):
+        plant.reset((*top, *links))
+    plant.reset(scene.initial_q)
+
+
+def test_batches_end_at_stops() -> None:
+    """A batch says which crane reached its limit and when, by the line that a run alone ends with."""
+    scene = load_scene("pendulum_free", PUSHED)
+    batch = simulate_batch(scene, {"inputs.tip_x.value": [0.1, 1.0, 4.0]})
+    errors = batch.errors
+    assert errors[0] is None
+    for t, error in zip((1.0, 0.5), errors[1:], strict=True):
+        found = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
+        assert found and float(found[1]) == pytest.approx(t, abs=DIGITS)
+    with pytest.raises(SimulationError) as ended:
+        crane_sim.simulate(scene)
+    assert str(ended.value) == errors[1] and ended.value.run.summary["event_count"] == 1
+
+
+def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:
+    """The plant ends where the crane reaches its limit, the summary says why, and the recording has every step."""
+    summary = orchestration.run(load_scene("pendulum_free", PUSHED), record=tmp_path / "stop.rrd")
+    assert "the suspension point along x reached its travel limit" in summary["error"]
+    assert summary["recorded_steps"] == summary["steps"] > 90 and summary["lost_steps"] == 0
+
+
+def test_what_is_absent_costs_nothing() -> None:
+    """A crane without limits switches nothing; limits of positions alone are said to need no evaluation."""
+    for name in ("knuckle_setpoint", "knuckle_pole", "pendulum_free"):
+        assert system.switching(load_scene(name).model) is None
+    assert system.switching(load_scene("knuckle_setpoint", {"boom.limits": [0, 1]}).model).positions > 0
+    assert system.switching(load_scene("knuckle_setpoint", {"rope.slack": "stop"}).model).positions == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("knuckle_setpoint", {"boom.limits": [1, 0]}, "boom.limits = [1, 0]: must be [low, high] with low < high"),
+        (
+            "knuckle_setpoint",
+            {"jib.limits": [0, 1]},
+            "jib.limits = [0.0, 1.0]: the jib starts outside of them, at -0",
+        ),
+        ("knuckle_setpoint", {"tower.limits": [0, 0.1]}, "reference: the slew should end at 0.785398 rad, outside of"),
+        ("knuckle_setpoint", {"rope.limits": [1.6, 3]}, "reference: the rope should end at 1.5 m, outside of rope.lim"),
+        ("knuckle_pole", {"rope.limits": [0, 3]}, "rope.limits: belong to a rope that a winch moves, this drive is"),
+        ("knuckle_setpoint", {"rope.slack": "maybe"}, "rope.slack = 'maybe': must be 'allow' or 'stop'"),
+        ("knuckle_winch", {"initial.q": [0, 0, 0, 1e-4, 0, 0]}, "initial.q[3] = 0.0001: a rope by rate is at least"),
+        (
+            "pendulum_free",
+            {"suspension.limits": {"x": [0, 1]}},
+            "suspension.limits.x = [0.0, 1.0]: the tip_x starts o",
+        ),
+        ("pendulum_free", {"suspension.limits": {"z": [-1, 1]}}, "suspension.limits.z: the height is fixed; take susp"),
+        ("overhead_lqr", {"trolley.limits": [-50, 0.01]}, "reference: the trolley should end at"),
+        ("overhead_hoist", {"hoist.push": True}, "hoist.push = True: belongs to a drive by force, here it is 'prescri"),
+    ],
+)
+def test_bad_limits_are_refused_by_name(name: str, changes: dict[str, Any], message: str) -> None:
+    """Limits that the start or the target does not keep, or that belong to nothing, are refused in one line."""
+    with pytest.raises(SceneError, match=re.escape(message)):
+        load_scene(name, changes)

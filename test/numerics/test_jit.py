@@ -1,0 +1,177 @@
+"""Compiled code: never stale, the same as plain Python, and nothing of what a scene leaves out."""
+
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from process_helpers import completed
+
+import crane_sim
+from crane_sim.models.effects import PayloadDrag, add_drag
+from crane_sim.models.rotating_frame import inertial_velocity
+from crane_sim.numerics import jit
+from crane_sim.numerics.states import add, add_scaled, combine, dimension, leaves, scale, weighted_square
+from crane_sim.simulation.rollout import simulate
+
+ROOT = Path(__file__).parents[2]
+PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6))"
+
+
+def probe(tree: Path, cache: Path, code: str = PROBE) -> str:
+    """Return what `code` prints with the package of `tree` and the given cache folder."""
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
+    environment = inherited | {"PYTHONPATH": str(tree), "CRANE_SIM_CACHE": str(cache)}
+    done = completed([sys.executable, "-c", code], env=environment, cwd=tree, check=True)
+    return done.stdout.strip()
+
+
+def copied_tree(folder: Path) -> Path:
+    """Return a copy of the packages and scenes, to be edited."""
+    skip = shutil.ignore_patterns("__pycache__")
+    for name in ("crane_sim", "crane_control", "config"):
+        shutil.copytree(ROOT / name, folder / name, ignore=skip)
+    return folder
+
+
+def test_a_change_in_any_file_is_seen_at_once(tmp_path: Path) -> None:
+    """After a callee in another file changed, even with its old time stamp and size, the next process computes anew."""
+    tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
+    before = float(probe(tree, cache))
+    assert float(probe(tree, cache)) == before  # from the cache
+    callee = tree / "crane_sim" / "models" / "supports" / "knuckle_boom.py"
+    stamp = callee.stat()
+    text = callee.read_text()
+    changed = text.replace("energy + 0.5 * gravity * jib.mass", "energy + 9.5 * gravity * jib.mass")
+    assert changed != text and len(changed) == len(text)
+    callee.write_text(changed)
+    os.utime(callee, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    shutil.rmtree(callee.parent / "__pycache__", ignore_errors=True)  # Python's own cache does go by time stamps
+    # at gamma = 0 the changed term is zero, so lift the jib
+    lifted = PROBE.replace("[0, 0, 0, 1", "[0, 0, 1, 1")
+    assert float(probe(tree, cache, lifted)) != float(probe(ROOT, cache, lifted))
+    assert len(list((cache / "crane_sim").iterdir())) == 2  # one folder for each state of the sources
+
+
+def test_sources_that_change_under_a_process_close_its_cache(tmp_path: Path) -> None:
+    """A process whose sources were edited after it imported them writes nothing that a later one could load."""
+    tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
+    edit = (
+        "import crane_sim.simulation.metrics, pathlib;"
+        "p = pathlib.Path('crane_sim/models/rotating_frame.py'); p.write_text(p.read_text() + '#');"
+    )
+    probe(tree, cache, edit + PROBE)
+    assert not list(cache.rglob("*.nbc"))
+
+
+def test_kernels_from_outside_close_the_cache(tmp_path: Path) -> None:
+    """A kernel from a file that the digest does not cover keeps everything off the disk."""
+    (tmp_path / "mine.py").write_text(
+        "from crane_sim.numerics.jit import kernel\n@kernel\ndef twice(x):\n    return 2.0 * x\n"
+        + PROBE.replace("; ", "\n")
+    )
+    tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
+    probe(tree, cache, f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine")
+    assert not list(cache.rglob("*.nbc"))
+
+
+def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
+    """With NUMBA_DISABLE_JIT=1 everything runs as plain Python and ends in the same state, bit for bit."""
+    code = (
+        "import crane_sim; r = crane_sim.simulate('knuckle_losses', duration=0.05);"
+        "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
+    )
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    plain = completed([sys.executable, "-c", code], env=environment, check=True)
+    run = simulate("knuckle_losses", duration=0.05)
+    assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
+
+
+@jit.entry
+def compiled_algebra(x, y, h, ks):
+    """Return everything that the state algebra computes."""
+    row = (0.5, None, 0.25)
+    total = combine(h, row, ks)
+    return (
+        add(x, y),
+        scale(h, x),
+        add_scaled(x, h, y),
+        total,
+        weighted_square(x, x, y, 1e-3, 1e-6),
+        dimension(x),
+        leaves(x),
+    )
+
+
+def test_state_algebra_is_the_same_in_python() -> None:
+    """The LLVM forms of the state algebra compute what their Python forms do, to the bit, on nested tuples."""
+    rng = np.random.default_rng(3)
+
+    def state() -> tuple:
+        a, b, c, d = map(float, rng.normal(size=4))
+        return ((a, b), (c,), d)
+
+    x, y, ks, h = state(), state(), (state(), state(), state()), 0.37
+    assert compiled_algebra(x, y, h, ks) == (
+        add(x, y),
+        scale(h, x),
+        add_scaled(x, h, y),
+        combine(h, (0.5, None, 0.25), ks),
+        weighted_square(x, x, y, 1e-3, 1e-6),
+        4,
+        leaves(x),
+    )
+
+
+@jit.entry
+def dragged(drag, force, velocity):
+    """Compiled `add_drag`."""
+    return add_drag(drag, force, velocity)
+
+
+def test_a_generic_function_chooses_by_type() -> None:
+    """The body is chosen by the type of the first argument, in Python and compiled; None takes the default."""
+    force, velocity = (1.0, 2.0, 3.0), (3.0, 0.0, 4.0)
+    assert dragged(None, force, velocity) == add_drag(None, force, velocity) == force
+    expected = (1.0 - 7.5, 2.0, 3.0 - 10.0)
+    assert dragged(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
+    assert add_drag.knows(PayloadDrag) and not add_drag.knows(int)
+
+
+@jit.entry
+def velocity_in_a_frame(position, velocity, rate):
+    """Compiled `inertial_velocity`."""
+    return inertial_velocity(position, velocity, rate)
+
+
+def test_a_kernel_is_code_of_its_callers_only() -> None:
+    """A kernel computes what its Python source does, and no machine code is made of it beside that of its callers."""
+    position, velocity, kernel = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), cast(Any, inertial_velocity)
+    assert velocity_in_a_frame(position, velocity, 0.5) == kernel.py_func(position, velocity, 0.5)
+    assert {type(compiled.library) for compiled in kernel.overloads.values()} == {jit.LinkedLibrary}
+
+
+@pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])
+def test_an_absent_group_is_a_scene_that_never_heard_of_it(group: str) -> None:
+    """Leaving a group out and setting it to nothing give the same model, type for type."""
+    never = crane_sim.load_scene("knuckle_setpoint")
+    absent = crane_sim.load_scene("knuckle_setpoint", {group: {} if group == "springs" else None})
+    assert absent.model == never.model and repr(absent.model) == repr(never.model)
+
+
+def test_only_compilation_is_told() -> None:
+    """`watched` calls when a kernel is compiled, not when it runs again."""
+    begun: list[str] = []
+
+    @jit.entry
+    def double(x):
+        return 2.0 * x
+
+    with jit.watched(lambda: begun.append("compiling")):
+        assert double(1.0) == 2.0 and begun
+        begun.clear()
+        assert double(2.0) == 4.0 and not begun
+    assert double(1) == 2.0 and not begun

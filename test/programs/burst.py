@@ -1,0 +1,34 @@
+"""Publishes thousands of messages on three topics in turn, as fast as it can, and stays until its input is closed."""
+
+import sys
+import time
+
+import rclpy
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from crane_sim import load_scene
+from crane_sim.ros.common import messages
+from crane_sim.ros.common.serialization import JointWire
+
+TOPICS = ("joint_states", "joint_commands", "applied_effort")
+COUNT = 4000  # messages a topic: fewer than a recorder's history holds
+
+
+def main() -> None:
+    """Speak to one listener."""
+    rclpy.init()
+    node: Node = rclpy.create_node("burst")
+    joints = load_scene("knuckle_setpoint").actuated
+    wire, zeros = JointWire(joints, effort=True), (0.0,) * len(joints)
+    speakers = [node.create_publisher(JointState, name, messages.DEEP_STREAM) for name in TOPICS]
+    while not all(speaker.get_subscription_count() for speaker in speakers):
+        time.sleep(0.01)
+    for k in range(1, COUNT + 1):
+        for speaker in speakers:
+            speaker.publish(wire.encode(k, zeros))
+    sys.stdin.read()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+"""A program that runs scenes of the catalogue over ROS, recorded, and prints one JSON object a run.
+
+`catalogue_runs.py FOLDER SCENE ...`, with NUMBA_DISABLE_JIT=1: compiling the equations of all kinds of scenes would
+take most of an hour, as plain Python they take seconds. Nodes are forked from this process, which has imported their
+modules: processes of their own, each with its own ROS, at a fraction of the cost of programs.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from select import select
+from typing import Any
+
+import plain_arrays
+
+from crane_sim import load_scene, orchestration
+from crane_sim.orchestration import process_group
+
+DURATION = 0.2  # s
+BRIEF = {"overhead_heavy": 0.05, "overhead_long_cable": 0.02, "overhead_steel": 0.02}  # s, of many small steps each
+MODULES = (
+    "crane_sim.ros.plant_node",
+    "crane_control.nodes.controller_node",
+    "crane_control.nodes.tracker_node",
+    "crane_sim.ros.recorder_node",
+    "crane_sim.recording.layout",
+)
+
+
+class Forked:
+    """The process of a node."""
+
+    def __init__(self, pid: int) -> None:
+        """Watch the process."""
+        self.pid, self._handle = pid, os.pidfd_open(pid)
+        self._code: int | None = None
+
+    def wait(self, timeout: float | None = None) -> int | None:
+        """Return the exit code; raises TimeoutExpired when it has not ended within so many seconds."""
+        if self._code is None:
+            if not select([self._handle], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
+            self._code = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+            os.close(self._handle)
+        return self._code
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal to a process that may have ended."""
+        if self._code is None:
+            os.kill(self.pid, number)
+
+
+def forked(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> Forked:
+    """Start a module as `processes.program` does, by a fork of this process."""
+    if pid := os.fork():
+        return Forked(pid)
+    code = 1
+    try:
+        os.setsid()
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        os.dup2(2, 1)
+        for name in os.listdir("/proc/self/fd"):  # ends of other nodes' pipes: who keeps them hides that those end
+            if int(name) > 2 and int(name) not in fds and "pipe:" in _target(name):
+                os.close(int(name))
+        os.environ.clear()
+        os.environ.update(env)
+        sys.argv = [module, *arguments]
+        code = import_module(module).main()
+    except BaseException:  # nothing may return into the loop over scenes
+        traceback.print_exc()
+    os._exit(code)
+
+
+def _target(fd: str) -> str:
+    try:
+        return os.readlink(f"/proc/self/fd/{fd}")
+    except OSError:
+        return ""
+
+
+def ran(name: str, folder: Path) -> dict[str, Any]:
+    """Return what came of a scene's run."""
+    scene = load_scene(name, {"duration": BRIEF.get(name, DURATION)})
+    summary = orchestration.run(scene, record=folder / f"{name}.rrd")
+    told = ("error", "steps", "recorded_steps", "lost_steps", "recording")
+    return {"scene": name, "due": scene.steps} | {key: summary[key] for key in told if key in summary}
+
+
+def main() -> None:
+    """Run the program."""
+    for module in MODULES:
+        import_module(module)
+    plain_arrays.install()
+    process_group.program = forked
+    for name in sys.argv[2:]:
+        try:
+            found = ran(name, Path(sys.argv[1]))
+        except Exception:
+            found = {"scene": name, "error": traceback.format_exc()}
+        print(json.dumps(found), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,158 @@
+"""The run's messages in an MCAP file for the tools of others, and the run served live to viewers."""
+
+import json
+import os
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap_samples import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS, feed, read, stamp_of
+from process_helpers import completed
+
+from crane_sim import orchestration
+from crane_sim.recording.files import unfinished
+from crane_sim.recording.mcap.bag import Bag
+from crane_sim.recording.mcap.file import McapFile
+from crane_sim.recording.rerun.reader import read_curves, read_summary
+from crane_sim.simulation.rollout import simulate
+
+CRANE = Path(sys.executable).with_name("crane")
+
+
+def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> None:
+    """`crane run --mcap FILE` leaves one file, with every message at its stamp and with the numbers of `simulate`."""
+    path = tmp_path / "run.mcap"
+    options = ["--no-record", "--mcap", path, "--duration", str(SCENE.duration), "--domain-id", str(domain_id)]
+    done = completed([CRANE, "run", *options, "--json"])
+    assert done.returncode == 0, done.stderr
+    summary, found, expected = json.loads(done.stdout), read(path), simulate(SCENE)
+    assert list(tmp_path.iterdir()) == [path]
+    assert (summary["mcap"], summary["recording"]) == (str(path), None)
+    states, efforts, commands = (
+        found[f"/knuckle/{name}"] for name in ("joint_states", "applied_effort", "joint_commands")
+    )
+    stamps = [k * SCENE.period_ns for k in range(1, SCENE.steps + 2)]
+    for messages, expected_stamps in ((states, stamps), (efforts, stamps[:-1]), (commands[: SCENE.steps], stamps[:-1])):
+        assert [time for time, _ in messages] == [stamp_of(message) for _, message in messages] == expected_stamps
+    assert np.array_equal([message.position for _, message in states], expected.q)
+    assert np.array_equal([message.velocity for _, message in states], expected.v)
+    for messages in (efforts, commands[: SCENE.steps]):  # the last row of `expected` is the final state's
+        assert np.array_equal([message.effort for _, message in messages], expected.u[:-1])
+    assert "<robot" in found["/knuckle/robot_description"][0][1].data
+    modes = [message.data for _, message in found["/knuckle/simulation_state"]]
+    assert (modes[0], modes[-1]) == (1, 0)  # of what is published in a row, a latched topic keeps the last
+    poses = {stamp_of(message): message.pose.position for _, message in found["/knuckle/payload_pose"]}
+    assert poses  # best effort: some may be missing
+    for k, payload in enumerate(expected.payload, start=1):
+        if point := poses.get(k * SCENE.period_ns):
+            assert (point.x, point.y, point.z) == tuple(payload)
+
+
+@contextmanager
+def small_disk(folder: Path) -> Iterator[Path]:
+    """Yield an empty disk of 100 kB."""
+    folder.mkdir()
+    if os.geteuid() != 0 or completed(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
+        pytest.skip("no right to mount here")
+    try:
+        yield folder
+    finally:
+        completed(["umount", folder], check=True)
+
+
+def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) -> None:
+    """When the file's disk fills up, the run and its Rerun recording are complete, and the error names the file."""
+    with small_disk(tmp_path / "disk") as disk:
+        path = disk / "run.mcap"
+        summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
+    why, _, counts = summary["error"].rpartition("; it has ")
+    assert why == f"recorder: {unfinished(path)}: No space left on device" and counts.endswith(
+        f" of {SCENE.steps} steps"
+    )
+    assert summary["mcap"] == str(unfinished(path))
+    assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, SCENE.steps, 0)
+    assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == SCENE.steps
+    assert read_summary(tmp_path / "run.rrd") == summary
+
+
+def test_what_was_saved_survives_a_killed_recorder(tmp_path: Path) -> None:
+    """Messages are on their way to the disk as soon as they are saved, not only when the file is complete."""
+    file = McapFile(tmp_path / "run.mcap", list(TOPICS.values()))
+    message = STATE_WIRE.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6)
+    file.write(0, SCENE.period_ns, message)
+    file.save()
+    (grown,) = file.part.iterdir()
+    assert message in grown.read_bytes()
+    file.abandon()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
+    """What was before a reset gets a file of its own, and the new pass has what was latched."""
+    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    bag.takers()["robot_description"](DESCRIPTION)
+    feed(bag, 30)
+    feed(bag, 20)
+    assert bag.finish({"steps": 20}) == {"mcap": str(tmp_path / "run.mcap")}
+    assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.before_reset_1.mcap"}
+    for name, steps in (("run.before_reset_1.mcap", 30), ("run.mcap", 20)):
+        found = read(tmp_path / name)
+        assert [message.effort[0] for _, message in found["/knuckle/applied_effort"]] == list(range(1, steps + 1))
+        assert len(found["/knuckle/joint_states"]) == steps + 1
+        assert [message.data for _, message in found["/knuckle/robot_description"]] == ["crane"]
+
+
+def test_who_goes_on_after_a_reset_counts_anew(tmp_path: Path) -> None:
+    """A bag that began behind step 50 tells of the new pass what it lacks, and what of it is on the disk."""
+    bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, passes=1)
+    feed(bag, 60, after=50)
+    feed(bag, 20)
+    bag.save()
+    assert (bag.passes, bag.last_step) == (2, 20)
+    why = f"recorder: {tmp_path / 'run.part2.mcap'} is incomplete, it has 20 of 25 steps"
+    assert bag.finish({"steps": 25})["error"] == why
+    assert {file.name for file in tmp_path.iterdir()} == {"run.part2.mcap", "run.part2.before_reset_2.mcap"}
+
+
+def test_a_missing_end_is_told(tmp_path: Path) -> None:
+    """A file that lacks steps of the run is finished, and the summary says how many it has."""
+    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    feed(bag, 20)
+    why = f"recorder: {tmp_path / 'run.mcap'} is incomplete, it has 20 of 25 steps"
+    assert bag.finish({"steps": 25}) == {"mcap": str(tmp_path / "run.mcap"), "error": why}
+    assert len(read(tmp_path / "run.mcap")["/knuckle/applied_effort"]) == 20
+
+
+def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) -> None:
+    """A foreign message stamped before time zero is kept as it came, at the time of the newest state."""
+    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    feed(bag, 3)
+    bag.takers()["applied_effort"](EFFORT_WIRE.encode(-1, (7.0,) * 4))
+    bag.finish({})
+    time, message = read(tmp_path / "run.mcap")["/knuckle/applied_effort"][-1]
+    assert (time, stamp_of(message), message.effort[0]) == (4 * SCENE.period_ns, -1, 7.0)
+
+
+def test_live_is_served_on_the_loopback_interface_only(tmp_path: Path, domain_id: int) -> None:
+    """With a live port, viewers reach the run there while it goes on, on 127.0.0.1 and on no other address."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    addresses: set[str] = set()
+
+    def look(*_progress: int) -> None:
+        for table in (Path("/proc/net/tcp"), Path("/proc/net/tcp6")):
+            for line in table.read_text().splitlines()[1:]:
+                address, _, number = line.split()[1].partition(":")
+                if int(number, 16) == port and line.split()[3] == "0A":  # listening
+                    addresses.add(address)
+
+    summary = orchestration.run(
+        SCENE, record=tmp_path / "run.rrd", live_port=port, domain_id=domain_id, on_progress=look
+    )
+    assert "error" not in summary
+    assert addresses == {"0100007F"}

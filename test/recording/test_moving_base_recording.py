@@ -1,0 +1,70 @@
+"""A crane on a base that moves, as it is recorded: solids aboard, nodes in the world, one frame between the two."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from knuckle_base_scenes import CRANE
+from rerun.chunk import RrdReader
+from urdf_kinematics import forward
+
+import crane_sim
+from crane_sim.description import urdf
+from crane_sim.recording.layout import aboard, ashore, turns
+from crane_sim.recording.rerun.reader import read_curves
+from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.step_assembler import Row
+from crane_sim.trajectories.base_motion import places
+
+
+@pytest.fixture(scope="module")
+def run() -> crane_sim.Rollout:
+    """Return a run on a ship."""
+    target = {"reference": {"q": [0.3, 0.8, -0.2, 1.8]}, "control": {"law": "energy"}}
+    return crane_sim.simulate(crane_sim.load_scene(CRANE | target, {"duration": 0.5}))
+
+
+def recorded(run: Any, path: Path) -> Path:
+    """Record the run but for its last instant, and return the path."""
+    session = Session(run.scene, path)
+    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(len(run.t) - 1)]
+    session.write(rows)
+    session.close({}, 0)
+    return path
+
+
+def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
+    """Joint positions place the payload aboard, and the base's frame takes it to the model's in the world."""
+    scene = run.scene
+    base = places(scene.model.base, run.t)
+    for k in (0, len(run.t) - 1):
+        joints = dict(zip(scene.joint_names, run.q[k], strict=True))
+        solid = forward(urdf(scene), joints, "payload_link")
+        found = ashore(solid[None, None], base[k : k + 1])[0, 0]
+        assert found == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
+    assert aboard(ashore(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding
+
+
+def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
+    """The recording holds the base's place and turn in every picture, as the base's definition gives them."""
+    path = recorded(run, tmp_path / "ship.rrd")
+    chunks = [c for c in RrdReader(path).stream() if c.entity_path == "/tf/base_link"]
+    (batch,) = [chunk.to_record_batch() for chunk in chunks]
+    at = batch["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)
+    turn = batch["Transform3D:quaternion"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 4)
+    base = places(run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period)
+    assert len(at) > 10
+    assert at == pytest.approx(base[:, :3], abs=1e-6)  # the recording keeps single precision
+    assert turn == pytest.approx(turns(base).as_quat(), abs=1e-6)  # likewise
+
+
+def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path) -> None:
+    """What the base supplies to V is taken at the time of each step, in the recording as in the run."""
+    rate = read_curves(recorded(run, tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
+    law = run.scene.law
+    found = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
+    assert np.array_equal(rate[:, 0], found[:-1])
+    assert np.array_equal(run.lyapunov()[:, 1], found)
+    at_first = law.lyapunov(0.0, tuple(run.q[-1]), tuple(run.v[-1]))[1]
+    assert abs(found[-1] - at_first) > 1.0  # W: the instant matters

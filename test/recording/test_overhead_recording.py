@@ -1,0 +1,186 @@
+"""The recording of an overhead crane: what is drawn and plotted follows from the nodes, and stays small and in view."""
+
+from math import radians, tan
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rerun.chunk import RrdReader
+
+from crane_sim import load_scene
+from crane_sim.description.cables import Hang
+from crane_sim.description.workspace import Room
+from crane_sim.recording.camera import ASPECT, VIEW, of_room
+from crane_sim.recording.layout import Suspension, hanging_still
+from crane_sim.recording.rerun.curves import cable_channels
+from crane_sim.recording.rerun.reader import read_curves
+from crane_sim.recording.rerun.screenshot import NO_DRAWING, PictureError, picture
+from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.step_assembler import Row
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.metrics import derived
+
+STEPS = 300
+FRAMES = len(range(0, STEPS, 3))  # 30 Hz of the 100 Hz
+
+
+def chain(links: int) -> Scene:
+    """Return a scene with a cable of so many links, 4 m in all, 10 kg."""
+    masses = [6.0 / links] * (links - 1) + [4.0 + 6.0 / links]
+    cable = {"links": links, "lengths": 4.0 / links, "node_masses": masses}
+    return load_scene({"crane": "overhead", "duration": 3.0, "trolley": {"mass": 5.0}, "cable": cable})
+
+
+class Run(NamedTuple):
+    """A made-up motion and its recording."""
+
+    path: Path
+    scene: Scene
+    q: np.ndarray  # (K, nq)
+    nodes: np.ndarray  # (K, N+1, 3)
+
+
+def recorded(path: Path, links: int) -> Run:
+    """Record a trolley that runs 60 m away, far beyond the rail that is drawn at first, below it a bending cable."""
+    scene, t = chain(links), 0.01 * np.arange(STEPS)
+    bend = np.sin(4.0 * t)[:, None] * np.linspace(0.2, 1.0, links)
+    q = np.column_stack([20.0 * t, bend])
+    rest = np.zeros_like(q)
+    session = Session(scene, path)
+    rows = [Row(k + 1, tuple(q[k]), tuple(rest[k]), (1.0,), None, None) for k in range(STEPS)]
+    session.write(rows[:200])
+    session.write(rows[200:])
+    session.close({"scene": scene.name}, lost=0)
+    exact = (np.asarray(part, dtype=np.float64) for part in (t, q, rest, np.ones((STEPS, 1))))
+    return Run(path, scene, q, derived(scene, *exact).nodes)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Record a cable of seven links."""
+    return recorded(tmp_path_factory.mktemp("overhead") / "run.rrd", 7)
+
+
+def chunks(path: Path, entity: str, column: str, static: bool = False) -> list[Any]:
+    """Return the values of a component, one per row, in the order of the file."""
+    batches = (
+        c.to_record_batch() for c in RrdReader(path).stream() if c.entity_path == entity and c.is_static == static
+    )
+    return [value for batch in batches if column in batch.schema.names for value in batch[column].to_pylist()]
+
+
+def test_the_cable_is_one_line_through_the_nodes(run: Run) -> None:
+    """Every third step the cable is drawn through all nodes, and trolley and payload stand at its ends."""
+    shown = run.nodes[::3]
+    strips = np.array(chunks(run.path, "/rope", "LineStrips3D:strips"))[:, 0]
+    assert strips.shape == (FRAMES, 8, 3)
+    assert strips == pytest.approx(shown, abs=1e-5)  # single precision of up to 60 m
+    for frame, end in (("trolley", 0), ("payload", -1)):
+        places = np.array(chunks(run.path, f"/tf/{frame}", "Transform3D:translation"))[:, 0]
+        assert places == pytest.approx(shown[:, end], abs=1e-5)
+
+
+def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
+    """Of seven swings four are plotted, the first and the last among them; `plots/q` has them all, bit for bit."""
+    assert np.array_equal(read_curves(run.path, "plots/q").values, run.q)
+    assert np.array_equal(read_curves(run.path, "shown/swing_deg").values, np.degrees(run.q[:, [1, 3, 5, 7]]))
+    line = run.nodes[:, -1] - run.nodes[:, 0]
+    total = read_curves(run.path, "shown/swing_total_deg").values[:, 0]
+    assert total == pytest.approx(np.degrees(np.arctan2(line[:, 0], -line[:, 2])))
+
+
+def test_energies_add_up(run: Run) -> None:
+    """Kinetic and potential energy are plotted beside their sum."""
+    parts, whole = read_curves(run.path, "plots/energy_parts").values, read_curves(run.path, "plots/energy").values
+    assert parts.sum(axis=1) == pytest.approx(whole[:, 0])
+    assert np.ptp(parts[:, 1]) > 1.0  # J: the cable bends, so it is no sum of zeros
+
+
+def test_the_rail_is_as_long_as_the_way(run: Run) -> None:
+    """The rail that stands there in the end is under the trolley all the way, and no longer than its spare ends ask."""
+    rails = chunks(run.path, "/crane/base/boxes", "Boxes3D:half_sizes", static=True)
+    half = max(size[0] for size in rails[-1])
+    way, depth = np.ptp(run.nodes[::3, :, 0]), -run.nodes[::3, :, 2].min()
+    assert len(rails) > 2  # expected, grown on the way, fitted
+    assert 2.0 * half == pytest.approx(way + 0.5 * depth, rel=1e-6)  # single precision
+
+
+def test_many_links_cost_no_more_entities(run: Run, tmp_path: Path) -> None:
+    """A cable of 120 links has as many entities and rows of drawing as one of seven, less the beads hidden in it."""
+    rows: list[dict[str, int]] = []
+    for path in (run.path, recorded(tmp_path / "long.rrd", 120).path):
+        found: dict[str, int] = {}
+        for chunk in RrdReader(path).stream():
+            if not chunk.is_static:
+                found[chunk.entity_path] = found.get(chunk.entity_path, 0) + chunk.num_rows
+        rows.append(found)
+    assert rows[0].pop("/rope/nodes") == FRAMES
+    assert rows[0] == rows[1]
+
+
+def test_the_viewer_shows_it_without_complaint(run: Run, tmp_path: Path) -> None:
+    """The viewer opens the recording with its layout, draws it, and no view reports a problem."""
+    try:
+        complaints = picture(run.path, tmp_path / "run.png", at=2.0)
+    except PictureError as error:
+        if str(error) == NO_DRAWING:
+            pytest.skip(NO_DRAWING)
+        raise
+    assert complaints == []
+
+
+EDGE = st.floats(0.0, 4.0)
+
+
+@given(st.floats(-50.0, 50.0), EDGE, EDGE, st.floats(0.5, 20.0), st.booleans())
+def test_all_of_the_motion_is_in_the_picture(x: float, dx: float, dy: float, depth: float, spatial: bool) -> None:
+    """Seen from where the recording puts the eye, no corner of the crane's room is outside the field of view."""
+    dy = dy if spatial else 0.0
+    room = Room((x, 0.0, -depth), (x + dx * depth, dy * depth, 0.0), depth, spatial)
+    framing = of_room(room)
+    eye, at = np.array(framing.eye), np.array(framing.look_at)
+    ahead = (at - eye) / np.linalg.norm(at - eye)
+    right = np.cross(ahead, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    (left, end), (near, far) = room.rail(0), room.rail(1) if spatial else (0.0, 0.0)
+    for corner in ((a, b, c) for a in (left, end) for b in (near, far) for c in (room.floor, 0.0)):
+        line = np.array(corner) - eye
+        assert line @ ahead > 0.0
+        slope = tan(radians(0.5 * VIEW)) * (line @ ahead)
+        assert abs(line @ up) <= slope and abs(line @ right) <= ASPECT * slope
+
+
+def test_a_far_way_is_followed() -> None:
+    """Where the whole way would make the crane a dot, the eye goes along with the trolley, close to it."""
+    room = Room((0.0, 0.0, -2.0), (200.0, 0.0, 0.0), 2.0, spatial=False)
+    framing = of_room(room)
+    assert framing.follows == "crane/trolley/boxes"
+    assert np.linalg.norm(np.subtract(framing.eye, framing.look_at)) < 10.0 * room.depth
+
+
+def test_an_elastic_cable_is_told_by_its_nodes() -> None:
+    """Where positions are the coordinates, angles of a few links and the cable's length follow from the nodes."""
+    angles = np.radians([10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
+    steps = np.column_stack([np.sin(angles), np.zeros(6), -np.cos(angles)]) * 1.1
+    nodes = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) + (5.0, 0.0, 0.0)
+    room = Room((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
+    cable = Suspension(Hang((1.0,) * 6, (1.0,) * 6), room, "positions")
+    block: Any = SimpleNamespace(nodes=nodes[None])
+    found = {channel.entity: channel for channel in cable_channels(cable)}
+    assert found["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
+    assert found["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
+    assert found["shown/cable_m"].values(block) == pytest.approx([6.6])
+
+
+def test_the_target_hangs_still_below_the_references() -> None:
+    """Trolley, bridge and hoist where they should go, every link straight down, as long as it is."""
+    nodes = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.6, -0.8]]])
+    still = hanging_still(("trolley", "bridge", "hoist"), np.array([[4.0, -3.0, 2.5]]), nodes)
+    assert still == pytest.approx(np.array([[[4.0, -3.0, 0.0], [4.0, -3.0, -2.5], [4.0, -3.0, -3.5]]]))
+    kept = hanging_still(("bridge",), np.array([[-3.0]]), nodes)
+    assert kept == pytest.approx(np.array([[[0.0, -3.0, 0.0], [0.0, -3.0, -1.0], [0.0, -3.0, -2.0]]]))

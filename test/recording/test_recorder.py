@@ -1,0 +1,244 @@
+"""The recorder puts a run together from messages that come in any order between topics, and counts what is lost."""
+
+import json
+import os
+import random
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from process_helpers import completed
+from recorder_helpers import PERIOD, SCENE, feed, full
+
+from crane_sim import orchestration
+from crane_sim.recording.files import found
+from crane_sim.recording.rerun.reader import read_curves, read_summary
+from crane_sim.recording.rerun.recorder import Recorder
+from crane_sim.recording.rerun.repair import Before, repair
+from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.step_assembler import PATIENCE, Pairing
+from crane_sim.simulation.plant import Plant
+
+TARGET = (0.0, 0.0, 0.0, 2.0)
+
+
+def number(k: int, size: int) -> tuple[float, ...]:
+    """Return a vector (size,) that names its step."""
+    return (float(k),) * size
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_topics_may_overtake_each_other(seed: int) -> None:
+    """However the three topics interleave, each step comes out once, in order, with its own state, effort, command."""
+    pairing, order = Pairing(PERIOD, TARGET), random.Random(seed)
+    queues = [[(topic, k) for k in range(1, 201)] for topic in ("state", "effort", "command")]
+    rows = []
+    while any(queues):
+        topic, k = order.choice([queue for queue in queues if queue]).pop(0)
+        if topic == "state":
+            pairing.add_state(k * PERIOD, number(k, 6), number(-k, 6))
+        elif topic == "effort":
+            pairing.add_effort(k * PERIOD, number(k, 4))
+        else:
+            pairing.add_command(k * PERIOD, number(2 * k, 4))
+        if order.random() < 0.1:
+            rows += pairing.take()
+    rows += pairing.take(final=True)
+    assert [row.step for row in rows] == list(range(1, 201))
+    assert all((row.q[0], row.v[0], row.effort[0]) == (row.step, -row.step, row.step) for row in rows)
+    assert [row.demanded for row in rows] == [number(2 * k, 4) for k in range(1, 201)]
+    assert pairing.lost == 0
+
+
+def test_lost_steps_are_counted() -> None:
+    """A step whose effort never came is lost and counted; its neighbours are not."""
+    pairing = Pairing(PERIOD, TARGET)
+    for k in range(1, 11):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        if k not in (3, 7, 8):
+            pairing.add_effort(k * PERIOD, number(k, 4))
+    assert [row.step for row in pairing.take(final=True)] == [1, 2, 4, 5, 6, 9, 10]
+    assert pairing.lost == 3
+
+
+def test_a_repeated_state_is_one_step() -> None:
+    """A state that lockstep sent again, before or after it was written, adds nothing."""
+    pairing = Pairing(PERIOD, TARGET)
+    for k in (1, 1, 2):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        pairing.add_command(k * PERIOD, number(k, 4))
+        pairing.add_effort(k * PERIOD, number(k, 4))
+    assert [row.step for row in pairing.take()] == [1, 2]
+    pairing.add_state(2 * PERIOD, number(2, 6), number(2, 6))
+    assert pairing.take(final=True) == []
+
+
+def test_a_step_waits_for_its_command() -> None:
+    """A step whose command is on its way is held back, but not for ever, and not at the end of the run."""
+    pairing = Pairing(PERIOD, TARGET)
+    for k in range(1, PATIENCE + 4):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        pairing.add_effort(k * PERIOD, number(k, 4))
+    pairing.add_command(1 * PERIOD, number(1, 4))
+    held = pairing.take()
+    assert [(row.step, row.demanded) for row in held] == [(1, number(1, 4)), (2, None), (3, None)]
+    assert len(pairing.take(final=True)) == PATIENCE
+
+
+def test_a_reference_holds_from_its_stamp_on() -> None:
+    """A new target does not change the steps before it, however late it is heard."""
+    pairing, later = Pairing(PERIOD, TARGET), (0.5, 0.5, 0.5, 1.0)
+    for k in range(1, 5):
+        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        pairing.add_effort(k * PERIOD, number(k, 4))
+    pairing.add_reference(3 * PERIOD, later)
+    assert [row.reference for row in pairing.take(final=True)] == [TARGET, TARGET, later, later]
+
+
+def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
+    """What was recorded before a reset is kept in its own file, and the new pass is complete in the usual one."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 30)
+    feed(recorder, 20)
+    added = recorder.finish({"steps": 20})
+    assert added == {"recording": str(tmp_path / "run.rrd"), "recorded_steps": 20, "lost_steps": 0}
+    assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == 20
+    assert len(read_curves(tmp_path / "run.before_reset_1.rrd", "plots/q").step) == 30
+
+
+def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) -> None:
+    """A second reset, heard by the one who replaces a recorder, leaves the file of the first one alone."""
+    path = tmp_path / "run.rrd"
+    first, told = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
+    set_aside = tmp_path / "run.before_reset_1.rrd"
+    first.on_reset = lambda: told.append((first.passes, first.last_step, first.recorded, set_aside.exists()))
+    feed(first, 30)
+    feed(first, 20)
+    first.save()
+    assert told == [(1, 0, 0, True)]
+    before = Before(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(heir, 25, after=20)
+    feed(heir, 10)
+    assert heir.passes == 2 and heir.finish({"steps": 10})["recorded_steps"] == 10
+    files = {"run.before_reset_1.rrd": 30, "run.before_reset_2.rrd": 25, "run.rrd": 10}
+    assert {file.name for file in tmp_path.iterdir()} == set(files)
+    for name, steps in files.items():
+        assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
+
+
+def test_a_reset_that_the_dead_one_did_not_hear_of_begins_anew(tmp_path: Path) -> None:
+    """Who is handed step 20 and then hears of step 1 does not take the new pass for a repetition of the old one."""
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 20)
+    dead.save()
+    before = Before(20, 20, (tmp_path / "run.rrd.part",))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(heir, 30)
+    assert heir.finish({"steps": 30})["recorded_steps"] == 30
+    for name, steps in (("run.before_reset_1.rrd", 20), ("run.rrd", 30)):
+        assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
+
+
+def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
+    """Who died behind the last step, its file complete under the whole's name, loses no step, and leaves one file."""
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 30)
+    dead.finish({"steps": 30})
+    before = Before(30, 30, tuple(found(str(path), 1, since=0.0)))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    assert heir.has_all(30)
+    added = heir.finish({"steps": 30})
+    assert added == {"recording": str(path), "recorded_steps": 30, "lost_steps": 0}
+    assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 31))
+    assert read_summary(path)["recording"] == str(tmp_path / "run.part2.rrd")  # of who said it last
+    assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
+
+
+def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error of a file that could not be written says how many steps it has; earlier parts are named, too."""
+    part = tmp_path / "run.rrd.part"
+    part.touch()
+    before = Before(20, 20, (part,))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
+    feed(heir, 30, after=20)
+    monkeypatch.setattr(Session, "write", full)
+    added = heir.finish({"steps": 32})
+    files = [str(part), str(tmp_path / "run.part2.rrd.part")]
+    assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"
+    assert (added["recording"], added["parts"], added["lost_steps"]) == (files[1], files, 12)
+
+
+def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who goes on behind another recorder's last known step leaves one file in the end, with every step once."""
+    monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 30)
+    before = Before(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not told of the last ten
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(heir, 60, after=20)
+    added = heir.finish({"steps": 60})
+    assert added == {"recording": str(path), "recorded_steps": 60, "lost_steps": 0}
+    assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 61))
+    assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
+
+
+def test_the_summary_counts_the_missing_end(tmp_path: Path) -> None:
+    """Steps that the plant made and the recorder never heard of are lost, in the summary of the file, too."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 20)
+    assert recorder.finish({"steps": 25})["lost_steps"] == 5
+    assert read_summary(tmp_path / "run.rrd")["lost_steps"] == 5
+
+
+def test_the_node_records_every_step(tmp_path: Path) -> None:
+    """Over ROS in lockstep the recording has each step's state and applied effort, bit for bit as without ROS."""
+    path = tmp_path / "run.rrd"
+    summary = orchestration.run(SCENE, record=path)
+    assert "error" not in summary
+    assert (summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, 0)
+    plant, states, efforts = Plant(SCENE), [], []
+    for _ in range(SCENE.steps):
+        states.append(plant.q)
+        assert SCENE.law is not None
+        plant.advance(SCENE.law(plant.t, plant.q, plant.v))
+        efforts.append(plant.applied)
+    assert np.array_equal(read_curves(path, "plots/q").values, states)
+    for entity in ("plots/effort", "plots/effort_demanded"):  # nothing limits this crane's drives
+        assert np.array_equal(read_curves(path, entity).values, efforts)
+    assert read_summary(path) == summary
+
+
+RUN = """
+import json, sys
+from pathlib import Path
+from crane_sim import load_scene, orchestration
+scene = load_scene("knuckle_setpoint", {"duration": 30.0})
+print(json.dumps(orchestration.run(scene, mode="realtime", rate=10.0, record=Path(sys.argv[1]))))
+"""
+FULL = 3000  # steps of that scene, twice as many as a megabyte holds
+
+
+def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
+    """When the disk fills up the run still comes to its end, and its summary says what is missing and why."""
+    disk, copy = tmp_path / "disk", tmp_path / "run.rrd.part"
+    disk.mkdir()
+    script = 'mount -t tmpfs -o size=1m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'
+    command = ["unshare", "-Urm", "sh", "-c", script, "sh", str(disk), sys.executable, RUN, str(copy)]
+    env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    done = completed(command, env=env)
+    if not done.stdout and ("unshare" in done.stderr or "mount" in done.stderr):
+        pytest.skip("no mount namespace of one's own here")
+    summary = json.loads(done.stdout.splitlines()[-1])
+    assert summary["steps"] == FULL
+    assert summary["error"].startswith("recorder: recording ")
+    assert summary["error"].endswith(f"; it has {summary['recorded_steps']} of {FULL} steps")
+    assert summary["lost_steps"] == FULL - summary["recorded_steps"] > 0
+    recovered = repair(copy)
+    assert recovered is not None
+    # what was on its way to the disk when it was full may be there, too
+    assert len(read_curves(recovered, "plots/q").step) >= summary["recorded_steps"] > 0

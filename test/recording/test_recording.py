@@ -1,0 +1,125 @@
+"""A recording holds every step of a run exactly, with what follows from it, in a form that the viewer shows."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from recording_samples import SCENE, STEPS, steps_of
+from rerun.chunk import RrdReader
+
+from crane_sim.recording.rerun.cranes import turn_from_z
+from crane_sim.recording.rerun.reader import read_curves, read_summary
+from crane_sim.recording.rerun.screenshot import NO_DRAWING, PictureError, picture
+from crane_sim.recording.rerun.session import Session
+from crane_sim.simulation.metrics import derived
+
+
+class Run(NamedTuple):
+    """A run, as the plant made it, and its recording."""
+
+    path: Path
+    t: np.ndarray  # (K,)
+    q: np.ndarray  # (K, nq)
+    v: np.ndarray  # (K, nq)
+    u: np.ndarray  # (K, nu)
+    summary: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Record one run."""
+    path = tmp_path_factory.mktemp("recording") / "run.rrd"
+    session, rows = Session(SCENE, path), list(steps_of(SCENE))
+    session.mode(1, "playing")
+    session.write(rows[:500])
+    session.write(rows[500:])
+    session.pace(STEPS, 12.5)
+    session.note(STEPS, "the end")
+    summary = {"scene": SCENE.name, "steps": STEPS, "final_error": {"slew": 0.25}, "settling_time": {"slew": None}}
+    added = session.close(summary, lost=0)
+    q, v, u = (np.array([row[i] for row in rows]) for i in (1, 2, 3))
+    return Run(path, SCENE.period * np.arange(STEPS), q, v, u, summary | added)
+
+
+def test_every_step_is_there_exactly(run: Run) -> None:
+    """State and effort of each step are recorded once, bit for bit, at the right time."""
+    for entity, values in (("plots/q", run.q), ("plots/v", run.v), ("plots/effort", run.u)):
+        curves = read_curves(run.path, entity)
+        assert np.array_equal(curves.step, np.arange(1, STEPS + 1))
+        assert np.array_equal(curves.values, values)
+        assert curves.time == pytest.approx(SCENE.period * np.arange(STEPS), abs=1e-12)  # the rounding of ns to s
+
+
+def test_what_follows_from_the_state_is_there(run: Run) -> None:
+    """The derived quantities are the metrics' own, and those of the law are the law's, at every step."""
+    known = derived(SCENE, run.t, run.q, run.v, run.u)
+    law: Any = SCENE.law
+    lyapunov = np.array([law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)])
+    expected = {
+        "plots/energy": known.energy[:, None],
+        "plots/tension": known.tension[:, None],
+        "plots/swing": known.swing[:, None],
+        "plots/payload": known.payload,
+        "plots/q_err": np.array(SCENE.reference) - run.q[:, :4],
+        "plots/lyapunov": lyapunov[:, :1],
+        "plots/lyapunov_rate": lyapunov[:, 1:],
+        "shown/angle_deg": np.degrees(run.q[:, :3]),
+        "shown/swing_deg": np.degrees(run.q[:, 4:]),
+    }
+    for entity, values in expected.items():
+        assert np.array_equal(read_curves(run.path, entity).values, values), entity
+
+
+def test_the_crane_moves_in_3d(run: Run) -> None:
+    """Every moving joint, the rope, the trail and the target have one frame for every third step, none lost."""
+    rows: dict[str, int] = {}
+    for chunk in RrdReader(run.path).stream():
+        if not chunk.is_static:
+            rows[chunk.entity_path] = rows.get(chunk.entity_path, 0) + chunk.num_rows
+    frames = len(range(0, STEPS, 3))  # 30 Hz of the 100 Hz
+    moving = [f"/tf/{name}" for name in (*SCENE.joint_names, "boom_level", "jib_level")]
+    efforts = [f"/effort/{name}" for name in SCENE.actuated]
+    others = ["/rope", "/payload/trail", "/reference/path", "/reference/target"]
+    assert {entity: rows.get(entity) for entity in (*moving, *efforts, *others)} == dict.fromkeys(
+        (*moving, *efforts, *others), frames
+    )
+
+
+def test_the_summary_is_in_the_file(run: Run) -> None:
+    """The summary is read back as it was given, and a person finds it as a table."""
+    assert read_summary(run.path) == run.summary
+    tables = [chunk for chunk in RrdReader(run.path).stream() if chunk.entity_path == "/summary/table"]
+    text = tables[0].to_record_batch()["TextDocument:text"][0].as_py()[0]
+    assert "| steps | 637 |" in text and "| slew | 0.25 | – |" in text
+
+
+def test_a_finished_recording_is_one_file_with_its_views(run: Run) -> None:
+    """Closing leaves the complete file alone in its folder, and the layout of the views is in it."""
+    assert [entry.name for entry in run.path.parent.iterdir()] == ["run.rrd"]
+    assert len(RrdReader(run.path).recordings()) == len(RrdReader(run.path).blueprints()) == 1
+
+
+@given(arrays(float, (5, 3), elements=st.floats(-10.0, 10.0)).filter(lambda a: np.linalg.norm(a, axis=1).min() > 1e-3))
+def test_the_rope_points_along_itself(directions: np.ndarray) -> None:
+    """The turn of the rope's cylinder takes the z axis into the rope's direction, straight down included."""
+    directions[0] = (0.0, 0.0, -1.0)
+    x, y, z, w = turn_from_z(directions).T
+    turned = np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    assert turned == pytest.approx(unit, abs=1e-7)  # a double loses half its digits where 1 + z cancels
+
+
+def test_the_viewer_shows_it_without_complaint(run: Run, tmp_path: Path) -> None:
+    """The viewer opens the recording with its layout, draws it, and no view reports a problem."""
+    try:
+        complaints = picture(run.path, tmp_path / "run.png", at=3.0)
+    except PictureError as error:
+        if str(error) == NO_DRAWING:
+            pytest.skip(NO_DRAWING)
+        raise
+    assert complaints == []
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,124 @@
+"""A recording survives the end of its recorder, and a recorder says so when it cannot write."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap_samples import TOPICS, feed, read
+from process_helpers import completed
+from recording_samples import SCENE, STEPS
+
+from crane_sim.recording.files import unfinished
+from crane_sim.recording.mcap.bag import Bag
+from crane_sim.recording.rerun.reader import read_curves
+from crane_sim.recording.rerun.repair import repair, repair_leftovers
+from crane_sim.recording.rerun.session import Session
+
+CHILD = """
+import os, resource, signal, sys
+from pathlib import Path
+from recording_samples import SCENE, steps_of
+from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.writer import RecordingError
+
+rows, session = list(steps_of(SCENE)), Session(SCENE, Path(sys.argv[1]))
+if sys.argv[2] == "killed":
+    session.write(rows[:500])
+    os.kill(os.getpid(), signal.SIGKILL)
+resource.setrlimit(resource.RLIMIT_FSIZE, (800_000, 800_000))
+try:
+    for first in range(0, len(rows), 50):
+        session.write(rows[first:first + 50])
+except RecordingError as error:
+    print(session.recorded, error, sep="|", flush=True)
+    os._exit(3)
+"""
+
+
+def child(program: str, path: Path, end: str = "killed") -> subprocess.CompletedProcess[str]:
+    """Record in another process that comes to a bad end."""
+    test = Path(__file__).parents[1]
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(test / "helpers"), str(test.parent)])}
+    command = [sys.executable, "-c", program, str(path), end]
+    return completed(command, env=env)
+
+
+def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
+    """After SIGKILL the next recorder repairs what was left, and every step that was written is in it."""
+    assert child(CHILD, tmp_path / "run.rrd", "killed").returncode == -9
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
+    session = Session(SCENE, tmp_path / "next.rrd")
+    curves = read_curves(tmp_path / "run.recovered.rrd", "plots/q")
+    assert np.array_equal(curves.step, np.arange(1, 501))
+    assert not (tmp_path / "run.rrd.part").exists()
+    session.close({}, lost=0)
+
+
+def test_a_living_recorder_is_left_alone(tmp_path: Path) -> None:
+    """A file that is still being written is not taken for a leftover."""
+    session = Session(SCENE, tmp_path / "run.rrd")
+    assert repair_leftovers(tmp_path) == []
+    session.close({}, lost=0)
+    assert (tmp_path / "run.rrd").exists()
+
+
+def test_rubbish_is_left_alone(tmp_path: Path) -> None:
+    """A leftover from which nothing can be recovered stays where it is."""
+    part = tmp_path / "run.rrd.part"
+    part.write_bytes(b"not a recording")
+    assert repair(part) is None
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
+
+
+def test_a_full_disk_is_noticed(tmp_path: Path) -> None:
+    """A block that does not reach the disk is an error of one line that names the file; what was written survives."""
+    done = child(CHILD, tmp_path / "run.rrd", "full")
+    recorded, _, why = done.stdout.strip().partition("|")
+    assert done.returncode == 3, done.stderr
+    assert str(tmp_path / "run.rrd.part") in why and "\n" not in why
+    recovered = repair(tmp_path / "run.rrd.part")
+    assert recovered is not None
+    assert 0 < int(recorded) <= len(read_curves(recovered, "plots/q").step) < STEPS
+
+
+MCAP_CHILD = """
+import os, signal, sys
+from pathlib import Path
+from mcap_samples import TOPICS, STATE_WIRE, SCENE
+from crane_sim.recording.mcap.file import McapFile
+
+file = McapFile(Path(sys.argv[1]), list(TOPICS.values()))
+for k in range(1, 31):
+    file.write(0, k * SCENE.period_ns, STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
+    if k == 20:
+        file.save()
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """After SIGKILL the next recorder of the same name says where it put what was saved, and it reads."""
+    path = tmp_path / "run.mcap"
+    assert child(MCAP_CHILD, path).returncode == -9
+    (grown,) = unfinished(path).glob("*.mcap")
+    with grown.open("ab") as file:
+        file.write(b"\x06\xff\xff")  # a chunk that was cut
+    bag = Bag(path, TOPICS, SCENE.period_ns)
+    feed(bag, 5)
+    bag.finish({"steps": 5})
+    assert "recovered as" in caplog.text
+    recovered = read(tmp_path / "run.recovered.mcap")["/knuckle/joint_states"]
+    assert [message.position[0] for _, message in recovered] == list(range(1, 21))
+    assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.recovered.mcap"}
+
+
+def test_a_living_recorder_s_file_is_left_alone(tmp_path: Path) -> None:
+    """Two recorders of the same file: the second one is refused, and the first one's is complete in the end."""
+    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    with pytest.raises(FileExistsError, match="another run is writing it"):
+        Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
+    feed(bag, 3)
+    assert bag.finish({"steps": 3}) == {"mcap": str(tmp_path / "run.mcap")}

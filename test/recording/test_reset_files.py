@@ -1,0 +1,80 @@
+"""What becomes of files at a reset when not all is well: a disk that was full before, parts that cannot be joined."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap_samples import SCENE as BAG_SCENE
+from mcap_samples import TOPICS
+from mcap_samples import feed as feed_bag
+from recorder_helpers import SCENE, feed, full
+
+from crane_sim.recording.files import before_reset
+from crane_sim.recording.mcap.bag import Bag
+from crane_sim.recording.mcap.file import McapFile
+from crane_sim.recording.rerun import repair
+from crane_sim.recording.rerun.reader import read_curves
+from crane_sim.recording.rerun.recorder import Recorder
+from crane_sim.recording.rerun.repair import Before
+from crane_sim.recording.rerun.session import Session
+
+
+def test_a_disk_that_was_full_before_a_reset_is_counted_by_passes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file has none of the steps behind the reset: they are all lost, and those before it are counted apart."""
+    monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 30)
+    assert recorder.recorded >= 29  # the command of the last step may still be waited for
+    before = recorder.recorded
+    monkeypatch.setattr(Session, "write", full)
+    feed(recorder, 40, after=30)
+    feed(recorder, 20)
+    added = recorder.finish({"steps": 20})
+    why = f"it has 0 of 20 steps since the last reset, and {before} from before it"
+    assert added["error"] == f"recorder: the disk is full; {why}"
+    assert (added["recorded_steps"], added["lost_steps"]) == (0, 20)
+    assert added["recording"] == str(tmp_path / "run.rrd.part")
+
+
+@pytest.mark.parametrize("method", ["write", "close"])
+def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
+    method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same of a bag, whether it was full already, or is so when the reset closes the file."""
+    bag = Bag(tmp_path / "run.mcap", TOPICS, BAG_SCENE.period_ns)
+    feed_bag(bag, 30)
+    bag.save()
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(McapFile, method, fail)
+    feed_bag(bag, 40, after=30)
+    feed_bag(bag, 20)
+    summary = bag.finish({"steps": 20})
+    assert summary["error"].endswith(
+        "No space left on device; it has 0 of 20 steps since the last reset, and 30 from before it"
+    )
+    assert summary["mcap"] == str(tmp_path / "run.mcap.part") and bag.passes == 1
+
+
+def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They get names of their own, in order, and the run behind the reset is whole under its usual name."""
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 20)
+    dead.save()
+    before = Before(20, 20, (tmp_path / "run.rrd.part",))
+    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(heir, 30, after=20)
+    monkeypatch.setattr(repair, "optimized", lambda *_: False)  # as a disk that is nearly full has it
+    feed(heir, 10)
+    added = heir.finish({"steps": 10})
+    assert added == {"recording": str(path), "recorded_steps": 10, "lost_steps": 0}
+    names = {"run.before_reset_1.rrd.part", "run.before_reset_1.part2.rrd", "run.rrd"}
+    assert {file.name for file in tmp_path.iterdir()} == names
+    for name, steps in (("run.before_reset_1.part2.rrd", range(21, 31)), ("run.rrd", range(1, 11))):
+        assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, list(steps))
+    assert before_reset(path, 1).name == "run.before_reset_2.rrd"  # a part of the first has that name

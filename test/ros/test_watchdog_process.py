@@ -1,0 +1,68 @@
+"""What the plant does in real time when nobody commands, and at the end of a run that nobody can command."""
+
+import os
+from pathlib import Path
+
+import pytest
+from bench_graph import JOINTS, NodeProcess, graph, remote, wait_until
+from process_helpers import started_program
+
+from crane_sim import load_scene
+from crane_sim.simulation.plant import SLOW
+
+PLANT = "crane_sim.ros.plant_node"
+EFFORT = [200.0, 2000.0, 500.0, 0.0]
+
+
+def scene_file(folder: Path) -> str:
+    """Return a scene file whose run does not end by itself."""
+    file = folder / "endless.yaml"
+    load_scene("knuckle_setpoint", {"duration": 1e5}).dump(file)
+    return str(file)
+
+
+def fifo_permitted() -> bool:
+    """Return whether this user may have processes under SCHED_FIFO."""
+    with started_program(["sleep", "10"]) as other:
+        try:
+            os.sched_setscheduler(other.pid, os.SCHED_FIFO, os.sched_param(5))
+        except OSError:
+            return False
+    return True
+
+
+def test_silence_brakes_and_commands_release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond the time-out the brakes act, and the diagnostics say so; with the next command both are over."""
+    options = ("mode:=realtime", "command_timeout:=0.3", "on_silence:=brake", "commanded:=true", "fifo_priority:=5")
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+        with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", *options) as plant:
+            plant.await_event("ready")
+            ours.answers = EFFORT
+            plant.order("go")
+            wait_until(lambda: ours.efforts[-1:] == [EFFORT])
+            assert (os.sched_getscheduler(plant.process.pid) == os.SCHED_FIFO) == fifo_permitted()
+            ours.answers = None
+            wait_until(lambda: any("no valid command for 0.3 s: the brakes act" in line for _, line in ours.warnings))
+            wait_until(lambda: ours.efforts[-1] != EFFORT)
+            ours.answers = EFFORT
+            ours.send(ours.states[-1], EFFORT)
+            wait_until(lambda: ours.warnings[-1][1] == "running" and ours.efforts[-1] == EFFORT)
+
+
+def test_brake_to_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Told that nobody will command any more, the plant brakes until the crane rests, and ends with that fault."""
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+        with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", "commanded:=true") as plant:
+            plant.await_event("ready")
+            ours.answers = EFFORT
+            plant.order("go")
+            wait_until(lambda: len(ours.states) > 20)
+            plant.order("brake controller: it was killed")
+            summary = plant.await_event("done")["summary"]
+            assert plant.await_event("done")["summary"]["error"] == "controller: it was killed"
+            assert summary["steps"] > 20
+            wait_until(lambda: len(ours.states) > summary["steps"])
+            plant.order("finish")
+            assert plant.process.wait(10.0) == 1
+    last = ours.velocities[-1][: len(JOINTS)]
+    assert max(map(abs, last)) < SLOW  # what the plant calls rest; the crane was at a hundred times that

@@ -1,0 +1,29 @@
+"""Every scene of the catalogue over ROS, with real processes and a recorder."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from crane_sim.files.catalogue import scene_files
+
+NAMES = sorted(scene_files())
+SHARES = 4
+LIMIT = 300.0  # s for a share, which takes less than one minute: a run that hangs ends with the test
+
+
+@pytest.mark.parametrize("share", range(SHARES))
+def test_every_scene_runs_and_is_recorded(share: int, tmp_path: Path) -> None:
+    """No scene of the catalogue is beyond plant, law or recorder: each runs without an error, all steps on the disk."""
+    names = NAMES[share::SHARES]
+    command = [sys.executable, str(Path(__file__).parents[1] / "programs" / "catalogue_runs.py"), str(tmp_path), *names]
+    env = os.environ | {"NUMBA_DISABLE_JIT": "1", "TMPDIR": str(tmp_path)}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=LIMIT, check=False)
+    runs = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [run["scene"] for run in runs] == names, done.stderr
+    failed = [run for run in runs if "error" in run or not run["due"] == run["steps"] == run["recorded_steps"]]
+    assert not failed, done.stderr
+    assert all(Path(run["recording"]).stat().st_size for run in runs)

@@ -1,0 +1,60 @@
+"""One scene, one state_sha256: whatever processes, executors, distributions and load it is simulated with."""
+
+import sys
+
+import pytest
+
+from crane_sim import simulate
+from crane_sim.evaluation.soak.determinism import KILTED, Setup, busy, scene_of, setups, state_sha256
+from crane_sim.evaluation.soak.determinism import soak as determinism_soak
+
+SCENE = scene_of(3.0)
+
+
+def expected() -> str:
+    """Return the hash of the run in this process."""
+    return simulate(SCENE).summary["state_sha256"]
+
+
+@pytest.mark.parametrize(("processes", "executor"), [(2, "single"), (3, "events")])
+def test_processes_and_executors_change_no_bit(processes: int, executor: str) -> None:
+    """Two processes or three, one executor or the other: the states are those of a run in one process."""
+    assert state_sha256(Setup(processes, executor), SCENE) == expected()
+
+
+def test_a_loaded_machine_changes_no_bit() -> None:
+    """Two busy loops beside the nodes make the run slower, and nothing else."""
+    with busy(2):
+        assert state_sha256(Setup(), SCENE) == expected()
+
+
+@pytest.mark.skipif(not KILTED, reason="CRANE_SIM_KILTED_PYTHON names no Python with ROS 2 Kilted")
+@pytest.mark.parametrize("executor", ["events", "single"])
+@pytest.mark.parametrize("who", ["plant", "controller", "both"])
+def test_another_distribution_changes_no_bit(who: str, executor: str) -> None:
+    """Plant or controller or both on ROS 2 Kilted: still the same states."""
+    here, there = sys.executable, KILTED
+    plant, controller = {"plant": (there, here), "controller": (here, there), "both": (there, there)}[who]
+    assert state_sha256(Setup(2, executor, plant, controller), SCENE) == expected()
+
+
+def test_every_mixture_is_planned() -> None:
+    """All of processes and executors are tried, and every place of another interpreter where there is one."""
+    assert {(each.processes, each.executor) for each in setups("")} == {
+        (processes, executor) for processes in (2, 3) for executor in ("events", "single")
+    }
+    foreign = [(each.plant == "kilted", each.controller == "kilted") for each in setups("kilted")]
+    assert {pair: foreign.count(pair) for pair in foreign} == {
+        (False, False): 4,
+        (True, False): 2,
+        (False, True): 2,
+        (True, True): 2,
+    }
+
+
+@pytest.mark.slow
+def test_fifty_runs_are_one() -> None:
+    """Fifty runs over every mixture of processes, executors and load have one hash."""
+    figures, data = determinism_soak(50)
+    assert all(figure.kept for figure in figures), figures
+    assert len(data["took_s"]) == 50

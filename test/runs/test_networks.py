@@ -1,0 +1,182 @@
+"""What the network hears of a run: nothing by default, everything with the profile made for it."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+from process_helpers import completed, started_program, wait_until
+from run_helpers import check_answers
+
+from crane_sim import load_scene
+from crane_sim.evaluation.soak.determinism import KILTED, clean_environment
+from crane_sim.files.catalogue import config_folder
+from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.plant import Plant
+
+PROGRAMS = Path(__file__).parents[1] / "programs"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+LOOPBACK = "0100007F"  # 127.0.0.1 as /proc/net writes it
+PROFILES = ("fastdds_loopback.xml", "fastdds_network.xml")
+DURATION = 3.0  # s of simulated time
+
+
+def isolated() -> bool:
+    """Return whether this user may make network namespaces."""
+    tools = all(shutil.which(tool) for tool in ("unshare", "nsenter", "ip"))
+    return tools and completed(["unshare", "-Urn", "true"]).returncode == 0
+
+
+def sockets(pid: int) -> list[tuple[str, str]]:
+    """Return (table, local address) of every internet socket that a process has open."""
+    links = [os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir() if file.is_symlink()]
+    inodes = {link[8:-1] for link in links if link.startswith("socket:[")}
+    found = []
+    for table in ("udp", "udp6", "tcp", "tcp6"):
+        for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
+            fields = line.split()
+            if fields[9] in inodes:
+                found.append((table, fields[1].partition(":")[0]))
+    return found
+
+
+@contextmanager
+def node(module: str, env: dict[str, str], python: str = sys.executable) -> Iterator[int]:
+    """Run a node of the default scene until it has opened its sockets; yield its process id."""
+    command = [python, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
+    with started_program(command, env=env, stderr=subprocess.DEVNULL) as process:
+        wait_until(lambda: len(sockets(process.pid)) >= 2, "the sockets of a node")
+        time.sleep(0.5)  # for more of them
+        yield process.pid
+
+
+@pytest.mark.parametrize("module", ["crane_sim.ros.plant_node", "crane_control.nodes.controller_node"])
+def test_by_default_nothing_listens_beyond_this_machine(module: str, ros_environment: dict[str, str]) -> None:
+    """Every socket of a node is bound to the loopback interface."""
+    with node(module, ros_environment) as pid:
+        found = sockets(pid)
+    assert len(found) >= 2  # discovery and data
+    assert {address for _, address in found} == {LOOPBACK}, found
+
+
+def test_a_profile_that_is_not_there_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mistyped profile would open every interface: it is an error instead."""
+    monkeypatch.setenv("CRANE_SIM_DDS", str(tmp_path / "none.xml"))
+    with pytest.raises(RuntimeError, match="none.xml: there is no such file"):
+        environment(7, tmp_path)
+
+
+def test_the_profiles_differ_by_their_interfaces_only() -> None:
+    """Leases, announcements, buffers and repair are the same in both profiles."""
+    leaves = []
+    for name in PROFILES:
+        root = ET.parse(config_folder() / name).getroot()
+        found = {(leaf.tag, (leaf.text or "").strip()) for leaf in root.iter() if not len(leaf)}
+        leaves.append({(tag, text) for tag, text in found if text not in ("loopback", "network", "127.0.0.1")})
+    assert leaves[0] == leaves[1]
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_newer_versions_have_the_same_profiles(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They differ by the name of one element, and a node of either version finds its own file."""
+    monkeypatch.setenv("CRANE_SIM_DDS", str(config_folder() / name))
+    env = environment(7, tmp_path)
+    old, new = (env[f"{library}_DEFAULT_PROFILES_FILE"] for library in ("FASTRTPS", "FASTDDS"))
+    assert (Path(old).name, Path(new).name) == (name, name.replace("fastdds", "fastdds3"))
+    text = ET.canonicalize(Path(old).read_text(), with_comments=False)
+    assert text.replace("heartbeatPeriod", "heartbeat_period") == ET.canonicalize(Path(new).read_text())
+
+
+@pytest.mark.skipif(not KILTED, reason="CRANE_SIM_KILTED_PYTHON names no Python with ROS 2 Kilted")
+def test_nothing_of_a_newer_version_listens_beyond_this_machine(tmp_path: Path) -> None:
+    """Every socket of a node of ROS 2 Kilted is bound to the loopback interface, too."""
+    with (
+        reserved_domain() as domain,
+        node("crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED) as pid,
+    ):
+        found = sockets(pid)
+    assert len(found) >= 2  # discovery and data
+    assert {address for _, address in found} == {LOOPBACK}, found
+
+
+def driven_by_the_example(scene: Scene) -> str:
+    """Return the hash of the states through which the example's law leads in this process."""
+    sys.path.insert(0, str(EXAMPLES))
+    from my_law import effort  # pyright: ignore[reportMissingImports]
+
+    plant = Plant(scene.commanded())
+    for _ in range(scene.steps):
+        plant.advance(effort(scene.joint_names, plant.q, plant.v))
+    return plant.summary()["state_sha256"]
+
+
+def allowed(name: str) -> dict[str, list[str]]:
+    """Return the full names that the SROS2 policy allows a node, by what it does with them."""
+    found: dict[str, list[str]] = {}
+    for profile in ET.parse(config_folder() / "sros2_policy.xml").getroot().iter("profile"):
+        if profile.get("node") == name:
+            for group in profile:
+                ((what, rule),) = group.attrib.items()
+                assert rule == "ALLOW"
+                found[what] = [in_full(entry.text or "", profile.get("ns", ""), name) for entry in group]
+    return found
+
+
+def in_full(name: str, namespace: str, node: str) -> str:
+    """Return the full name of a topic or service."""
+    if name.startswith("/"):
+        return name
+    return f"{namespace}/{name.replace('~', node)}"
+
+
+@pytest.mark.slow
+def test_the_policy_allows_what_the_nodes_do(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """Everything that plant, controller and recorder publish, subscribe to and serve is in the SROS2 policy."""
+    modules = ["crane_sim.ros.plant_node", "crane_control.nodes.controller_node", "crane_sim.ros.recorder_node"]
+    own = {modules[0]: ["-p", "expected_controllers:=2"], modules[2]: ["-p", f"path:={tmp_path / 'run.rrd'}"]}
+    command = ["-m", "MODULE", "--ros-args", "-r", "__ns:=/knuckle"]
+    with ExitStack() as nodes:
+        for module in modules:
+            words = [sys.executable, command[0], module, *command[2:], *own.get(module, [])]
+            nodes.enter_context(started_program(words, env=ros_environment))
+        lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", "plant", "controller", "recorder"]
+        shown = completed(lister, env=ros_environment, check=True)
+    for node, does in json.loads(shown.stdout).items():
+        for what, names in does.items():
+            beyond = [name for name in names if not any(fnmatch(name, rule) for rule in allowed(node).get(what, []))]
+            assert not beyond, f"{node} {what}"
+
+
+def test_without_security_nothing_runs_that_wants_it(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """A node that is told to be secure and cannot be ends with an error, instead of speaking openly."""
+    folder = tmp_path / "enclaves"
+    folder.mkdir()
+    for name in "identity_ca.cert.pem cert.pem key.pem permissions_ca.cert.pem governance.p7s permissions.p7s".split():
+        (folder / name).write_text("no key\n")
+    secure = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce", "ROS_SECURITY_KEYSTORE": str(tmp_path)}
+    command = [sys.executable, "-m", "crane_sim.ros.plant_node"]
+    run = completed(command, env=ros_environment | secure)
+    assert run.returncode == 2
+    assert "Traceback" not in run.stderr
+
+
+@pytest.mark.skipif(not isolated(), reason="this user may not make network namespaces")
+def test_a_controller_on_another_machine() -> None:
+    """With the network profile, a controller at the other end of a cable drives the crane, bit for bit as at home."""
+    env = os.environ | {"CRANE_SIM_DDS": str(config_folder() / "fastdds_network.xml")}
+    command = ["unshare", "-Urn", "sh", PROGRAMS / "two_machines.sh", sys.executable, EXAMPLES, str(DURATION)]
+    run = completed(command, env=env)
+    summary = json.loads(run.stdout.splitlines()[-1])
+    assert "error" not in summary
+    scene = load_scene("knuckle_setpoint", {"duration": DURATION})
+    check_answers(summary, scene.steps)
+    assert summary["state_sha256"] == driven_by_the_example(scene)

@@ -1,0 +1,174 @@
+"""Whole runs: real processes that exchange real messages."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from process_helpers import children, completed, ends_soon, gone, next_line, started_program
+from run_helpers import check_answers
+
+from crane_sim import load_scene, orchestration
+from crane_sim.simulation.plant import Plant
+from crane_sim.simulation.rollout import simulate
+
+ENDLESS = {"duration": 1e5}  # s of simulated time: far more than a test waits for
+PERIOD = 10_000_000  # ns, of the default scene
+ORCHESTRATOR = """
+import json, sys
+from crane_sim import load_scene, orchestration
+scene = load_scene("knuckle_setpoint", {overrides})
+print(json.dumps(orchestration.run(scene, record=None, on_progress=lambda step, steps: print(step, flush=True))))
+"""
+
+
+def run(overrides: dict | None = None, record: Path | None = None, **options) -> dict:
+    """Run the default scene, 2 s of it, without a recorder where none is asked for."""
+    scene = load_scene("knuckle_setpoint", {"duration": 2.0} | (overrides or {}))
+    return orchestration.run(scene, record=record, **options)
+
+
+@contextmanager
+def orchestrator(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
+    """Yield a process that is in the middle of an endless run, and its children."""
+    script = ORCHESTRATOR.replace("{overrides}", repr(ENDLESS))
+    env = os.environ | {"TMPDIR": str(folder)}  # a killed orchestrator cannot remove its temporary files
+    with started_program([sys.executable, "-c", script], stdout=subprocess.PIPE, env=env) as process:
+        while int(next_line(process)) < 10:
+            pass
+        yield process, children(process.pid)
+
+
+def summary_of(process: subprocess.Popen[str]) -> dict:
+    """Return the summary that the orchestrator prints at its end."""
+    return json.loads(process.communicate()[0].splitlines()[-1])
+
+
+def test_lockstep_changes_no_bit() -> None:
+    """A run over ROS passes through exactly the states of plant and law in one process."""
+    scene = load_scene("knuckle_setpoint", {"duration": 2.0})
+    plant, law = Plant(scene), scene.law
+    assert law is not None
+    for _ in range(scene.steps):
+        plant.advance(law(plant.t, plant.q, plant.v))
+    summary = run()
+    assert summary["state_sha256"] == plant.summary()["state_sha256"]
+    assert summary["steps"] == scene.steps
+    check_answers(summary, scene.steps)
+    assert "error" not in summary
+
+
+def test_only_right_commands_move_the_crane(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """A foreign controller's mistakes are counted and move nothing; a state that it missed is sent again."""
+    scene = load_scene("knuckle_setpoint", {"duration": 0.5})
+    plant = Plant(scene)
+    for _ in range(scene.steps):
+        plant.advance((0.0,) * 4)
+    foreign = [sys.executable, Path(__file__).parents[1] / "programs" / "foreign_controller.py"]
+    with started_program(foreign, env=ros_environment):
+        summary = run({"duration": 0.5}, controller=False, domain_id=domain_id)
+    assert "error" not in summary
+    assert summary["commands"] == {"received": scene.steps + 5, "rejected": 3, "late": 1, "duplicate": 1}
+    assert summary["state_sha256"] == plant.summary()["state_sha256"]
+
+
+def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """A paused run moves only by the steps asked for, and after a reset it goes the same way as an undisturbed one.
+
+    Its summary names what was recorded before the reset.
+    """
+    command = [sys.executable, Path(__file__).parents[1] / "programs" / "remote_control.py"]
+    with started_program(command, env=ros_environment, stdout=subprocess.PIPE) as remote:
+        summary = run({"duration": 100.0}, domain_id=domain_id, record=tmp_path / "run.rrd")
+        seen = json.loads(remote.communicate(timeout=60.0)[0])
+    assert seen["step while playing"] == "the simulation is not paused"
+    assert (seen["pause"], seen["mode"], seen["steps"], seen["reset"], seen["go on"]) == (
+        "ok",
+        2,
+        ["ok"] * 3,
+        "ok",
+        "ok",
+    )
+    assert seen["stepped to"] - seen["paused at"] == 3 * PERIOD
+    assert seen["reset to"] == PERIOD
+    assert summary["before_reset"] == [str(tmp_path / "run.before_reset_1.rrd")]
+    assert summary["state_sha256"] == run({"duration": 100.0})["state_sha256"]
+
+
+def test_open_loop_needs_no_controller() -> None:
+    """A scene without a control law runs with the plant alone."""
+    document = load_scene("knuckle_setpoint").to_dict() | {"duration": 10.0}
+    del document["control"]
+    summary = orchestration.run(load_scene(document), record=None)
+    assert "error" not in summary
+    assert (summary["steps"], summary["commands"]["received"]) == (1000, 0)
+
+
+def test_realtime_takes_every_step() -> None:
+    """In real time the run takes as many steps as in lockstep, on the wall clock and not on the commands."""
+    summary = run(mode="realtime", rate=4.0)
+    assert "error" not in summary
+    assert summary["steps"] == 200
+    assert summary["real_time_factor"] < 4.01  # steps wait for their deadlines; a late end only lowers the factor
+
+
+@pytest.mark.parametrize("victim", ["plant", "controller"])
+def test_a_killed_node_ends_the_run(victim: str, tmp_path: Path) -> None:
+    """When a node is killed the others end, the error names it, and the summary says how far the run came."""
+    with orchestrator(tmp_path) as (process, nodes):
+        os.kill(nodes[victim], signal.SIGKILL)
+        summary = summary_of(process)
+    assert summary["error"] == f"{victim}: it was killed by SIGKILL"
+    assert summary["steps"] > 0
+    assert all(map(gone, nodes.values()))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_still_reports(number: signal.Signals, tmp_path: Path) -> None:
+    """SIGINT and SIGTERM end a run early, with the summary of what was done and no process left."""
+    with orchestrator(tmp_path) as (process, nodes):
+        process.send_signal(number)
+        summary = summary_of(process)
+    assert summary["error"] == "interrupted"
+    assert summary["commands"]["received"] >= summary["steps"] > 0  # more where a state was sent and answered again
+    assert all(map(gone, nodes.values()))
+
+
+def test_nodes_outlive_no_orchestrator(tmp_path: Path) -> None:
+    """When the orchestrator itself is killed its nodes notice, and end."""
+    with orchestrator(tmp_path) as (process, nodes):
+        process.kill()
+        for pid in nodes.values():
+            ends_soon(pid)
+
+
+@pytest.mark.parametrize(
+    ("setting", "complaint"),
+    [
+        ("sceen:=knuckle_setpoint", "unknown parameter sceen"),
+        ("mode:=fast", "parameter mode is 'fast'"),
+        ("rate:=0.0", "parameter rate is 0.0"),
+        ("resends:=many", "parameter resends is 'many'"),
+        ("control_fd:=none", "parameter control_fd is 'none'"),
+        ("on_silence:=pray", "parameter on_silence is 'pray'"),
+        ("scene:=knukle_setpoint", "knukle_setpoint"),
+    ],
+)
+def test_bad_parameters_are_refused(setting: str, complaint: str, ros_environment: dict[str, str]) -> None:
+    """A node that is given a parameter it cannot use ends with exit code 2 and one line that names it."""
+    command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", setting]
+    ended = completed(command, env=ros_environment)
+    assert ended.returncode == 2
+    assert complaint in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+
+
+def test_ten_runs_in_a_row_are_one() -> None:
+    """Ten runs over ROS, one after the other, and the run in one process end with one and the same hash."""
+    hashes = {run({"duration": 0.5})["state_sha256"] for _ in range(10)}
+    assert hashes == {simulate("knuckle_setpoint", duration=0.5).summary["state_sha256"]}

@@ -1,0 +1,87 @@
+"""Several cranes at once: on one clock in one domain, or side by side without ever hearing each other."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from process_helpers import completed, gone, started_program, wait_until
+from run_helpers import check_answers
+
+from crane_sim import load_scene, simulate
+
+PROGRAMS = Path(__file__).parents[1] / "programs"
+CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # as the example has them
+
+
+def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
+    """Two cranes step together, never more than a period apart, /clock is one, and each moves as it does alone."""
+    watcher = [sys.executable, PROGRAMS / "clock_watcher.py", *CRANES]
+    example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
+    with started_program(watcher, env=ros_environment, stdout=subprocess.PIPE) as watch:
+        run = completed(example, env=ros_environment)
+        seen = json.loads(watch.communicate(timeout=60.0)[0])
+    summaries = json.loads(run.stdout)
+    for crane, scene in CRANES.items():
+        assert summaries[crane]["state_sha256"] == simulate(scene).summary["state_sha256"]
+    assert seen["hasty"] == 0
+    # All states of the shorter run, the first one too, but for what went by before the watcher was known.
+    assert seen["common"] > 0.9 * load_scene("overhead_energy").steps
+    assert seen["leaders"] == 1 and seen["times"] > 0
+
+
+def test_two_cranes_end_together(ros_environment: dict[str, str]) -> None:
+    """When one plant of the example is killed, it ends all nodes, says whose it was, and returns 1."""
+    example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
+    with started_program(example, env=ros_environment, stdout=subprocess.PIPE) as run:
+        children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
+        wait_until(lambda: gone(run.pid) or len(children.read_text().split()) == 2 * len(CRANES), "all nodes")
+        os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
+        told = json.loads(run.communicate(timeout=120.0)[0])
+    assert run.returncode == 1
+    assert set(told) == set(CRANES) and told["harbour"]["error"]
+
+
+def together(*runs: dict) -> list[dict]:
+    """Run several orchestrators at once, each as `crane run` in a process of its own; return the summaries."""
+    script = "import sys; from crane_sim.cli import main; sys.exit(main())"
+
+    def run(options: dict) -> dict:
+        command = [sys.executable, "-c", script, "run", options["scene"], "--no-record", "--json"]
+        command += ["--duration", str(options["duration"])]
+        return json.loads(completed(command).stdout)
+
+    with ThreadPoolExecutor() as pool:
+        return list(pool.map(run, runs))
+
+
+def test_two_runs_side_by_side_never_hear_each_other() -> None:
+    """Two `crane run` of the same scene at once: each in a domain of its own, exact, and with its own commands only."""
+    wanted = [{"scene": "knuckle_setpoint", "duration": duration} for duration in (20.0, 18.0)]
+    for options, summary in zip(wanted, together(*wanted), strict=True):
+        scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
+        assert "error" not in summary
+        check_answers(summary, scene.steps)
+        assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+@pytest.mark.slow
+def test_six_runs_side_by_side() -> None:
+    """The same with six of them on however few cores."""
+    wanted = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
+    for options, summary in zip(wanted, together(*wanted), strict=True):
+        scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
+        check_answers(summary, scene.steps)
+        assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+def test_only_lockstep_can_wait_for_another_crane(ros_environment: dict[str, str]) -> None:
+    """A plant that cannot wait says so in one line."""
+    command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", "beside:=other"]
+    run = completed([*command, "-p", "mode:=realtime"], env=ros_environment)
+    assert run.returncode == 2
+    assert "parameter beside is 'other'; only a crane in lockstep can have it" in run.stderr

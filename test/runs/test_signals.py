@@ -1,0 +1,165 @@
+"""Signals at any moment of `crane run`: a clean end within seconds, and nothing left behind."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from mcap_samples import read
+from process_helpers import children, completed, gone, next_line, started_program, wait_until
+
+from crane_sim import load_scene, orchestration
+from crane_sim.evaluation.soak.monitor import Account, witness
+from crane_sim.evaluation.soak.signals import DURATION, LIMIT, SCENE, WAYS, End, Interruption, interrupted, plan
+from crane_sim.evaluation.soak.signals import soak as signal_soak
+from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.recording.rerun.reader import read_curves
+
+STEPS_ON_DISK = 2_000_000  # bytes of a recording, thrice what stands in front of its first step
+
+
+@pytest.fixture(scope="module")
+def heard() -> Iterator[tuple[int, Account]]:
+    """Yield a ROS domain and what an independent subscriber hears in it."""
+    with reserved_domain() as domain, witness(load_scene(SCENE, {"duration": DURATION}), domain) as account:
+        yield domain, account
+
+
+def ended(how: Interruption, heard: tuple[int, Account]) -> End:
+    """Interrupt a run; once more where it took too long: beside other tests a machine may be too busy for the promise.
+
+    What is left behind is never excused.
+    """
+    end = interrupted(how, *heard)
+    return end if end.complaints or end.took < LIMIT else interrupted(how, *heard)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        Interruption(signal.SIGINT, 0.02, None, fresh=False),
+        Interruption(signal.SIGTERM, 0.3, None, fresh=False),
+        Interruption(signal.SIGINT, 4.0, 0.2, fresh=True),
+        Interruption(signal.SIGINT, 4.0, 0.1, fresh=False),
+    ],
+    ids=["as Python starts", "during imports", "while compiling", "in the run or before, and again"],
+)
+def test_an_interrupted_run_ends_cleanly(how: Interruption, heard: tuple[int, Account]) -> None:
+    """It ends within 3 s: no traceback, no process, no part of a file is left, the last effort heard is zero."""
+    end = ended(how, heard)
+    assert end.complaints == ()
+    assert 0.0 < end.took < LIMIT
+    assert end.code != 0
+
+
+@pytest.mark.parametrize("way", [way for way in WAYS if way != "realtime"])
+def test_every_kind_of_run_is_interrupted_cleanly(way: str, heard: tuple[int, Account]) -> None:
+    """In lockstep, with replacements, with a bag: an end within 3 s, no orphan, no part, a last effort of zero."""
+    end = ended(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=way, begun=True), heard)
+    assert end.complaints == ()
+    assert 0.0 < end.took < LIMIT
+    assert end.code == 1
+
+
+def test_a_subscriber_that_stands_still_delays_no_end(heard: tuple[int, Account]) -> None:
+    """Somebody who is stopped while messages are on their way to him changes nothing of all that."""
+    frozen = [sys.executable, str(Path(__file__).parents[1] / "programs" / "frozen_subscriber.py")]
+    domain, _ = heard
+    with tempfile.TemporaryDirectory() as folder, started_program(frozen, env=environment(domain, Path(folder))) as one:
+        end = ended(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), heard)
+        assert Path(f"/proc/{one.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
+    assert end.complaints == ()
+    assert 0.0 < end.took < LIMIT
+    assert end.code == 1
+
+
+def test_the_command_tells_that_its_plant_was_killed(tmp_path: Path) -> None:
+    """`crane run` ends within 3 s of that with exit code 1, and one line says what happened."""
+    command = [Path(sys.executable).with_name("crane"), "run", "--duration", "1e5", "--record", "run.rrd", "--json"]
+    with started_program(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        part = tmp_path / "run.rrd.part"
+        wait_until(lambda: gone(process.pid) or (part.exists() and part.stat().st_size > STEPS_ON_DISK), "a recording")
+        os.kill(children(process.pid)["plant"], signal.SIGKILL)
+        began = time.monotonic()
+        out, errors = process.communicate()
+    assert time.monotonic() - began < 3.0
+    assert process.returncode == 1
+    assert [line for line in errors.splitlines() if "[INFO]" not in line] == ["crane: plant: it was killed by SIGKILL"]
+    assert json.loads(out)["recorded_steps"] == json.loads(out)["steps"] > 0
+
+
+def test_an_interrupted_run_switches_the_drives_off(tmp_path: Path) -> None:
+    """The last effort on the wire is zero, behind the last step: the recording has every step, and not that one."""
+
+    def interrupt(step: int, _: int) -> None:
+        if step > 100:
+            signal.raise_signal(signal.SIGINT)
+
+    scene, path = load_scene(SCENE, {"duration": 1e4}), tmp_path / "run.mcap"
+    summary = orchestration.run(scene, record=tmp_path / "run.rrd", mcap=path, on_progress=interrupt)
+    assert summary["error"] == "interrupted"
+    assert summary["recorded_steps"] == summary["steps"] > 100
+    assert summary["lost_steps"] == 0
+    efforts = [list(message.effort) for _, message in read(path)["/knuckle/applied_effort"]]
+    assert len(efforts) == summary["steps"] + 1
+    assert efforts[-1] == [0.0] * len(scene.actuated)
+    assert read_curves(tmp_path / "run.rrd", "plots/effort").values[-1].tolist() == efforts[-2]
+
+
+COMPILED = """
+import hashlib
+from crane_sim import process_signals as interruption
+interruption.end_at_once(lambda: (print("ended", flush=True), __import__("os")._exit(1)))
+print("ready", flush=True)
+hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # like a compiler: for minutes no handler gets a turn
+"""
+
+
+def test_a_signal_is_heard_while_nothing_comes_back() -> None:
+    """A thread ends the process at once, whatever call the main thread is in."""
+    with started_program([sys.executable, "-c", COMPILED], stdout=subprocess.PIPE) as process:
+        assert next_line(process) == "ready\n"
+        process.send_signal(signal.SIGINT)
+        began = time.monotonic()
+        assert process.communicate(timeout=20.0)[0] == "ended\n"
+    assert process.returncode == 1
+    assert time.monotonic() - began < LIMIT
+
+
+HELD_BACK = """
+import os, signal
+from crane_sim import process_signals as interruption
+os.kill(os.getpid(), signal.SIGTERM)  # blocked by who started this, as `./crane` does
+interruption.end_at_once(lambda: os._exit(7))
+while True:
+    signal.pause()
+"""
+
+
+def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
+    """What was held back while Python started counts as soon as somebody listens."""
+    command = ["env", "--block-signal=INT,TERM", sys.executable, "-c", HELD_BACK]
+    assert completed(command, limit=60.0).returncode == 7
+
+
+def test_the_plan_covers_start_run_and_end() -> None:
+    """Fifty planned instants: some in the first 100 ms, some while compiling, some with a second signal, all seeded."""
+    planned = plan(50, seed=0, usual=4.0)
+    assert planned == plan(50, seed=0, usual=4.0) != plan(50, seed=1, usual=4.0)
+    assert sum(each.at < 0.1 for each in planned) >= 10
+    assert {each.number for each in planned} == {signal.SIGINT, signal.SIGTERM}
+    assert any(each.fresh for each in planned) and any(each.again is not None for each in planned)
+    assert {each.way for each in planned if not each.fresh} == set(WAYS)
+
+
+@pytest.mark.slow
+def test_fifty_interruptions() -> None:
+    """The soak of fifty random instants has nothing to complain about, and every end comes within 3 s."""
+    figures, _ = signal_soak(50, seed=2)
+    assert all(figure.kept for figure in figures), figures

@@ -1,0 +1,195 @@
+"""What a scene does not name costs nothing: an absent group leaves no trace, however its absence is spelled."""
+
+import copy
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from crane_sim.files.catalogue import scene_files
+from crane_sim.files.document import read
+from crane_sim.files.errors import SceneError
+from crane_sim.numerics.states import leaves
+from crane_sim.scenes.scene import FORMS, Scene, load_scene
+from crane_sim.simulation.plant import Plant
+from crane_sim.stepping.periods import begin
+
+RUN = {"knuckle": "knuckle_setpoint", "overhead": "overhead_swing"}  # scenes that are run, one of each kind of crane
+
+
+class Place(NamedTuple):
+    """An optional group of a form, and where a document has room for it."""
+
+    form: type
+    key: str
+    path: tuple[str | int, ...]  # of the mapping that may hold the key
+    default: Any
+
+
+def is_record(kind: Any) -> bool:
+    """Whether a type is one of parameters that files write as a group of keys."""
+    return isinstance(kind, type) and (issubclass(kind, BaseModel) or hasattr(kind, "_fields"))
+
+
+def records_in(annotation: Any) -> list[type]:
+    """Return the types of parameters that an annotation allows, in unions and tuples, too."""
+    if is_record(annotation):
+        return [annotation]
+    parts = get_args(annotation)[:1] if get_origin(annotation) is Annotated else get_args(annotation)
+    return [kind for part in parts for kind in records_in(part)]
+
+
+def fields_of(form: type) -> dict[str, tuple[Any, Any, bool]]:
+    """Return (annotation, default, whether there is one) of every field of a form."""
+    if issubclass(form, BaseModel):
+        found: dict[str, FieldInfo] = form.model_fields
+        return {name: (f.annotation, f.default, not f.is_required()) for name, f in found.items()}
+    defaults: dict[str, Any] = getattr(form, "_field_defaults", {})
+    return {name: (kind, defaults.get(name), name in defaults) for name, kind in form.__annotations__.items()}
+
+
+def absence(default: Any) -> Any:
+    """Return how a file spells the absence of a group of this default; KeyError where the field is no group."""
+    if default is None:
+        return None
+    if isinstance(default, BaseModel) or default == {}:
+        return {}
+    if default == ():
+        return []
+    raise KeyError(default)
+
+
+def is_group(default: Any) -> bool:
+    """Whether a field with this default is a group that can be absent, rather than a number or a name."""
+    return default is None or isinstance(default, BaseModel) or default in ({}, ())
+
+
+def parts_of(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...]]]:
+    """Return (group, where below its key) of what a document holds: one group, a list, or groups by name."""
+    if isinstance(held, list):
+        return [(part, (i,)) for i, part in enumerate(held)]
+    named = annotation if get_origin(annotation) is not Annotated else get_args(annotation)[0]
+    if isinstance(held, dict) and get_origin(named) is dict:
+        return [(part, (name,)) for name, part in held.items()]
+    return [(held, ())]
+
+
+def places(form: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[Place]:
+    """Yield every optional group for which a document, at `path` of the form `form`, has room."""
+    for key, (annotation, default, optional) in fields_of(form).items():
+        if optional and is_group(default):
+            yield Place(form, key, path, default)
+        for part, at in parts_of(annotation, document.get(key)):
+            for kind in records_in(annotation) if isinstance(part, dict) else []:
+                yield from places(kind, part, (*path, key, *at))
+
+
+def all_groups(form: type, seen: set[type] | None = None) -> Iterator[tuple[str, str]]:
+    """Yield (form, key) of every optional group that a form has at any depth."""
+    seen = set() if seen is None else seen
+    if form in seen:
+        return
+    seen.add(form)
+    for key, (annotation, default, optional) in fields_of(form).items():
+        if optional and is_group(default):
+            yield form.__name__, key
+        for kind in records_in(annotation):
+            yield from all_groups(kind, seen)
+
+
+def spelled(document: dict[str, Any], place: Place, **values: Any) -> dict[str, Any]:
+    """Return the document with the group left out or, given a `value`, spelled like that."""
+    changed = copy.deepcopy(document)
+    group: Any = changed
+    for step in place.path:
+        group = group[step]
+    group.pop(place.key, None)
+    if "value" in values:
+        group[place.key] = values["value"]
+    return changed
+
+
+def anatomy(part: Any) -> Any:
+    """Return types and values of parameters, arrays as their bytes: equal only for models that are the same."""
+    if isinstance(part, np.ndarray):
+        return type(part), part.dtype.str, part.shape, part.tobytes()
+    if isinstance(part, tuple):
+        return type(part), tuple(map(anatomy, part))
+    if hasattr(part, "__dict__"):
+        return type(part), tuple((name, anatomy(value)) for name, value in vars(part).items())
+    return type(part), part.hex() if isinstance(part, float) else part
+
+
+def outcome(document: dict[str, Any]) -> Any:
+    """Return what a document comes to, model and law and start and method to the last bit, or why it is refused."""
+    try:
+        scene = load_scene(document)
+    except SceneError as error:
+        return str(error)
+    parts = (scene.model, scene.law, scene.method, scene.source, scene.initial_q, scene.initial_v, scene.reference)
+    parts = (*parts, scene.hardware)
+    return anatomy(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
+
+
+def catalogue(crane: str) -> list[dict[str, Any]]:
+    """Return the documents of the catalogue with this kind of crane, and of one within limits that none has."""
+    documents = [document for name in scene_files() if (document := read(name))["crane"] == crane]
+    if crane == "pendulum":
+        limits = {"x": [-9.0, 9.0], "y": [-9.0, 9.0], "z": [-9.0, 9.0]}
+        documents.append(read("pendulum_free") | {"suspension": {"height": "driven", "limits": limits}})
+    return documents
+
+
+@pytest.mark.parametrize("crane", FORMS)
+def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
+    """A group left out, null or empty gives the same types, values and start, wherever a scene has room for it."""
+    visited = set()
+    for document in catalogue(crane):
+        for place in places(FORMS[crane], document):
+            without = spelled(document, place)
+            kind = place.form.__name__, place.key, without == document
+            if kind not in visited:  # once where the scene has the group, once where it has not
+                visited.add(kind)
+                assert outcome(spelled(document, place, value=absence(place.default))) == outcome(without), place
+    assert {(form, key) for form, key, _ in visited} == set(all_groups(FORMS[crane])), "no scene has room for a group"
+
+
+@pytest.mark.parametrize(("crane", "name"), RUN.items())
+def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
+    """With every absent group written out as absent, a run has the same states, bit for bit, and no more of them."""
+    silent = read(name) | {"duration": 0.5}
+    explicit = copy.deepcopy(silent)
+    for place in places(FORMS[crane], silent):
+        group: Any = explicit
+        for step in place.path:
+            group = group[step]
+        group.setdefault(place.key, absence(place.default))
+    assert explicit != silent
+    first, second = final(load_scene(silent)), final(load_scene(explicit))
+    assert first == second
+
+
+@pytest.mark.parametrize("crane", FORMS)
+def test_a_group_that_is_there_shows(crane: str) -> None:
+    """The comparison sees groups: every one that the catalogue uses makes a difference in one of its scenes."""
+    used, seen = set(), set()
+    for document in catalogue(crane):
+        for place in places(FORMS[crane], document):
+            bare = spelled(document, place)
+            if bare != document:
+                used.add((place.form.__name__, place.key))
+                if outcome(bare) != outcome(document):
+                    seen.add((place.form.__name__, place.key))
+    assert used == seen
+
+
+def final(scene: Scene) -> tuple[Any, ...]:
+    """Return (number of states, final positions and velocities, digest of all states) of a run."""
+    plant = Plant(scene)
+    for _ in range(scene.steps):
+        plant.advance(scene.law(plant.t, plant.q, plant.v) if scene.sampled and scene.law else None)
+    flow, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    return len(leaves(flow.x)), plant.q, plant.v, plant.summary()["state_sha256"]

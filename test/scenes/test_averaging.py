@@ -1,0 +1,127 @@
+"""What disturbs a crane, at its mean; LQR and brakes are computed from that, whatever happens at t = 0."""
+
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hardware_scenes import ROD
+
+import crane_sim
+from crane_sim.models.effects import PayloadForce
+from crane_sim.models.supports.hoist import PrescribedHoist
+from crane_sim.models.supports.rails import PrescribedAxis
+from crane_sim.scenes.averaging import average, averaged
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.hardware import mechanics
+from crane_sim.simulation.rollout import simulate
+from crane_sim.trajectories.base_motion import base_motion_at, places
+from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
+from crane_sim.trajectories.profiles import Wave
+
+SWING = {"frequency": 0.7, "phase": "90 deg"}  # most of the acceleration at t = 0
+LIST = {"roll": {"amplitude": 0.0, "frequency": 0.7, "offset": "3 deg"}}
+
+
+def test_forces_keep_their_constant_part() -> None:
+    """A constant and the offset of a sine stay, what varies otherwise counts as none, and every type stays."""
+    cases: tuple[tuple[Any, Any], ...] = (
+        (Constant(2.0), Constant(2.0)),
+        (Sine(3.0, 0.7, 1.5, pi / 2), Sine(0.0, 0.0, 1.5)),
+        (Sine(3.0, 0.0, 1.5, pi / 2), Sine(0.0, 0.0, 4.5)),
+        (Polynomial((2.0, 0.0)), Polynomial((2.0, 0.0))),
+        (Polynomial((2.0, 1.0)), Polynomial((0.0, 0.0))),
+        (Table((0.0, 1.0), (3.0, 3.0)), Table((0.0, 1.0), (3.0, 3.0))),
+        (Table((0.0, 1.0), (3.0, 0.0)), Table((0.0, 1.0), (0.0, 0.0))),
+    )
+    for given, mean in cases:
+        assert average(given) == mean and type(average(given)) is type(given)
+        assert average(PayloadForce(y=given)) == PayloadForce(y=mean)
+
+
+@pytest.mark.parametrize("drive", [PrescribedAxis, PrescribedHoist])
+def test_prescribed_drives_rest(drive: Any) -> None:
+    """A drive whose motion is given has no acceleration, at any time."""
+    motion = average(drive(Wave(0.2, 1.0, 1.8, pi / 2).motion()))[0]
+    assert not motion.coefficients[:, 1:].any() and motion.amplitude == 0.0
+
+
+def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
+    """Sinusoids leave their offsets, a record its mean, neither a velocity nor an acceleration."""
+    t = np.linspace(0.0, 10.0, 101)
+    roll = 0.1 + 0.05 * np.sin(0.2 * pi * t) + 0.002 * t**2
+    np.savetxt(tmp_path / "roll.csv", np.column_stack([t, roll]), delimiter=",", header="time,roll", comments="")
+    still = {"amplitude": 0.3, "frequency": 0.0, "phase": pi / 2}
+    record, mean = {"file": str(tmp_path / "roll.csv")}, 0.1 + 0.002 * 100.0 / 3.0  # of t² over 10 s
+    moving = {"heave": SWING | {"amplitude": 2.0}, "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still]}
+    for motion, expected in ((moving, 0.5), (record, mean)):
+        base = averaged(load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})).model.base
+        found = places(base, np.array([0.0, 3.0]))
+        # the spline's own error: (0.2 pi 0.1 s)^6, and some digits of rounding
+        assert np.allclose(found, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)
+        _, v, a = (np.array(part) for part in motion_at(base, 2.0))
+        assert not v.any() and not a.any()
+
+
+@crane_sim.numerics.jit.entry
+def motion_at(base: Any, t: float) -> Any:
+    """Compiled `base_motion_at` for calls from Python."""
+    return base_motion_at(base, t)
+
+
+def numbers_of(law: Any) -> np.ndarray:
+    """Return all numbers of an LQR law in one vector: target, efforts and gains."""
+    found, channel = [law.target], law.channels
+    while channel is not None:
+        found += [[channel.effort], channel.gain]
+        channel = channel.rest
+    return np.concatenate(found)
+
+
+PITCHED = {
+    "base_motion": {"pitch": SWING | {"amplitude": "3 deg"}},
+    "forces": [{"node": 1, "axis": "x", "force": SWING | {"kind": "sine", "amplitude": 10.0}}],
+}
+CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
+    "surge": ("knuckle_lqr", {"base_motion": {"surge": SWING | {"amplitude": 0.5}}}, {}),
+    "roll": ("knuckle_lqr", {"base_motion": {"roll": SWING | {"amplitude": "5 deg"}}}, {}),
+    "sea": ("knuckle_lqr", {"base_motion": {"sea": {"significant_height": 2.0, "peak_period": 9.0}}}, {}),
+    "list": (
+        "knuckle_lqr",
+        {"base_motion": {"roll": SWING | {"amplitude": "2 deg", "offset": "3 deg"}}},
+        {"base_motion": LIST},
+    ),
+    "wind": ("knuckle_lqr", {"payload_force": {"x": SWING | {"kind": "sine", "amplitude": 3.0}}}, {}),
+    "pitch and gusts": ("overhead_lqr", PITCHED, {}),
+}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda name: name.replace(" ", "-"))
+def test_lqr_believes_in_the_mean(case: str) -> None:
+    """LQR on a moving base and under a varying force is that of a base at rest at the mean, without the force."""
+    name, disturbed, mean = CASES[case]
+    law, told = (load_scene(name, changes).law for changes in (disturbed, mean))
+    expected = numbers_of(told)
+    # one mean in two types of model: rounding over the differences' step, 1e-11, and what Riccati equations lose
+    assert np.allclose(numbers_of(law), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+
+
+def test_lqr_holds_the_target_on_a_surging_base() -> None:
+    """LQR that was not told to ignore the base ends as near to its target as the one that was."""
+    moving = {"base_motion": {"surge": SWING | {"amplitude": 0.5}}}
+    own, told = (
+        simulate(load_scene("knuckle_lqr", moving | {"control.nominal": nominal}), duration=30.0)
+        for nominal in ({}, {"base_motion": None})
+    )
+    assert max(map(abs, own.summary["final_error"].values())) < 0.1  # swung by the base; 0.35 about t = 0
+    assert np.allclose(own.q, told.q, rtol=0, atol=1e-5)  # two laws that differ by 1e-6 of their gains, see above
+
+
+def test_default_brakes_do_not_depend_on_the_instant() -> None:
+    """What brakes are computed from is that of a base at rest, whatever the base does at t = 0."""
+    still, pitching = (
+        mechanics(load_scene(ROD | changes)) for changes in ({}, {"base_motion": PITCHED["base_motion"]})
+    )
+    for one, other in zip(still, pitching, strict=True):
+        assert np.allclose(one, other, rtol=1e-9)  # of two models of one crane: rounding, over a small velocity

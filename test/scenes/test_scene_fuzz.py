@@ -1,0 +1,201 @@
+"""Scene files, overrides and parameters, mutilated at random: what was meant, or an error of one line; nothing else."""
+
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from fuzz_settings import LONG, QUICK
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mutilation import DOCUMENTS, MUTATION, NAMES, TEXTS, Compilations, mutilated, nested, places
+from numba.core import event
+
+import crane_control.linearisation
+from crane_sim import SceneError, load_scene
+from crane_sim.cli.scene_options import loaded_scene
+from crane_sim.scenes.scene import Scene
+
+HANG = 60.0  # s; the slowest scene takes half a second, but others may keep both cores busy
+
+
+def linear(scene: Scene, q: Any, v: Any, u: Any, t: float = 0.0) -> Any:
+    """Stand in for the equations of motion, which would have to be compiled anew for every set of groups."""
+    return np.pad(np.asarray(u, float), (0, len(q) - len(u))) - np.asarray(q, float) - np.asarray(v, float)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def nothing_compiled() -> Iterator[None]:
+    """Keep the one law that asks the equations from compiling them, and fail where anything else compiles."""
+    compiled = Compilations()
+    with pytest.MonkeyPatch.context() as patch, event.install_listener("numba:compile", compiled):
+        patch.setattr(crane_control.linearisation, "acceleration", linear)
+        yield
+    assert not compiled.number
+
+
+def outcome(load: Callable[[], Any]) -> str:
+    """Return the error of one line, or nothing for a scene; anything else fails, and so does a hang."""
+    began, line = time.monotonic(), ""
+    try:
+        assert isinstance(load(), Scene)
+    except SceneError as error:
+        line = str(error)
+        assert len(line.splitlines()) == 1 and line.encode(), line  # it can be printed, in one line
+        assert "cannot be built" not in line, line  # what somebody else's law may do, and ours must not
+    assert time.monotonic() - began < HANG
+    return line
+
+
+def check_mutilated(which: int, mutations: list[Any]) -> None:
+    """Check one mutilated scene; one that still is a scene is the same after it was written and read again."""
+    document = mutilated(DOCUMENTS[which], mutations)
+    if not outcome(lambda: load_scene(document)):
+        scene = load_scene(document)
+        assert load_scene(yaml.safe_load(yaml.safe_dump(scene.to_dict()))) == scene
+
+
+def check_override(name: str, key: str, text: str) -> None:
+    """Check one `--set`."""
+    outcome(lambda: loaded_scene(name, settings=(f"{key}={text}",)))
+
+
+def check_text(folder: Path, text: str, edits: list[tuple[int, int, str]]) -> None:
+    """Check a file whose text was cut and pasted."""
+    for start, length, pasted in edits:
+        at = start % (len(text) + 1)
+        text = text[:at] + pasted + text[at + length :]
+    file = folder / "scene.yaml"
+    file.write_bytes(text.encode(errors="surrogatepass"))
+    outcome(lambda: load_scene(file))
+
+
+WHICH = st.integers(0, len(DOCUMENTS) - 1)
+
+
+MUTATIONS = st.lists(MUTATION, min_size=1, max_size=3)
+
+
+KEY = st.sampled_from(
+    sorted(
+        {
+            f"{group}.{key}"
+            for document in DOCUMENTS
+            for group, inner in document.items()
+            for _, key in places({0: inner})
+            if isinstance(key, str)
+        }
+    )
+)
+
+
+MARKS = "[ ] { } : - , &a *a !!float !!timestamp !!int << | > ' \" # 2001-99-99 1e999 .nan ~ \n \t".split(" ")
+
+
+PASTED = st.text(max_size=3) | st.sampled_from(MARKS).map(lambda mark: f" {mark} ")
+
+
+EDITS = st.lists(st.tuples(st.integers(0, 10**4), st.integers(0, 40), PASTED), min_size=1, max_size=3)
+
+
+@settings(**QUICK)
+@given(WHICH, MUTATIONS)
+def test_a_mutilated_scene(which: int, mutations: list[Any]) -> None:
+    """Whatever is deleted, doubled, replaced or transplanted in a scene: it is a scene or an error of one line."""
+    check_mutilated(which, mutations)
+
+
+@settings(**QUICK)
+@given(st.sampled_from(NAMES), KEY, PASTED)
+def test_an_odd_override(name: str, key: str, text: str) -> None:
+    """Whatever `--set` says of whatever key: it is a scene or an error of one line."""
+    check_override(name, key, text)
+
+
+@settings(**QUICK)
+@given(st.sampled_from(TEXTS), EDITS)
+def test_a_torn_file(tmp_path: Path, text: str, edits: list[Any]) -> None:
+    """However a scene file is cut and pasted: it is a scene or an error of one line."""
+    check_text(tmp_path, text, edits)
+
+
+@pytest.mark.slow
+@settings(**LONG)
+@given(WHICH, MUTATIONS)
+def test_ten_thousand_mutilated_scenes(which: int, mutations: list[Any]) -> None:
+    """The same, ten thousand times."""
+    check_mutilated(which, mutations)
+
+
+@pytest.mark.slow
+@settings(**LONG)
+@given(st.sampled_from(NAMES), KEY, PASTED)
+def test_ten_thousand_odd_overrides(name: str, key: str, text: str) -> None:
+    """The same, ten thousand times."""
+    check_override(name, key, text)
+
+
+@pytest.mark.slow
+@settings(**LONG)
+@given(st.sampled_from(TEXTS), EDITS)
+def test_ten_thousand_torn_files(tmp_path: Path, text: str, edits: list[Any]) -> None:
+    """The same, ten thousand times."""
+    check_text(tmp_path, text, edits)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("[" * 5000, "{a: " * 3000, "payload: {mass: " + "[" * 900 + "]" * 900 + "}"),
+        *("seed: 2001-99-99", "seed: " + "9" * 5000, "seed: !!int x", "seed: !!float x", "seed: !!bool x"),
+        *(
+            "seed: !!timestamp x",
+            "seed: &s [*s]",
+            "payload: &p {mass: *p}",
+            'name: "a\\nb"',
+            'name: "\\ud800"',
+            "seed: -1",
+        ),
+    ],
+    ids=lambda text: text[:24],
+)
+def test_what_was_a_hole_once(text: str, tmp_path: Path) -> None:
+    """Files that broke the reader, or what comes after it, are refused in one line."""
+    file = tmp_path / "scene.yaml"
+    file.write_text("crane: knuckle\nduration: 1.0\n" * (not text.startswith(("[", "{"))) + text)
+    with pytest.raises(SceneError) as caught:
+        load_scene(file)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        None,
+        3,
+        [],
+        b"x",
+        "a" * 5000,
+        "\0",
+        {"crane": "knuckle", "boom": nested(5000)},
+        {"crane": "knuckle", "seed": 10**5000},
+    ],
+    ids=range(8),
+)
+def test_what_is_no_scene_at_all(source: Any) -> None:
+    """What cannot be a scene's name is refused in one line, too."""
+    assert outcome(lambda: load_scene(source))
+
+
+@pytest.mark.parametrize("scene", ["offshore_two_rate", "knuckle_setpoint"])
+@pytest.mark.parametrize("law", ["adaptive", "harmonic", "cartesian", "angular", "lqr", "energy"])
+@pytest.mark.parametrize("settings", [False, 3, "x", [1, 2], None])
+def test_settings_that_are_no_group(scene: str, law: str, settings: Any) -> None:
+    """A group of a law's settings that is no group is refused in one line, or left out."""
+    groups = {f"control.{key}": settings for key in ("adaptation", "observer", "vision", "servo", "feedforward")}
+    for key, value in groups.items():
+        outcome(partial(load_scene, scene, {"control.law": law, key: value}))

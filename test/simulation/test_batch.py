@@ -1,0 +1,114 @@
+"""Many cranes at once: the same bits as one by one, whatever moves them, and mistakes told in one line."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_sim import SceneError, SimulationError, load_scene, simulate, simulate_batch
+
+N = 19  # one whole block of lanes and a part of one
+TIMES = (0.0, 0.0123, 0.1, 0.25)  # at the start, within a step, between two periods, at the end
+FIXED = {"integrator": {"method": "rk4", "step": 0.004}}  # does not divide the period: steps are shortened
+MASSES = {"payload.mass": np.linspace(5.0, 20.0, N)}
+
+KINDS: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
+    "rod in lanes": ("overhead_swing", FIXED, MASSES | {"initial.angles": [[k / N] for k in range(N)]}, 16),
+    "law in lanes": ("overhead_energy", FIXED, MASSES | {"control.kp": np.linspace(1.0, 9.0, N)[:, None].tolist()}, 16),
+    "knuckle in lanes": ("knuckle_springs", FIXED, {"payload.mass": np.linspace(0.5, 2.0, N)}, 16),
+    "friction, error control": ("overhead_coulomb", {}, MASSES, 1),
+    "chain": ("overhead_chain", {"integrator.rtol": 1e-6}, {"payload.mass": [50.0, 100.0, 200.0]}, 1),
+}
+LONG = ("knuckle in lanes", "chain")  # to compile: up to three minutes
+
+
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in KINDS])
+def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
+    """Every crane of a batch ends, and passes the instants asked for, bit for bit where `simulate` takes it alone."""
+    name, overrides, parameters, lanes = KINDS[kind]
+    document = load_scene(name, overrides | {"duration": TIMES[-1]}).to_dict()
+    batch = simulate_batch(document, parameters, sample_times=TIMES, threads=2)
+    assert batch.lanes == lanes
+    assert not any(batch.errors)
+    n = len(batch.q)
+    for i in (0, n // 2, n - 1):
+        own = {key: np.asarray(values)[i].tolist() for key, values in parameters.items()}
+        alone = simulate(load_scene(document, own), sample_times=TIMES)
+        np.testing.assert_array_equal(batch.sampled_q[i], alone.q)
+        np.testing.assert_array_equal(batch.sampled_v[i], alone.v)
+        np.testing.assert_array_equal(batch.sampled_payload[i], alone.payload)
+        for ours, theirs in ((batch.q, alone.q), (batch.v, alone.v), (batch.payload, alone.payload)):
+            np.testing.assert_array_equal(ours[i], theirs[-1])
+        assert (batch.evaluations[i], batch.steps[i]) == (alone.stats["rhs_evaluations"], alone.stats["steps"])
+    assert len(np.unique(batch.payload, axis=0)) == n
+    assert np.all(batch.t == TIMES[-1])
+
+
+FORCES = [{"kind": "constant", "value": value} for value in (*range(N - 1), 1e200)]
+FAILURES: dict[str, tuple[str, dict[str, Any], str, list[Any], int]] = {
+    "overflow in a lane": ("overhead_swing", FIXED, "inputs.trolley", FORCES, N - 1),
+    "end of the rail": ("overhead_coulomb", {}, "trolley.limits", [[-9.0, 9.0], [-9.0, 0.005], [-9.0, 9.0]], 1),
+}
+
+
+@pytest.mark.parametrize("kind", FAILURES)
+def test_a_crane_that_fails_fails_alone(kind: str) -> None:
+    """A crane that cannot go on says so in the words of `simulate` and stands where that stopped; no other one does."""
+    name, overrides, key, values, bad = FAILURES[kind]
+    document = load_scene(name, overrides | {"duration": TIMES[-1]}).to_dict()
+    batch = simulate_batch(document, {key: values}, sample_times=TIMES)
+    with pytest.raises(SimulationError) as failure:
+        simulate(load_scene(document, {key: values[bad]}))
+    assert [error for error in batch.errors if error is not None] == [batch.errors[bad]] == [str(failure.value)]
+    np.testing.assert_array_equal(batch.q[bad], failure.value.run.q[-1])
+    assert batch.t[bad] == failure.value.run.t[-1] < TIMES[-1]
+    np.testing.assert_array_equal(np.isnan(batch.sampled_q[bad, :, 0]), np.array(TIMES) > batch.t[bad])
+    alone = simulate(load_scene(document, {key: values[bad - 1]}))
+    np.testing.assert_array_equal(batch.q[bad - 1], alone.q[-1])
+
+
+MISTAKES: dict[str, tuple[str, dict[str, Any], str]] = {
+    "nothing varies": ("overhead_swing", {}, "parameters: are empty"),
+    "one value": ("overhead_swing", {"payload.mass": 3.0}, "'payload.mass' = 3.0: must be an array"),
+    "lengths": ("overhead_swing", {"payload.mass": [1.0, 2.0], "trolley.mass": [1.0]}, "'trolley.mass' has 1 entries"),
+    "no crane": ("overhead_swing", {"payload.mass": []}, "'payload.mass' is empty"),
+    "a bad value": ("overhead_swing", {"payload.mass": [1.0, -2.0]}, "crane 1: scene overhead_swing: payload.mass"),
+    "two times": ("overhead_swing", {"duration": [1.0, 2.0]}, "crane 1: duration = 2.0, that of crane 0 is 1.0"),
+    "two methods": (
+        "overhead_swing",
+        {"integrator": [{"method": "rk4", "step": 0.01}, {"method": "dop853"}]},
+        "crane 1: method is DOP853, that of crane 0 is RK4",
+    ),
+    "two models": (
+        "overhead_swing",
+        {"trolley": [{"mass": 5.0}, {"drive": "fixed"}]},
+        "crane 1: model.trolley is FixedAxis, that of crane 0 is ForceAxis",
+    ),
+    "two sizes": (
+        "overhead_chain",
+        {"cable.links": [10, 12]},
+        "crane 1: model.cable.masses is an array of 12, that of crane 0 is an array of 10",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MISTAKES)
+def test_mistakes_name_the_culprit(kind: str) -> None:
+    """What cannot be a batch is refused before anything runs, in one line that names the parameter or the crane."""
+    name, parameters, told = MISTAKES[kind]
+    with pytest.raises(SceneError) as refused:
+        simulate_batch(name, parameters)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_law_without_compiled_form_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A law that only Python can ask is refused by name: in a batch it could not run."""
+
+    class Still:
+        def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+            return (0.0,)
+
+    monkeypatch.setattr("crane_sim.scenes.scene.make_law", lambda name, settings, nominal: Still())
+    with pytest.raises(SceneError, match="control.law = 'energy': has no compiled form"):
+        simulate_batch("overhead_energy", MASSES)

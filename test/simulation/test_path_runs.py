@@ -1,0 +1,191 @@
+"""Runs along a path: their figures, and laws that are given a new path while at work."""
+
+import sys
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from process_helpers import started_program
+from scipy.spatial.transform import Rotation
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+import crane_sim
+from crane_sim import orchestration
+from crane_sim.ros.common.messages import reference_message
+from crane_sim.ros.controller.path_input import PathOrders
+from crane_sim.simulation.metrics import Tracking, in_base
+from crane_sim.simulation.plant import Plant
+from crane_sim.trajectories.base_motion import Base
+from crane_sim.trajectories.joint_trajectory import Point, Trajectory
+from crane_sim.trajectories.minimum_jerk import MinimumJerk
+from crane_sim.trajectories.path import Path, path_of, references
+from crane_sim.trajectories.polynomials import values
+from crane_sim.trajectories.replanning import joined, pieces_of, redirected
+
+FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
+SCENE = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
+
+
+@pytest.fixture(scope="module")
+def run() -> crane_sim.Rollout:
+    """Return a run of the payload along waypoints."""
+    return crane_sim.simulate(SCENE)
+
+
+def test_figures_are_their_definitions(run: crane_sim.Rollout) -> None:
+    """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
+    error = np.linalg.norm(run.payload[:, :2] - references(SCENE.path, run.t)[:, 0], axis=1)
+    expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
+    found = [run.summary[name] for name in FIGURES]
+    assert found[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
+    assert found[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
+
+
+def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
+    """One block or many give the same bits."""
+    parts = (run.t, run.q, run.v, run.u, run.payload)
+    found = []
+    for cuts in ([], [1, 2, 700, 3000]):
+        tracking = Tracking(SCENE)
+        for block in zip(*(np.split(part[:-1], cuts) for part in parts), strict=True):
+            tracking.extend(*block)
+        found.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
+    assert found[0] == found[1] == {name: run.summary[name] for name in FIGURES}
+
+
+def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
+    """A plant that is stepped with the law's efforts, as a node does, gives the figures of the whole run."""
+    scene = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
+    plant, law = Plant(scene), scene.law
+    assert law is not None
+    for _ in range(scene.steps):
+        plant.advance(law(plant.t, plant.q, plant.v))
+    found = plant.summary()
+    assert {name: found[name] for name in FIGURES} == {name: run.summary[name] for name in FIGURES}
+
+
+def test_a_scene_without_a_path_has_no_such_figures() -> None:
+    """Nothing is measured where there is no path."""
+    scene = crane_sim.load_scene("pendulum_free", {"duration": 0.1})
+    assert scene.path is None and not set(FIGURES) & set(crane_sim.simulate(scene).summary)
+
+
+def test_errors_are_seen_from_the_base() -> None:
+    """What a moving base carries along stays where it is, in the base's own axes."""
+    rates = np.array([0.3, 0.5, 0.7, 0.2, 0.1, 0.4])
+    base = Base(np.zeros(6), rates[:, None], np.ones((6, 1)), np.zeros((6, 1)))
+    t, place = np.array([0.0, 0.4, 1.9]), np.array([1.3, -0.2, -1.0])
+    angles = np.outer(np.sin(t), rates[:2:-1])
+    world = np.outer(np.sin(t), rates[:3]) + Rotation.from_euler("ZYX", angles).apply(place)
+    assert np.max(np.abs(in_base(base, t, world) - place)) < 1e-14  # rounding
+
+
+class Follower(NamedTuple):
+    """A law with a path and a memory somewhere inside."""
+
+    inner: Any
+    memory: Any
+
+
+NAMES = ("x", "y")
+OLD = path_of(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).pieces())
+POINTS = (Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)), Point((6.0, 7.0), 5.0, (0.0, 0.0), (0.0, 0.0)))
+
+
+def test_a_new_path_goes_on_from_the_old_one() -> None:
+    """Position, velocity and acceleration are continuous at the change, points passed are left out, names sorted."""
+    first = Point((9.0, 9.0), 0.5, (0.0, 0.0), (0.0, 0.0))
+    new = joined(Trajectory(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
+    before, after = values(pieces_of(OLD), np.array([1.5])), values(pieces_of(new), np.array([1.5]))
+    assert after == pytest.approx(before, abs=1e-12)  # rounding
+    for k in (1, 2):
+        old, now = (values(pieces_of(path), np.array([1.5]), k) for path in (OLD, new))
+        assert now == pytest.approx(old, abs=1e-12)
+    ends = values(pieces_of(new), np.array([2.5, 5.5, 99.0]))
+    assert ends == pytest.approx(np.array([[5.0, 5.0], [7.0, 6.0], [7.0, 6.0]]), abs=1e-9)  # times of some seconds
+
+
+def test_a_law_at_work_keeps_what_it_has_learnt() -> None:
+    """The path deep inside a law is replaced, and its memory is the same array."""
+    law = Follower(Follower(OLD, 2.0), np.ones(3))
+    new = joined(Trajectory(NAMES, POINTS), OLD, NAMES, 0.0)
+    found = redirected(law, new)
+    assert found.inner.inner is new and found.memory is law.memory and found.inner.memory == 2.0
+
+
+class OneTopicNode:
+    """A node that keeps the callback of its subscription, and its log."""
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self.callback: Any = None
+        self.lines: list[str] = []
+
+    def create_subscription(self, _type: type, topic: str, callback: Any, _qos: Any) -> None:
+        """Keep the callback."""
+        assert topic == "joint_trajectory"
+        self.callback = callback
+
+    def get_logger(self) -> SimpleNamespace:
+        """Return what keeps warnings."""
+        return SimpleNamespace(warning=lambda line, **_: self.lines.append(line))
+
+
+def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> JointTrajectory:
+    """Return a trajectory with a point every second from t = 1 s on."""
+    points = [JointTrajectoryPoint(positions=row) for row in positions]
+    for i, point in enumerate(points):
+        point.time_from_start.sec = i + 1
+    return JointTrajectory(joint_names=list(names), points=points)
+
+
+def test_trajectories_from_the_topic() -> None:
+    """A message becomes the law's path, once; the node's own, and what does not fit, change nothing."""
+    node, law, own = OneTopicNode(), Follower(OLD, None), reference_message(SCENE.actuated, ())
+    orders = PathOrders(node, SCENE, law)  # pyright: ignore[reportArgumentType]
+    assert orders.applied(law, 1.0) is law
+    for ignored in (own, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
+        node.callback(ignored)
+        assert orders.applied(law, 1.0) is law
+    assert len(node.lines) == 3 and all(line.startswith("joint_trajectory: refused: ") for line in node.lines)
+    node.callback(message([[3.0, 4.0], [5.0, 6.0]]))
+    new = orders.applied(law, 1.0).inner
+    assert isinstance(new, Path)
+    found = values(pieces_of(new), np.array([1.0, 2.0, 3.0, 9.0]))
+    start = values(pieces_of(OLD), np.array([1.0]))[0]
+    assert found == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
+    assert orders.applied(Follower(new, None), 1.1).inner is new
+
+
+def test_a_law_without_a_path_hears_nothing() -> None:
+    """A node whose law follows no path does not even subscribe."""
+    node = OneTopicNode()
+    PathOrders(node, SCENE, Follower(1.0, None))  # pyright: ignore[reportArgumentType]
+    assert node.callback is None
+
+
+SENDER = """
+import time, rclpy
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+rclpy.init()
+node = rclpy.create_node("sender", namespace="pendulum")
+orders = node.create_publisher(JointTrajectory, "joint_trajectory", 10)
+point = JointTrajectoryPoint(positions=[1.35, 1.0], velocities=[0.0, 0.0])
+point.time_from_start.sec = 4
+while rclpy.ok() and not orders.get_subscription_count():
+    time.sleep(0.02)
+orders.publish(JointTrajectory(joint_names=["x", "y"], points=[point]))
+rclpy.spin(node)
+"""
+
+
+def test_a_run_follows_what_the_topic_says(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """Plant and controller in processes of their own: a trajectory sent to them leads the payload off its scene's path.
+
+    It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's path is 1 m and more.
+    """
+    scene = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
+    with started_program([sys.executable, "-c", SENDER], env=ros_environment):
+        summary = orchestration.run(scene, record=None, domain_id=domain_id)
+    assert summary["tracking_peak"] > 0.98  # within the law's own error; 0.006 without the message

@@ -1,0 +1,85 @@
+"""Figures of a run: when a joint has settled, what the energy balance says, and that blocks change neither."""
+
+import numpy as np
+import pytest
+
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.energy_balance import EnergyBalance
+from crane_sim.simulation.plant import Plant
+from crane_sim.simulation.rollout import simulate
+from crane_sim.simulation.settling import HELD, RESOLUTION, Settling
+
+PERIOD = 0.01
+T = np.arange(1000) * PERIOD
+
+
+def settled(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ()) -> float | None:
+    """Return when a joint settled, 10 s long, whose target is 0, from errors (1000,), its initial one, and blocks."""
+    settling = Settling(np.zeros(1), np.array([initial]))
+    for t, q in zip(np.split(T, cuts), np.split(error, cuts), strict=True):
+        settling.extend(t, q[:, None])
+    return settling.times(10.0, error[-1:], PERIOD)[0]
+
+
+def test_a_joint_that_begins_at_its_target_settles() -> None:
+    """A joint at its target that is pushed aside and comes back has settled, though 2 % of nothing is nothing."""
+    pushed = np.where((T > 1.0) & (T < 2.5), 0.1, 0.5 * RESOLUTION)
+    assert settled(pushed, 0.0) == pytest.approx(2.5)
+    assert settled(0.0 * T, 0.0) == 0.0
+    assert settled(np.full(1000, 2.0 * RESOLUTION), 0.0) is None
+
+
+def test_a_joint_must_stay_at_its_target() -> None:
+    """A joint that comes within 2 % in the last tenth of the run has not settled, one that comes before has."""
+    late, early = (np.where(T < at, 0.021, 0.019) for at in (9.96, 10.0 * (1.0 - HELD)))
+    assert settled(late, 1.0) is None
+    assert settled(early, 1.0) == pytest.approx(9.0)
+    assert settled(np.full(1000, 0.021), 1.0) is None
+
+
+def test_a_manoeuvre_settles_within_its_part_of_the_way() -> None:
+    """Errors are measured by 2 % of the first one where that is more than the resolution."""
+    assert settled(np.exp(-T), 1.0) == pytest.approx(np.log(50.0), abs=PERIOD)
+
+
+def test_settling_knows_no_blocks() -> None:
+    """The same errors in other blocks settle at the same time."""
+    assert settled(np.exp(-T), 1.0, (1, 2, 513, 700)) == settled(np.exp(-T), 1.0)
+
+
+def errors(energy: np.ndarray, cuts: tuple[int, ...] = ()) -> tuple[float, float]:
+    """Return the balance of a run of 1000 periods whose kinetic energies are (1000,), under held random efforts."""
+    rng = np.random.default_rng(1)
+    q, u = np.cumsum(rng.normal(0.0, 1.0, (1000, 2)), axis=0), rng.normal(0.0, 1e3, (1000, 2))
+    balance, nothing = EnergyBalance(0.0, metered=False), np.zeros(1000)
+    for parts in zip(*(np.split(part, cuts) for part in (q, u, nothing, energy, nothing)), strict=True):
+        balance.extend(*parts)
+    return balance.errors(q[-1] + 1.0, float(energy[-1]), 0.0)
+
+
+def test_the_balance_knows_no_blocks() -> None:
+    """However many instants come at once, the work adds up to the same bits."""
+    energy = np.random.default_rng(2).uniform(0.0, 1.0, 1000)
+    assert errors(energy) == errors(energy, (1, 2, 3, 514, 900)) == errors(energy, tuple(range(1, 1000)))
+
+
+def test_the_largest_error_of_the_balance_is_kept() -> None:
+    """Energy that comes and goes again is in the largest error, and not in the one at the end."""
+    balance, none = EnergyBalance(1.0, metered=True), np.zeros((3, 0))
+    balance.extend(none, none, np.array([0.0, 0.5, 0.5]), np.array([1.0, 2.0, 1.5]), np.zeros(3))
+    end, largest = balance.errors(np.zeros(0), 1.5, 0.5)
+    assert (end, largest) == (0.0, 0.5 / 2.0)  # J, of the 2 J that were in play
+
+
+def test_looking_at_a_run_does_not_change_its_figures() -> None:
+    """A plant whose summary is asked for now and then ends with the figures of `simulate`, to the last bit."""
+    scene = load_scene("knuckle_setpoint", {"duration": 1.0})
+    law, plant = scene.law, Plant(scene)
+    assert law is not None
+    for k in range(scene.steps):
+        plant.advance(tuple(law(plant.t, plant.q, plant.v)))
+        if k % 7 == 0:
+            plant.summary()
+    found, expected = plant.summary(), simulate(scene).summary
+    assert {key: found[key] for key in found} == {key: expected[key] for key in found}
+    assert 0.0 < found["energy_audit_error"] <= found["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding

@@ -1,0 +1,203 @@
+"""Whole runs without ROS: reference trajectories, conservation, repeatability, what a run returns."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim.simulation.plant import Plant, SimulationError
+from crane_sim.simulation.rollout import simulate
+
+REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())["trajectories"]
+FRICTION = {1: "paper", 2: "quadratic", 3: "linear"}
+
+
+def scene_of(case: dict[str, Any]) -> crane_sim.Scene:
+    """Return the scene of a reference trajectory, with the default integrator."""
+    p, control = case["params"], case["control"]
+    document: dict[str, Any] = {
+        "crane": "knuckle",
+        "duration": 20.0,
+        "gravity": p["g"],
+        "boom": {"length": p["l_B"], "mass": p["m_B"], "inertia": p["I_B"]},
+        "jib": {"length": p["l_J"], "mass": p["m_J"], "inertia": p["I_J"]},
+        "tower": {"inertia": p["I_tot"]},
+        "payload": {"mass": p["m"]},
+        "initial": {"q": case["x0"]["q"], "v": case["x0"]["qd"]},
+    }
+    if control["kind"] == "energy":
+        document["reference"] = {"q": control["ref"]}
+        gains = {"kp": control["kp"], "kd": control["kd"]}
+        document["control"] = {"law": "energy", "period": "continuous", **gains}
+    else:
+        names = ("slew", "boom", "jib", "rope")
+        document["inputs"] = {n: {"kind": "constant", "value": u} for n, u in zip(names, control["u"], strict=True)}
+    return crane_sim.load_scene(document)
+
+
+@pytest.mark.parametrize("case", REFERENCE, ids=[case["name"] for case in REFERENCE])
+def test_reference_trajectories(case: dict[str, Any]) -> None:
+    """Replayed with the default settings, published 40-digit trajectories are met to 1e-9 for 20 s."""
+    times = [sample["t"] for sample in case["samples"]]
+    run = simulate(scene_of(case), sample_times=times)
+    assert np.allclose(run.q, [sample["q"] for sample in case["samples"]], rtol=0, atol=1e-9)
+    assert np.allclose(run.v, [sample["qd"] for sample in case["samples"]], rtol=0, atol=1e-9)
+    assert np.allclose(run.payload, [sample["payload_pos"] for sample in case["samples"]], rtol=0, atol=1e-9)
+    assert np.allclose(run.energy, [sample["E"] for sample in case["samples"]], rtol=0, atol=1e-8)
+    assert np.allclose(run.u, [sample["u"] for sample in case["samples"]], rtol=0, atol=1e-7)  # gains up to 50
+
+
+def test_springs_conserve_energy() -> None:
+    """With springs and no losses the total energy stays what it was, to the integrator's tolerance."""
+    run = simulate("knuckle_springs")
+    scale = np.ptp(run.derived.potential)
+    assert np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale  # 1e-11 relative a step, some 100 steps
+
+
+def test_constant_efforts_conserve_energy_minus_their_work() -> None:
+    """H = E - u q is constant under constant efforts."""
+    scene = scene_of(next(case for case in REFERENCE if case["control"]["kind"] != "energy"))
+    run = simulate(scene)
+    h = run.energy - np.sum(run.u * run.q[:, :4], axis=1)
+    assert np.max(np.abs(h - h[0])) < 1e-10 * np.ptp(run.energy)
+
+
+@pytest.mark.slow
+def test_the_payload_passes_the_pole() -> None:
+    """A payload that loops through theta2 = 90 degrees keeps its rope length and energy; angles stay finite."""
+    run = simulate("knuckle_pole")
+    assert np.max(np.abs(run.q[:, 5])) > np.radians(89.0)  # it gets there
+    assert np.ptp(np.unwrap(2.0 * np.arctan2(*_plane(run).T)) / 2.0) > 2.0 * np.pi  # and goes round
+    assert np.isfinite(run.q).all() and np.isfinite(run.v).all()
+    assert np.max(np.abs(run.q[:, 3] - 1.0)) < 1e-14  # put back after every step
+    assert run.summary["energy_audit_error"] < 1e-11  # losses and work accounted for
+
+
+def _plane(run: crane_sim.Rollout) -> np.ndarray:
+    """Return the rope's direction in the plane that it started in, (K, 2)."""
+    rope = run.payload - run.tip
+    return rope[:, [0, 2]]
+
+
+def test_exactly_at_the_pole_everything_is_finite() -> None:
+    """At theta2 = 90 degrees itself, joint coordinates and accelerations are finite."""
+    scene = crane_sim.load_scene(
+        "knuckle_pole", {"initial.q": [0, 0.5, 0, 1, 0, "90 deg"], "initial.v": [0, 0, 0, 0, 0, 3]}
+    )
+    plant = Plant(scene)
+    plant.advance((0.0, 10000.0, 5000.0))
+    assert np.isfinite([*plant.q, *plant.v]).all()
+    assert np.isfinite(crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [0.0] * 3)).all()
+
+
+@pytest.mark.parametrize("name", ["knuckle_setpoint", "knuckle_losses"])
+def test_compiled_and_python_loops_agree_bit_for_bit(name: str) -> None:
+    """The law called from Python every period and the law inside the compiled loop give the same bits."""
+    scene = crane_sim.load_scene(name, {"duration": 2.0})
+    law = scene.law
+    assert law is not None
+    times = np.linspace(0.0, 2.0, 77)
+    compiled = simulate(scene, sample_times=times)
+    called = simulate(scene, law=lambda t, q, v: law(t, q, v), sample_times=times)
+    assert np.array_equal(compiled.q, called.q) and np.array_equal(compiled.v, called.v)
+    assert np.array_equal(compiled.u, called.u) and np.array_equal(compiled.tension, called.tension)
+    same = ("state_sha256", "rhs_evaluations", "saturated_steps", "energy_audit_max", "peak_effort")
+    assert [compiled.summary[key] for key in same] == [called.summary[key] for key in same]
+
+
+def test_sample_times_do_not_change_the_steps() -> None:
+    """Asking for other instants leaves steps and states as they are; instants of the grid return the grid's states."""
+    plain = simulate("knuckle_setpoint", duration=3.0)
+    sampled = simulate("knuckle_setpoint", duration=3.0, sample_times=[0.0, 1.0, 1.2345, 3.0])
+    assert sampled.summary == plain.summary
+    assert np.array_equal(sampled.q[[0, 1, 3]], plain.q[[0, 100, 300]])
+    before, after = plain.q[123], plain.q[124]
+    inside = np.minimum(before, after) - 1e-6 <= sampled.q[2]  # monotone there, but for the curvature in 10 ms
+    assert inside.all() and (sampled.q[2] <= np.maximum(before, after) + 1e-6).all()
+
+
+@pytest.mark.parametrize("times", [[-1.0], [1.0, 0.5], [99.0], [float("nan")]], ids=str)
+def test_impossible_sample_times_are_refused(times: list[float]) -> None:
+    """Instants outside the run, backwards or not numbers are errors that name themselves."""
+    with pytest.raises(ValueError, match="sample_times"):
+        simulate("knuckle_setpoint", duration=2.0, sample_times=times)
+
+
+@pytest.mark.parametrize(
+    "method", [{"method": "rk4", "step": 0.002}, {"method": "rk8", "step": 0.01}], ids=["rk4", "rk8"]
+)
+def test_methods_agree(method: dict[str, Any]) -> None:
+    """Fixed steps of order 4 and 8 end where the adaptive method does, within their own errors."""
+    expected = simulate("knuckle_setpoint", duration=5.0)
+    scene = crane_sim.load_scene("knuckle_setpoint", {"duration": 5.0, "integrator": method})
+    # RK4: (w h)^4 / 120 per unit of phase, w = 3 rad/s, over 15 rad; order 8 is at rounding
+    tolerance = 1e-9 if method["method"] == "rk4" else 1e-12
+    assert np.max(np.abs(simulate(scene).q - expected.q)) < tolerance
+
+
+def test_a_rope_cannot_push() -> None:
+    """A demanded negative tension is applied as a slack rope and counted; the equations themselves take any effort."""
+    carry = {"slew": 0.0, "boom": 190.0, "jib": 90.0}
+    pushed = simulate("knuckle_setpoint", law=lambda t, q, v: (*carry.values(), 25.0), duration=0.5)
+    assert pushed.summary["saturated_steps"] == 50 and pushed.summary["min_rope_tension"] == 0.0
+    assert np.all(pushed.u[:, 3] == 0.0)
+    scene = crane_sim.load_scene("knuckle_setpoint")
+    at_rest = (scene.initial_q, scene.initial_v)
+    slack, push = (crane_sim.acceleration(scene, *at_rest, [*carry.values(), u])[3] for u in (0.0, 25.0))
+    assert push > slack + 20.0
+
+
+def test_open_loop_inputs_cannot_push_either() -> None:
+    """An open-loop input that asks the rope to push is limited as well."""
+    inputs = {"rope": {"kind": "constant", "value": 5.0}}
+    run = simulate(crane_sim.load_scene("knuckle_setpoint", {"control": None, "inputs": inputs, "duration": 0.1}))
+    assert np.all(run.u[:, 3] == 0.0)
+
+
+def test_inputs_follow_their_functions() -> None:
+    """Sine, table and polynomial inputs are applied as their formulas say."""
+    inputs = {
+        "slew": {"kind": "sine", "offset": 1.0, "amplitude": 2.0, "frequency": 3.0, "phase": "30 deg"},
+        "boom": {"kind": "polynomial", "coefficients": [190.0, 1.0, -0.5]},
+        "jib": {"kind": "table", "times": [0.2, 0.4, 0.5], "values": [90.0, 95.0, 91.0]},
+        "rope": {"kind": "constant", "value": -9.81},
+    }
+    scene = crane_sim.load_scene("knuckle_setpoint", {"control": None, "inputs": inputs, "duration": 0.6})
+    run = simulate(scene)
+    t = run.t
+    expected = [
+        1.0 + 2.0 * np.sin(3.0 * t + np.radians(30.0)),
+        190.0 + t - 0.5 * t**2,
+        np.interp(t, [0.2, 0.4, 0.5], [90.0, 95.0, 91.0]),
+        np.full_like(t, -9.81),
+    ]
+    assert np.allclose(run.u.T, expected, rtol=1e-14)
+
+
+def test_the_published_manoeuvre() -> None:
+    """The paper's manoeuvre has the peak and residual swing, settling times and efforts known for the corrected law."""
+    run = simulate("knuckle_setpoint")
+    degrees = np.degrees(np.abs(run.q[:, 4:]).max(axis=0))
+    assert degrees == pytest.approx([9.07, 3.80], abs=0.03)  # known to 3 digits for the continuous law, here 10 ms
+    assert run.summary["residual_swing_deg"] == pytest.approx(0.68, abs=0.01)
+    *joints, rope = run.summary["settling_time"].values()
+    assert joints == pytest.approx([26.8, 32.5, 25.4], abs=0.2) and rope is None  # it arrives in the last 40 ms
+    assert list(run.summary["peak_effort"].values()) == pytest.approx([23.6, 215, 98.6, 10.3], rel=5e-3)
+
+
+def test_a_run_that_fails_says_where() -> None:
+    """A step too coarse for the scene ends in one line with the time, not in numbers that mean nothing."""
+    coarse = {"integrator": {"method": "rk4", "step": 0.01}, "springs.boom.stiffness": 1e9}
+    stiff = crane_sim.load_scene("knuckle_springs", coarse)
+    with pytest.raises(crane_sim.SimulationError, match=r"t = .* s: the state is not finite"):
+        simulate(stiff)
+
+
+@pytest.mark.slow
+def test_a_law_that_blows_up_ends_the_run() -> None:
+    """Under an effort that no step can follow a run ends with one line: it does not go on for ever."""
+    with pytest.raises(SimulationError, match="too fast to follow"):
+        simulate("offshore_resonant", lambda t, q, v: (1e60, 0.0))

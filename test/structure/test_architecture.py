@@ -1,0 +1,191 @@
+"""The structure: folders are layers whose imports point one way, functions stay small, the code is typed and clean."""
+
+import ast
+import sys
+from functools import cache
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+from process_helpers import completed
+
+from crane_sim.numerics.cache import PLAIN
+
+ROOT = Path(__file__).parents[2]
+SOURCES = {
+    ".".join(file.relative_to(ROOT).with_suffix("").parts): file
+    for package in ("crane_sim", "crane_control")
+    for file in sorted((ROOT / package).rglob("*.py"))
+}
+LAYERS = (
+    "crane_sim.process_signals",
+    "crane_sim.files",
+    "crane_sim.numerics",
+    "crane_sim.system",
+    "crane_sim.laws",
+    "crane_sim.trajectories",
+    "crane_sim.integrators",
+    "crane_sim.models.rotating_frame",
+    "crane_sim.models.moving_base",
+    "crane_sim.models.energy_meter",
+    "crane_sim.models.effects",
+    "crane_sim.models.loads",
+    "crane_sim.models.stops",
+    "crane_sim.models.supports",
+    "crane_sim.models.cables",
+    "crane_sim.models.single_rope",
+    "crane_sim.models.overhead",
+    "crane_sim.models.__init__",
+    "crane_sim.hardware",
+    "crane_sim.stepping",
+    "crane_sim.scenes.schema",
+    "crane_sim.scenes",
+    "crane_sim.simulation",
+    "crane_sim.__init__",
+    "crane_control.estimation",
+    "crane_control.tracking",
+    "crane_control",
+    "crane_sim.description",
+    "crane_sim.recording.files",
+    "crane_sim.recording.mcap",
+    "crane_sim.recording",
+    "crane_sim.recording.rerun",
+    "crane_sim.ros.common",
+    "crane_sim.ros.plant",
+    "crane_sim.ros.recorder",
+    "crane_sim.ros.controller",
+    "crane_sim.ros",
+    "crane_control.nodes",
+    "crane_sim.orchestration",
+    "crane_sim.evaluation.reproduce",
+    "crane_sim.evaluation.bench",
+    "crane_sim.evaluation.league",
+    "crane_sim.evaluation.soak",
+    "crane_sim.evaluation.documentation",
+    "crane_sim.evaluation",
+    "crane_sim.cli",
+)
+"""Layers from the bottom up: a module belongs to the longest of these names that it begins with."""
+ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
+KERNELS = (
+    """kernel routine entry generic lean_kernel lean_routine lean_generic intrinsic""".split()
+)  # decorators of jit
+LOOSE = 5  # modules at the top of crane_sim
+
+
+@cache
+def imports(name: str) -> frozenset[str]:
+    """Return the dotted names that a module imports, anywhere in it and also for types only."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(SOURCES[name].read_text())):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return frozenset(found)
+
+
+def dependencies(name: str) -> set[str]:
+    """Return the modules of this project that a module imports."""
+    return {module for each in imports(name) if (module := module_of(each)) is not None}
+
+
+def module_of(name: str) -> str | None:
+    """Return the module that a dotted name is or belongs to, None where it is not of this project."""
+    while name:
+        for module in (name, f"{name}.__init__"):
+            if module in SOURCES:
+                return module
+        name = name.rpartition(".")[0]
+    return None
+
+
+def layer_of(name: str) -> int:
+    """Return the position of a module's layer."""
+    fitting = [layer for layer in LAYERS if name == layer or name.startswith(layer + ".")]
+    assert fitting, f"{name}: belongs to no layer"
+    return LAYERS.index(max(fitting, key=len))
+
+
+def importers(*modules: str) -> set[str]:
+    """Return the modules that import one of `modules`, or from inside one."""
+    return {
+        name
+        for name in SOURCES
+        if any(each == module or each.startswith(module + ".") for each in imports(name) for module in modules)
+    }
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_imports_point_down(name: str) -> None:
+    """A module belongs to a layer and imports only from its own layer and from those below."""
+    above = {other for other in dependencies(name) if layer_of(other) > layer_of(name)}
+    assert not above, f"{name}: is below {', '.join(sorted(above))}"
+
+
+def test_every_layer_has_modules() -> None:
+    """No layer is named that is not there."""
+    assert {layer_of(name) for name in SOURCES} >= set(range(len(LAYERS)))
+
+
+def test_no_circles() -> None:
+    """No chain of imports comes back to the module where it began: a sorter refuses a graph with a circle."""
+    order = list(TopologicalSorter({name: dependencies(name) - {name} for name in SOURCES}).static_order())
+    assert set(order) == set(SOURCES)
+
+
+def test_few_loose_modules() -> None:
+    """At the top of the package stand few modules beside the folders."""
+    assert len([name for name in SOURCES if name.count(".") == 1 and name.startswith("crane_sim.")]) <= LOOSE
+
+
+def test_the_simulator_does_not_know_its_laws() -> None:
+    """`crane_sim` never imports `crane_control`: laws are found by name."""
+    assert not {name for name in importers("crane_control") if name.startswith("crane_sim")}
+
+
+@pytest.mark.parametrize(
+    ("packages", "folders"),
+    [
+        (ROS, ("crane_sim.ros.", "crane_control.nodes.")),
+        (("rerun",), ("crane_sim.recording.rerun.",)),
+        (("numba",), ("crane_sim.numerics.",)),
+    ],
+    ids=["ros", "rerun", "numba"],
+)
+def test_packages_stay_in_their_folders(packages: tuple[str, ...], folders: tuple[str, ...]) -> None:
+    """ROS, Rerun and numba are imported in their folders and nowhere else."""
+    found = importers(*packages)
+    assert found and all(name.startswith(folders) for name in found)
+
+
+def test_plain_folders_change_no_kernel() -> None:
+    """Folders that the digest of compiled code leaves out have no kernel, and no module with one imports them."""
+    plain = tuple(f"{package}.{name.replace('/', '.')}" for name in PLAIN for package in ("crane_sim", "crane_control"))
+    kernels = importers(*(f"crane_sim.numerics.jit.{name}" for name in KERNELS))
+    assert kernels and not any(name.startswith(plain) for name in kernels)
+    assert not {name for name in importers(*plain) & kernels if not name.startswith("crane_sim.evaluation.bench")}
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_sizes(name: str) -> None:
+    """A function has at most 25 lines and a compiled or registered one 40, docstring not counted."""
+    for node in ast.walk(ast.parse(SOURCES[name].read_text())):
+        if isinstance(node, ast.FunctionDef):
+            documented = ast.get_docstring(node) is not None
+            first = node.body[1].lineno if documented and len(node.body) > 1 else node.body[0].lineno
+            lines = (node.end_lineno or 0) - first + 1
+            limit = 40 if node.decorator_list else 25
+            assert lines <= limit, f"{name}.{node.name} has {lines} lines"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["ruff", "check", "."], ["ruff", "format", "--check", "."], ["basedpyright"]],
+    ids=["lint", "format", "types"],
+)
+def test_the_code_is_clean(command: list[str]) -> None:
+    """The linter, the formatter and the type checker have nothing to say."""
+    program = Path(sys.executable).with_name(command[0])
+    done = completed([str(program), *command[1:]], cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr

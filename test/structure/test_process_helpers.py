@@ -1,0 +1,107 @@
+"""The tests' own safety: what they start ends with them, however they end, and one that hangs fails alone."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from process_helpers import completed, ends_soon, gone, next_line, started_program, wait_until
+
+TEST = Path(__file__).parents[1]
+STUBBORN = """
+import os, signal, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+os.fork()
+os.write(1, f"{os.getpid()}\\n".encode())
+time.sleep(600)
+"""
+ESCAPED = """
+import os, subprocess, sys, time
+
+def test_that_is_killed():
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], start_new_session=True)
+    with open("said", "w") as said:
+        said.write(f"{os.getpid()} {child.pid}\\n")
+    time.sleep(600)
+"""
+HANGING = """
+import hashlib, time
+
+def test_that_hangs():
+    {hang}
+
+def test_behind_it():
+    pass
+"""
+
+
+def test_a_program_ends_with_its_block() -> None:
+    """One that ignores SIGTERM, and the child it has started, are gone behind the block, whatever is raised there."""
+    with (
+        pytest.raises(ZeroDivisionError),
+        started_program([sys.executable, "-c", STUBBORN], patience=0.2, stdout=subprocess.PIPE) as process,
+    ):
+        both = {int(next_line(process)), int(next_line(process))}
+        raise ZeroDivisionError
+    for pid in both:
+        ends_soon(pid)
+    assert process.pid in both and process.returncode == -signal.SIGKILL
+
+
+def test_a_wait_for_a_program_that_hangs_ends() -> None:
+    """At its limit a program is killed: a read from it comes back, and the error says which program it was."""
+    with (
+        pytest.raises(AssertionError, match="sleep 600: still ran after 0.5 s, and was killed"),
+        started_program(["sleep", "600"], limit=0.5, stdout=subprocess.PIPE) as process,
+    ):
+        next_line(process)
+    with pytest.raises(AssertionError, match="sleep 600: still ran after 0.5 s, and was killed"):
+        completed(["sleep", "600"], limit=0.5)
+
+
+def nested(folder: Path, test: str, *options: str) -> list[str]:
+    """Return a command that runs a test in a session of its own, with this suite's guards and limits."""
+    (folder / "test_nested.py").write_text(test)
+    usual = ["-p", "conftest", "-c", str(TEST.parent / "pyproject.toml"), "--rootdir", str(folder)]
+    return [sys.executable, "-m", "pytest", *usual, *options, str(folder / "test_nested.py")]
+
+
+def environment() -> dict[str, str]:
+    """Return the environment of a session within a test."""
+    return {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")} | {
+        "PYTHONPATH": os.pathsep.join([str(TEST), str(TEST / "helpers"), str(TEST / "programs"), str(TEST.parent)])
+    }
+
+
+@pytest.mark.parametrize("workers", ["0", "1"])
+def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path) -> None:
+    """When pytest is killed in a test, its workers end, and so does what they started, even in a session of its own."""
+    said = tmp_path / "said"
+    with started_program(nested(tmp_path, ESCAPED, "-n", workers), env=environment(), cwd=tmp_path) as session:
+        wait_until(lambda: gone(session.pid) or (said.exists() and said.read_text().endswith("\n")), "the nested test")
+        tester, escaped = map(int, said.read_text().split())
+        assert not gone(tester) and not gone(escaped) and (tester == session.pid) == (workers == "0")
+        session.kill()
+        ends_soon(tester)
+        ends_soon(escaped)
+
+
+@pytest.mark.parametrize(
+    ("hang", "said"),
+    [
+        ("time.sleep(600)", "test_nested.py::test_that_hangs: still ran after 1 s"),
+        (
+            'hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)',
+            "crashed while running 'test_nested.py::test_that_hangs'",
+        ),
+    ],
+    ids=["in Python", "in compiled code"],
+)
+def test_a_test_that_hangs_fails_alone(hang: str, said: str, tmp_path: Path) -> None:
+    """It fails at its limit, or takes its worker with it where nothing comes back; the tests behind it are run."""
+    limits = ["-n", "1", "-o", "test_limit=1", "-o", "faulthandler_timeout=4"]
+    done = completed(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
+    assert said in done.stdout and "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
+    assert done.returncode == 1
