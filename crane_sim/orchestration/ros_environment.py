@@ -17,7 +17,7 @@ _RERUN_SAYS = "warn,re_log_encoding::rrd::file_sink=error"  # not that a long re
 
 @contextmanager
 def reserved_domain(wanted: int | None = None) -> Iterator[int]:
-    """Yield a ROS domain id: `wanted`, or one that nobody on this machine uses until the block ends.
+    """Yield a ROS domain id: `wanted`, or one that no other process on this machine reserves until the block ends.
 
     Raises:
         RuntimeError: all are taken; one line.

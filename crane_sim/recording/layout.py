@@ -68,7 +68,7 @@ def ashore(points: Numbers, base: Numbers | None) -> Numbers:
 def provenance(scene: Scene) -> str:
     """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
 
-    A recorder hears the joint states that everybody hears, and knows the scene's payload.
+    A recorder computes them from the published joint states and the scene's payload.
     """
     found = scene.hardware
     if found is None:

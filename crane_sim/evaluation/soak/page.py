@@ -13,9 +13,9 @@ HEAD = """# What a run survives
 Written by `crane soak page --save docs` from the files in [soak](soak), one for each part, which `crane soak PART
 --save docs` keeps: a part that is run again replaces what was there. Every run has the scene `knuckle_setpoint`. What
 was promised stands beside what was measured, also where it was not kept; a figure without a promise is there to judge
-the others by. Nothing that is promised of a run over ROS is taken from the plant alone where somebody else can tell: a
-node that belongs to no run, the witness, listens in the same ROS domain and writes down instant, stamp and efforts of
-every message that it hears.
+the others by. What is promised of a run over ROS is measured outside the plant where that is possible: by a node that
+belongs to no run, the witness, which subscribes in the same ROS domain and records instant, stamp and efforts of every
+message.
 """
 
 

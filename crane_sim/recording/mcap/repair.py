@@ -1,11 +1,9 @@
-"""Makes MCAP files readable that a killed recorder left in `.part` folders.
+"""Repair of MCAP files that a killed recorder left in `.part` folders, unclosed and without an index.
 
-Records stand one after the other, each with its length in front; what was saved is a sequence of whole ones.
-
-The index of an MCAP file, made from the records of one that nobody closed.
-
-A reader without an index takes the messages as they stand; those of a run do not stand in the order of their stamps,
-since the effort of a step leaves behind the state that it led to. Layout of records: MCAP specification, "Records".
+Records stand one after the other, each with its length in front; what was saved is a sequence of whole ones, from
+which the index is made. A reader without an index takes the messages as they stand; those of a run do not stand in the
+order of their stamps, since the effort of a step leaves behind the state that it led to. Layout of records: MCAP
+specification, "Records".
 """
 
 from __future__ import annotations

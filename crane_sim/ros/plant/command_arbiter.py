@@ -1,9 +1,9 @@
-"""The topics on which commands come, and who sends them.
+"""Arbitration of command topics: one publisher owns the crane at a time, under a lease.
 
 While there is one publisher, messages come the quick way, through the executor, and need no sender. As soon as there
 is a second one, inboxes are opened, whose messages have senders, and what the executor brings no longer counts.
 
-Who commands the crane: the first to send a good command keeps it until he sends none for a while; no rclpy here.
+The first publisher of a valid command owns the crane until its lease ends: that long without another valid command.
 """
 
 import time
@@ -21,10 +21,10 @@ from crane_sim.ros.plant.simulation_run import Stepper
 
 
 class Helm:
-    """One commander at a time, known by the identifier of his publisher.
+    """The lease on the crane: one owner at a time, known by the identifier of its publisher.
 
     Attributes:
-        commander: who commands, empty while nobody does; whoever was alone and at work may be put in.
+        commander: the owner, empty while there is none; a sole publisher that has sent valid commands may be put in.
     """
 
     def __init__(self, lease: float) -> None:
@@ -33,11 +33,11 @@ class Helm:
         self._lease, self._heard = lease, 0.0
 
     def admits(self, sender: bytes, now: float) -> bool:
-        """Return whether what he sends at `now` [s] may be a command."""
+        """Return whether a message that this sender published at `now` [s] may be a command."""
         return sender == self.commander or not self.commander or now - self._heard > self._lease
 
     def follow(self, sender: bytes, now: float) -> None:
-        """Take note of a good command that came at `now` [s]: he commands from now on, and his lease begins anew."""
+        """Make the sender of a valid command at `now` [s] the owner, and begin its lease anew."""
         self.commander, self._heard = sender, now
 
     def renew(self, now: float) -> None:
@@ -48,7 +48,7 @@ class Helm:
 Taker = Callable[[bytes], bool]  # whether it was a good command
 
 
-_MOST = 1000  # messages handed on at a time: others want to be served, too
+_MOST = 1000  # messages handed on at a time, so that other work of the node is not held up
 
 
 _QOS = QoSProfile(depth=1000)  # of inboxes, where one sender must not push another one's messages out at once
@@ -64,7 +64,7 @@ _GONE = "a node that left"
 
 
 class Commands:
-    """Hands on the commands of one commander, and refuses those of everybody else by name."""
+    """Hands on the commands of one commander, and refuses those of all other publishers by name."""
 
     def __init__(
         self,
@@ -80,9 +80,9 @@ class Commands:
             host: whose topics they are.
             stepper: whose books and diagnostics tell of refusals.
             takers: message class, and what takes the bytes of a message, by topic; it returns whether they are a good
-                command: a bad one gives nobody the crane.
+                command: a bad one makes no publisher the owner.
             lease: time without a good command that costs a commander the crane, s.
-            excused: whether he sends none with good reason.
+            excused: whether the commander has a good reason to send none.
         """
         self._node, self._stepper, self._takers, self._helm = host.node, stepper, takers, Helm(lease)
         self._lease, self._excused = lease, excused
@@ -93,10 +93,10 @@ class Commands:
             for topic, (kind, take) in takers.items()
         }
         self._inboxes: dict[str, Inbox] = {}
-        self._refused: dict[bytes, float] = {}  # who was refused lately, and when the last time
+        self._refused: dict[bytes, float] = {}  # senders refused lately, and the last instant [s]
         self._line = ""  # the words for it
-        self._there: dict[bytes, str] = {}  # who published at the last look, while there were several, and his name
-        self._alone, self._at_work = b"", False  # the only publisher, and whether he has sent a good command
+        self._there: dict[bytes, str] = {}  # publishers at the last look, while there were several, by name of the node
+        self._alone, self._at_work = b"", False  # the only publisher, and whether it has sent a good command
         self._heard = self._looked = 0.0  # s, the newest good command, and the last look
 
     @property
@@ -144,12 +144,12 @@ class Commands:
         return found
 
     def begin(self) -> None:
-        """See who is there at the begin of the run."""
+        """Look for publishers at the begin of the run."""
         self._looked = 0.0
         self.look()
 
     def look(self) -> None:
-        """See now and then who is there, and whether the commander's silence counts."""
+        """Look for publishers now and then, and whether the commander's silence counts."""
         now = time.monotonic()
         if now - self._looked >= _LOOK:
             self._looked = now
@@ -166,7 +166,7 @@ class Commands:
         if self._inboxes:
             there = self._publishers()
             if self._helm.commander in self._there.keys() - there.keys():
-                self._helm.commander = b""  # he has left in order: nobody need wait for the end of his lease
+                self._helm.commander = b""  # it has left in order: its lease is over
             self._there = there
         if count < 2:
             self._know(list(self._publishers()))
@@ -174,21 +174,21 @@ class Commands:
         self._tell()
 
     def _know(self, publishers: list[bytes]) -> None:
-        """Take note of who is alone: he commands as soon as he has sent a good command, however idle he is then."""
+        """Record the sole publisher; it owns the crane from its first valid command on, however idle."""
         alone = publishers[0] if len(publishers) == 1 else b""
         if self._alone in publishers:
-            alone = self._alone  # the graph knows who comes before he is matched
+            alone = self._alone  # the graph knows a publisher before it is matched
         if alone != self._alone:
-            # Who was not known before may have sent the first good command already.
+            # A publisher that was not known before may have sent the first good command already.
             proven = alone == self._helm.commander or (not self._alone and self._at_work)
             self._alone, self._at_work = alone, bool(alone) and proven
         self._helm.commander = alone if self._at_work else b""
 
     def _on_message(self, take: Taker, data: bytes) -> None:
         if self._inboxes:
-            return  # they have it, too, and who sent it
+            return  # they have it, too, and its sender
         if self.count() > 1:
-            self._open()  # nobody knows whose this one is; what does not come again is lost
+            self._open()  # the sender of this one is unknown; what does not come again is lost
             return
         if take(data):
             self._heard, self._at_work = time.monotonic(), True
@@ -197,7 +197,7 @@ class Commands:
         now = time.monotonic()
         self._know([self._alone])
         busy = now - self._heard < self._lease
-        # Who is busy needs a while to find the inboxes; then the middleware knows whether he is dead.
+        # A busy publisher needs a while to find the inboxes; then the middleware knows whether it is alive.
         self._helm.renew(now + messages.LEASE if busy else self._heard)
         self._alone, self._at_work = b"", False
         self._inboxes = {topic: Inbox(self._node, kind, topic, _QOS) for topic, (kind, _) in self._takers.items()}
@@ -212,7 +212,7 @@ class Commands:
         self._inboxes = {}
 
     def _refuse(self, sender: bytes) -> None:
-        """Count it; say so at once where he is new, since there may be thousands in a second."""
+        """Count it; warn at once of a sender that is new, since there may be thousands of messages in a second."""
         known = sender in self._refused
         self._refused[sender] = time.monotonic()
         if not known:
@@ -221,8 +221,8 @@ class Commands:
         self._stepper.gate.reject("commander", self._line)
 
     def _tell(self) -> None:
-        """Say who was refused lately; again with every look, since the graph may know a node before its name."""
-        self._refused.pop(self._helm.commander, None)  # the crane is his by now
+        """Warn of senders refused lately; again with every look, since the graph may know a node before its name."""
+        self._refused.pop(self._helm.commander, None)  # it owns the crane by now
         if self._refused:
             intruders = " and ".join(sorted({self._there.get(who, _GONE) for who in self._refused}))
             self._line = f"command of {intruders} refused: {self._there.get(self._helm.commander, _GONE)} commands"

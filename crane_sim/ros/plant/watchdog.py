@@ -1,6 +1,6 @@
-"""How long nobody has commanded a crane in real time; the time in which it stands does not count.
+"""Command time-out in real time: how long no command has come, and what the plant then does.
 
-What a plant in real time does while nobody commands.
+Time in which the run is paused does not count.
 """
 
 import time
