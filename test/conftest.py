@@ -12,10 +12,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 import session_guard
 
 from crane_sim.orchestration.ros_environment import environment, reserved_domain
+
+# the same examples in every run, on a slow machine too; the long fuzzing tests draw new ones
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("repeatable")
 
 _AGAIN = 60.0  # s from a test's limit until what it does in the end is interrupted, too
 

@@ -13,6 +13,7 @@ from crane_sim.models.overhead import (
     node_forces,
     planar,
     rod,
+    shared_outputs,
     spatial,
     spring,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "node_forces",
     "planar",
     "rod",
+    "shared_outputs",
     "spatial",
     "spring",
 ]

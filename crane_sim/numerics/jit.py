@@ -63,21 +63,18 @@ class LinkedLibrary(JITCodeLibrary):
         self._finalized = True
 
 
-class _OptimizedLibrary(LinkedLibrary):
-    optimized = True
-
-
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _LinkedLowering(NativeLowering):
     """Numba's lowering into a `LinkedLibrary`."""
 
     _name = "linked_lowering"
-    _library = LinkedLibrary
+    _optimized = False
 
     def run_pass(self, state: Any) -> Literal[True]:
         """Lower the function, and register it under a key that stands for its address."""
         name = state.func_id.func_qualname
-        state.library = self._library(state.targetctx.codegen(), name)
+        state.library = LinkedLibrary(state.targetctx.codegen(), name)
+        state.library.optimized = self._optimized
         state.flags.no_compile = True
         super().run_pass(state)
         lowered = state.cr
@@ -91,7 +88,7 @@ class _LinkedLowering(NativeLowering):
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _OptimizedLowering(_LinkedLowering):
     _name = "optimized_lowering"
-    _library = _OptimizedLibrary
+    _optimized = True
 
 
 class _LinkedCompiler(CompilerBase):

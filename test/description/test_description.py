@@ -61,7 +61,7 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
     return tip + d * (sin(t2) * out + cos(t2) * sin(t1) * across - cos(t1) * cos(t2) * up)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
     """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""

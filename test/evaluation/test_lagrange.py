@@ -5,7 +5,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import crane_sim
@@ -113,7 +113,6 @@ def test_closed_forms() -> None:
     assert np.max(np.abs(closed.forces_one(bare, q, v, a) - expected)) < EXACT * 100.0  # forces of up to 100 N
 
 
-@settings(deadline=None)
 @given(st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_properties_of_the_matrices(n: int, seed: int) -> None:
     """Everywhere M is symmetric and positive definite, Ṁ - 2C skew-symmetric, and C that of Christoffel's symbols."""

@@ -190,7 +190,7 @@ JUNK = st.recursive(
 KEYS = st.sampled_from([f"{group}.{key}" for group, keys in DOCUMENT.items() if isinstance(keys, dict) for key in keys])
 
 
-@settings(max_examples=300, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(key=KEYS | st.sampled_from(list(DOCUMENT)) | st.text(max_size=10), value=JUNK)
 def test_any_value_anywhere_is_a_scene_or_an_error(key: str, value: Any) -> None:
     """Whatever stands anywhere in a scene file, the outcome is a scene or a SceneError of one line."""

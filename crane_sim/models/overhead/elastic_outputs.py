@@ -32,8 +32,8 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     switching_of,
 )
-from crane_sim.models.supports.actuation import efforts_both, pushed, wound
-from crane_sim.models.supports.hoist import drum_inertia, hoist_limited
+from crane_sim.models.supports.actuation import pushed, wound
+from crane_sim.models.supports.hoist import drum_inertia
 from crane_sim.models.supports.rails import axis_guard, axis_mass, demands, freed, rubs
 from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine, routine
 
@@ -87,16 +87,6 @@ def driven_from(p, x, i):
     return (*pushed(p.trolley, x, i), *pushed(p.bridge, x, i + 1), *wound(p.hoist, x, i + d - 1))
 
 
-@system.held.register(ElasticCrane)
-def _(p, row):
-    return efforts_both(p.trolley, p.bridge, p.hoist, row)
-
-
-@system.limited.register(ElasticCrane)
-def _(p, u):
-    return hoist_limited(p.hoist, u)
-
-
 @system.acceleration.register(ElasticCrane)
 def _(p, t, x, u):
     nq, _, _, _ = layout(p)
@@ -132,11 +122,6 @@ def _(p, x):
     return energies(p, x)[1]
 
 
-@system.link_count.register(ElasticCrane)
-def _(p):
-    return len(p.cable.masses)
-
-
 @system.tensions.register(ElasticCrane)
 def _(p, t, x, u, rows, i, first):
     for k in range(len(p.cable.masses)):
@@ -152,11 +137,6 @@ def _(p, t, x, u):
 def _(p, x):
     nq, _, _, modes = layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
-
-
-@system.point_count.register(ElasticCrane)
-def _(p):
-    return 1 + len(p.cable.masses)
 
 
 @system.points.register(ElasticCrane)

@@ -55,8 +55,8 @@ from crane_sim.models.overhead.modes import (
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
-from crane_sim.models.supports.actuation import driven, efforts, metered
-from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoist_limited, hoisted
+from crane_sim.models.supports.actuation import driven, metered
+from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoisted
 from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, freed, rail, rubs
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
@@ -247,16 +247,6 @@ def _(p, x):
     return driven(p.trolley, p.hoist, x, 0), driven(p.trolley, p.hoist, x, nq)
 
 
-@system.held.register(PlanarCrane)
-def _(p, row):
-    return efforts(p.trolley, p.hoist, row)
-
-
-@system.limited.register(PlanarCrane)
-def _(p, u):
-    return hoist_limited(p.hoist, u)
-
-
 @system.acceleration.register(PlanarCrane)
 def _(p, t, x, u):
     nq, _, _ = layout(p)
@@ -290,11 +280,6 @@ def _(p, x):
     return energies(p, x)[1]
 
 
-@system.link_count.register(PlanarCrane)
-def _(p):
-    return len(p.cable.masses)
-
-
 @system.tensions.register(PlanarCrane)
 def _(p, t, x, u, rows, i, first):
     w = system.workspace(p)
@@ -313,11 +298,6 @@ def _(p, t, x, u):
 def _(p, x):
     nq, _, modes = layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
-
-
-@system.point_count.register(PlanarCrane)
-def _(p):
-    return 1 + len(p.cable.masses)
 
 
 @system.points.register(PlanarCrane)

@@ -36,8 +36,8 @@ from crane_sim.models.overhead.modes import (
     story,
     switching_of,
 )
-from crane_sim.models.supports.actuation import driven, efforts, metered
-from crane_sim.models.supports.hoist import Hoist, MasslessHoist, drum, drum_inertia, drum_power, hoist_limited, hoisted
+from crane_sim.models.supports.actuation import driven, metered
+from crane_sim.models.supports.hoist import Hoist, MasslessHoist, drum, drum_inertia, drum_power, hoisted
 from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, freed, rail, rubs
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
@@ -254,16 +254,6 @@ def _(p, x):
 def _(p, x):
     nq, _ = layout(p)
     return driven(p.trolley, p.hoist, x, 0), driven(p.trolley, p.hoist, x, nq)
-
-
-@system.held.register(RodCrane)
-def _(p, row):
-    return efforts(p.trolley, p.hoist, row)
-
-
-@system.limited.register(RodCrane)
-def _(p, u):
-    return hoist_limited(p.hoist, u)
 
 
 @system.acceleration.register(RodCrane)

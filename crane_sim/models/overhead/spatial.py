@@ -37,8 +37,8 @@ from crane_sim.models.overhead.modes import (
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.actuation import driven_both, efforts_both, metered
-from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoist_limited, hoisted
+from crane_sim.models.supports.actuation import driven_both, metered
+from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoisted
 from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, demands, freed, rail, rubs
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 
@@ -240,16 +240,6 @@ def _(p, x):
     return driven_both(p.trolley, p.bridge, p.hoist, x, 0), driven_both(p.trolley, p.bridge, p.hoist, x, nq)
 
 
-@system.held.register(SpatialCrane)
-def _(p, row):
-    return efforts_both(p.trolley, p.bridge, p.hoist, row)
-
-
-@system.limited.register(SpatialCrane)
-def _(p, u):
-    return hoist_limited(p.hoist, u)
-
-
 @system.acceleration.register(SpatialCrane)
 def _(p, t, x, u):
     nq, _, _ = layout(p)
@@ -283,11 +273,6 @@ def _(p, x):
     return energies(p, x)[1]
 
 
-@system.link_count.register(SpatialCrane)
-def _(p):
-    return len(p.cable.masses)
-
-
 @system.tensions.register(SpatialCrane)
 def _(p, t, x, u, rows, i, first):
     work = system.workspace(p)
@@ -306,11 +291,6 @@ def _(p, t, x, u):
 def _(p, x):
     nq, _, modes = layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
-
-
-@system.point_count.register(SpatialCrane)
-def _(p):
-    return 1 + len(p.cable.masses)
 
 
 @system.points.register(SpatialCrane)

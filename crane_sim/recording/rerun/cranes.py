@@ -76,12 +76,16 @@ class Cast(Protocol):
 
 def turn_from_z(direction: Numbers) -> NDArray[np.float64]:
     """Return unit quaternions (xyzw) that turn the z axis into the directions (n, 3); zero vectors give no turn."""
-    unit = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-    x, y, z = unit.T
-    # half-way form of the shortest arc; straight down has no unique arc, the half turn about x is taken
-    quaternion = np.column_stack([-y, x, np.zeros_like(z), 1.0 + z])
-    quaternion[z < -1.0 + 1e-12] = (1.0, 0.0, 0.0, 0.0)
-    return quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
+    x, y, z = direction.T
+    length = np.linalg.norm(direction, axis=1)
+    # half-way form of the shortest arc, (-y, x, 0, length + z); below the horizon length + z cancels: r² / (length - z)
+    below = z < 0.0
+    scalar = np.where(below, (x * x + y * y) / np.where(below, length - z, 1.0), length + z)
+    quaternion = np.column_stack([-y, x, np.zeros_like(z), scalar])
+    norm = np.linalg.norm(quaternion, axis=1, keepdims=True)
+    # straight down has no unique arc: the half turn about x
+    still = np.where(below[:, None], (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    return np.divide(quaternion, norm, out=still, where=norm > 0.0)
 
 
 def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequence[Shape]) -> None:
