@@ -11,9 +11,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from crane_control.cartesian import CartesianLaw, Manner, Settings, tracking_law
-from crane_control.estimation.features import Features, Of, drawn, write_features
-from crane_control.tracking.tracker import Belief, Gains, believed
+from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, tracking_law
+from crane_control.estimation.features import Features, Of, draw_frequencies, write_features
+from crane_control.tracking.tracker import Estimate, Gains, estimate
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Seed, no_switch
 from crane_sim.laws import read_group
@@ -46,7 +46,7 @@ class Adaptation(NamedTuple):
 SETTINGS = {"control": Settings, "control.adaptation": Adaptation}
 
 
-class Knowledge(NamedTuple):
+class Weights(NamedTuple):
     """What has been learnt, and where it is computed."""
 
     weights: Any  # (2 d, 2), α of both axes
@@ -63,16 +63,16 @@ class Learner(NamedTuple):
     c: float  # 1/s
     stiffness: float  # 1/s², kp + kd c: the paper's kp + (kc + c) c, its kc being kd - c
     zone: DeadZone | None
-    knowledge: Knowledge
+    knowledge: Weights
 
     def fresh(self) -> "Learner":
         """Return the learner before it has learnt anything."""
-        return self._replace(knowledge=ignorance(len(self.features.frequencies)))
+        return self._replace(knowledge=initial_weights(len(self.features.frequencies)))
 
 
-def ignorance(d: int) -> Knowledge:
+def initial_weights(d: int) -> Weights:
     """Return the knowledge of nothing yet, with d frequencies."""
-    return Knowledge(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.zeros(1))
+    return Weights(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.zeros(1))
 
 
 @generic
@@ -95,7 +95,7 @@ def error_size(learner, entries):
 
 
 @routine
-def lesson(learner, elapsed):
+def adaptation_step(learner, elapsed):
     """Learn for `elapsed` seconds from the entries, eq. 99, and return u (2,) [m/s²], eq. 81."""
     weights, values, entries, _ = learner.knowledge
     write_features(learner.features, entries, values)
@@ -110,7 +110,7 @@ def lesson(learner, elapsed):
     return ux, uy
 
 
-@believed.register(Learner)
+@estimate.register(Learner)
 def _(learner, pendulum, now, sight):
     entries, clock = learner.knowledge.entries, learner.knowledge.clock
     for i in range(2):
@@ -119,7 +119,7 @@ def _(learner, pendulum, now, sight):
     entries[8] = now.t
     elapsed = now.t - clock[0]
     clock[0] = now.t
-    return Belief(sight.y, sight.dy, lesson(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+    return Estimate(sight.y, sight.dy, adaptation_step(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 def learner_of(given: Adaptation, gains: Gains) -> Learner:
@@ -130,9 +130,9 @@ def learner_of(given: Adaptation, gains: Gains) -> Learner:
     """
     if given.c >= gains.kd:
         raise SceneError(f"control.adaptation.c = {given.c:g}: must be below kd = {gains.kd:g} 1/s")
-    features = drawn(given.features, given.width, given.of, given.time, given.seed)
+    features = draw_frequencies(given.features, given.width, given.of, given.time, given.seed)
     size = gains.kp + gains.kd * given.c
-    return Learner(features, given.rate, given.c, size, given.dead_zone, ignorance(given.features))
+    return Learner(features, given.rate, given.c, size, given.dead_zone, initial_weights(given.features))
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
@@ -142,4 +142,6 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     own, rest = read_group(Adaptation, settings, "adaptation")
-    return tracking_law("adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains), Manner())
+    return tracking_law(
+        "adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains), TrackingDefaults()
+    )

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.drives import accelerated, hanging
+from crane_control.tracking.drives import compute_drive_efforts, hanging
 from crane_control.tracking.suspension import Positioned, drive_of, pendulum_of
 from crane_sim import system
 from crane_sim.files.errors import SceneError
@@ -51,11 +51,11 @@ class AngularLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at time t [s], joint positions q (nq,) and velocities v (nq,)."""
-        return demanded(self, t, q, v)
+        return compute_efforts(self, t, q, v)
 
 
 @kernel
-def damped(length, damping, n, dn):
+def compute_damping(length, damping, n, dn):
     """Return the damping accelerations (2,) of the tip for the unit vector n (3,) to the payload and its rate dn (3,).
 
     Not finite where the cable lies along the base's x, or is horizontal: the angles are not defined there.
@@ -69,7 +69,7 @@ def damped(length, damping, n, dn):
 
 
 @kernel
-def followed(law, goal, tip, dtip, i):
+def compute_tracking(law, goal, tip, dtip, i):
     """Return the tracking acceleration of the tip along axis i."""
     x, v, a = goal
     return law.kp * (x[i] - tip[i]) + law.kd * (law.velocity * v[i] - dtip[i]) + law.acceleration * a[i]
@@ -78,13 +78,16 @@ def followed(law, goal, tip, dtip, i):
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
     goal, seen = reference_at(law.path, t), hanging(law.drive, law.length, q, v)
-    ax, ay = damped(law.length, law.damping, seen.n, seen.dn)
-    a = (ax + followed(law, goal, seen.tip, seen.dtip, 0), ay + followed(law, goal, seen.tip, seen.dtip, 1))
-    return accelerated(law.drive, t, seen, a)
+    ax, ay = compute_damping(law.length, law.damping, seen.n, seen.dn)
+    a = (
+        ax + compute_tracking(law, goal, seen.tip, seen.dtip, 0),
+        ay + compute_tracking(law, goal, seen.tip, seen.dtip, 1),
+    )
+    return compute_drive_efforts(law.drive, t, seen, a)
 
 
 @entry
-def demanded(law, t, q, v):
+def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return system.command(law, t, q, v)
 

@@ -5,7 +5,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_control.tracking.drives import Servo, hanging, suspension_effort
-from crane_control.tracking.multirate import Paced, paced, tip_demand
+from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_demand
 from crane_control.tracking.suspension import drive_of, pendulum_of
 from crane_control.tracking.tracker import SOFT, Gains, Tracker
 from crane_control.tracking.vision import Vision, camera
@@ -16,7 +16,7 @@ from crane_sim.numerics.jit import entry
 from crane_sim.scenes.scene import Scene
 
 
-class Manner(NamedTuple):
+class TrackingDefaults(NamedTuple):
     """How a law tracks where its scene does not say: the defaults of the papers' law."""
 
     stiffness: float = 1.0  # kp, in units of the pendulum's own g / L
@@ -28,21 +28,21 @@ class Manner(NamedTuple):
 class CartesianLaw(NamedTuple):
     """The tracker, and what carries the suspension point to where the tracker wants it."""
 
-    tracker: Tracker | Paced
+    tracker: Tracker | MultirateTracker
     drive: Any
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at time t [s], joint positions q (nq,) and velocities v (nq,)."""
-        return demanded(self, t, q, v)
+        return compute_efforts(self, t, q, v)
 
     def fresh(self) -> "CartesianLaw":
         """Return the law before its first state."""
         return self._replace(tracker=self.tracker.fresh())
 
     @property
-    def slow_half(self) -> Paced | None:
+    def slow_half(self) -> MultirateTracker | None:
         """The tracker, where it has a rate of its own."""
-        return self.tracker if isinstance(self.tracker, Paced) else None
+        return self.tracker if isinstance(self.tracker, MultirateTracker) else None
 
     def fast_half(self) -> "CartesianLaw":
         """Return the law whose tracker is in another process."""
@@ -57,7 +57,7 @@ def _(law, t, q, v):
 
 
 @entry
-def demanded(law, t, q, v):
+def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return system.command(law, t, q, v)
 
@@ -93,7 +93,7 @@ def tracking_law(
     settings: Mapping[str, Any],
     nominal: Scene,
     learner: Callable[[Tracker, float], Any],
-    manner: Manner,
+    manner: TrackingDefaults,
 ) -> CartesianLaw:
     """Return the Cartesian law called `name`.
 
@@ -117,7 +117,7 @@ def tracking_law(
     gains = Gains(kp, kd, float(velocity), float(forward.acceleration), manner.ramp)
     tracker = Tracker(pendulum, gains, path, camera(given.vision, nominal), None, base)
     tracker = tracker._replace(learner=learner(tracker, lag))
-    return CartesianLaw(paced(tracker, given.tracker_rate, nominal.period), drive)
+    return CartesianLaw(make_multirate(tracker, given.tracker_rate, nominal.period), drive)
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
@@ -126,4 +126,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    return tracking_law("cartesian", settings, nominal, lambda tracker, lag: None, Manner())
+    return tracking_law("cartesian", settings, nominal, lambda tracker, lag: None, TrackingDefaults())

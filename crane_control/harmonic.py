@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_control.cartesian import CartesianLaw, Manner, Settings, tracking_law
+from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, tracking_law
 from crane_control.estimation.oscillator import (
     BIAS,
     RATE,
@@ -22,19 +22,19 @@ from crane_control.estimation.oscillator import (
     Filter,
     V,
     Y,
-    begun,
+    begin_filter,
     blank,
-    corrected,
-    predicted,
+    correct,
+    predict,
 )
-from crane_control.tracking.tracker import Belief, Tracker, believed, ramped, stiffness
+from crane_control.tracking.tracker import Estimate, Tracker, compute_ramp, estimate, stiffness
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_group
 from crane_sim.numerics.jit import kernel, routine
 from crane_sim.scenes.scene import Scene
 
-SEEING, WATCHING = Manner(1.25, 0.65, 1.6, True), Manner(2.0, 0.65, 0.6, True)
+SEEING, WATCHING = TrackingDefaults(1.25, 0.65, 1.6, True), TrackingDefaults(2.0, 0.65, 0.6, True)
 """How the law tracks, without a camera and with one: beside a camera's noise its own start makes no harder jerks."""
 
 
@@ -71,41 +71,44 @@ class HarmonicObserver(NamedTuple):
 
 
 @kernel
-def opposed(observer, t, x):
+def compute_compensation(observer, t, x):
     """Return (u [m/s²], its rate [m/s³], what is admitted of d and b [m/s²]) of one axis in state x (6,) at t [s]."""
     w, lead = sqrt(x[THETA]), observer.lead
     c, s = cos(w * lead), sin(w * lead)
-    share, rising = ramped(observer.ramp, t)
+    share, rising = compute_ramp(observer.ramp, t)
     expected = x[D] * c + x[RATE] * s / w + x[BIAS]
     return -share * expected, -share * (x[RATE] * c - x[D] * w * s) - rising * expected, share * (x[D] + x[BIAS])
 
 
 @routine
-def followed(observer, pendulum, now, sight):
+def update_filter(observer, pendulum, now, sight):
     """Bring the filter to the Moment `now` and what is seen there."""
     ekf = observer.ekf
     x, clock = ekf.trace.x, ekf.trace.clock
     if clock[0] < 0.0:
-        begun(ekf, now.t, sight.y, sight.dy, now.tip)
+        begin_filter(ekf, now.t, sight.y, sight.dy, now.tip)
     h = now.t - clock[0]
     if h > 0.0:  # asked again at the same time, it has seen everything
         for i in range(2):
             square = stiffness(pendulum.length / x[i, ROPE], pendulum.gravity, (x[0, Y], x[1, Y]), now.tip)
-            predicted(ekf, i, square, 0.5 * (clock[1 + i] + now.tip[i]), h)
+            predict(ekf, i, square, 0.5 * (clock[1 + i] + now.tip[i]), h)
             rate, clock[1 + i] = (now.tip[i] - clock[1 + i]) / h, now.tip[i]
             if sight.new:
-                corrected(ekf, i, Y, sight.raw[i], square, now.tip[i], rate, sight.age)
+                correct(ekf, i, Y, sight.raw[i], square, now.tip[i], rate, sight.age)
             if observer.direct:
-                corrected(ekf, i, V, sight.dy[i], square, now.tip[i], rate, 0.0)
+                correct(ekf, i, V, sight.dy[i], square, now.tip[i], rate, 0.0)
         clock[0] = now.t
 
 
-@believed.register(HarmonicObserver)
+@estimate.register(HarmonicObserver)
 def _(learner, pendulum, now, sight):
-    followed(learner, pendulum, now, sight)
+    update_filter(learner, pendulum, now, sight)
     x = learner.ekf.trace.x
-    (u0, du0, d0), (u1, du1, d1) = opposed(learner, now.t, x[0]), opposed(learner, now.t, x[1])
-    return Belief((x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1), (x[0, ROPE], x[1, ROPE]))
+    (u0, du0, d0), (u1, du1, d1) = (
+        compute_compensation(learner, now.t, x[0]),
+        compute_compensation(learner, now.t, x[1]),
+    )
+    return Estimate((x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1), (x[0, ROPE], x[1, ROPE]))
 
 
 def observer_of(given: Observer, tracker: Tracker, lag: float) -> HarmonicObserver:

@@ -20,7 +20,7 @@ from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.models.cables.rope import RateRope, add_rope_energy, span
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports import posture, support_potential
+from crane_sim.models.supports import forward_kinematics, support_potential
 from crane_sim.numerics.jit import entry, generic, kernel
 from crane_sim.scenes.scene import Scene
 
@@ -55,11 +55,11 @@ class EnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
-        return demanded(self.action, q, v)
+        return compute_efforts(self.action, q, v)
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, with what base and forces supply."""
-        return shaped(self, float(t), q, v)
+        return compute_lyapunov(self, float(t), q, v)
 
 
 @generic
@@ -113,22 +113,22 @@ def _(law, t, q, v):
 
 @system.effort.register(EnergyLaw)
 def _(u, p, t, x):
-    q, v = system.actuated(p, x)
-    return system.limited(p, act(u.action, q, v))
+    q, v = system.actuated_joints(p, x)
+    return system.saturate(p, act(u.action, q, v))
 
 
 @entry
-def demanded(action, q, v):
+def compute_efforts(action, q, v):
     """Compiled `act` for calls from Python."""
     return act(action, q, v)
 
 
 @entry
-def shaped(law, t, q, v):
+def compute_lyapunov(law, t, q, v):
     """Return (V, dV/dt) of the shaped energy at time t [s]."""
     p, action = law.nominal, law.action
     x = system.state(p, t, q, v)
-    pose = posture(p.support, x[0])
+    pose = forward_kinematics(p.support, x[0])
     line = span(pose, x[1])
     value, rate = winch_share(action.winch, q, v)
     value = value + system.kinetic(p, x) + p.load.mass * p.gravity * (line.length + line.n[2] * line.length)

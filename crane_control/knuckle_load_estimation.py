@@ -27,21 +27,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_control import knuckle_energy
-from crane_control.knuckle_energy import Action, EnergyLaw, Settings, Winch, act, shaped
+from crane_control.knuckle_energy import Action, EnergyLaw, Settings, Winch, act, compute_lyapunov
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import read_settings
 from crane_sim.models.cables.rope import span
 from crane_sim.models.effects import add_spring
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports import posture
+from crane_sim.models.supports import forward_kinematics
 from crane_sim.numerics.jit import entry, kernel, routine
 from crane_sim.scenes.scene import Scene
 
 LIGHT = 0.5  # of g: what feels less is not weighed, by step 3 of the proof
 
 
-class Scales(NamedTuple):
+class MassEstimator(NamedTuple):
     """What the law remembers from one command to the next."""
 
     filters: Any  # (2,): a [m/s²], p [N]
@@ -56,39 +56,41 @@ class WeighingEnergyLaw(NamedTuple):
     action: Action  # for the believed mass
     nominal: Crane
     rate: float  # 1/s
-    scales: Scales
+    scales: MassEstimator
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
-        return demanded(self, t, q, v)
+        return compute_efforts(self, t, q, v)
 
     def fresh(self) -> "WeighingEnergyLaw":
         """Return the law before it has weighed anything."""
-        return self._replace(scales=unused(self.nominal))
+        return self._replace(scales=make_scales(self.nominal))
 
     def lyapunov_of(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
         """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
         believed, winch = self.nominal, self.action.winch
         boom, jib = believed.support.boom, believed.support.jib
         assert winch is not None  # or there would be nothing to weigh with
-        value, _ = shaped(EnergyLaw(self.action, believed._replace(load=believed.load._replace(mass=mass))), t, q, v)
+        value, _ = compute_lyapunov(
+            EnergyLaw(self.action, believed._replace(load=believed.load._replace(mass=mass))), t, q, v
+        )
         damped = boom.length**2 / self.action.kd[1] + jib.length**2 / self.action.kd[2] + 1.0 / winch.kd
         unbalanced = (believed.load.mass - mass) * believed.gravity * exp(-self.rate * t)
         return value + 0.5 * damped / self.rate * unbalanced**2
 
 
-def unused(nominal: Crane) -> Scales:
+def make_scales(nominal: Crane) -> MassEstimator:
     """Return scales from which the believed mass has hung at rest."""
     m, g = nominal.load.mass, nominal.gravity
-    return Scales(np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m]))
+    return MassEstimator(np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m]))
 
 
 @routine
-def weigh(law, t, q, v):
+def update_estimate(law, t, q, v):
     """Filter what was felt since the last command, and return the mass [kg]."""
     p, (filters, seen, winch, mass) = law.nominal, law.scales
     x = system.state(p, t, q, v)
-    line = span(posture(p.support, x[0]), x[1])
+    line = span(forward_kinematics(p.support, x[0]), x[1])
     elapsed, climb, up = t - seen[0], x[1][5], -line.n[2]
     if elapsed > 0.0:
         share = 1.0 - exp(-law.rate * elapsed)
@@ -102,7 +104,7 @@ def weigh(law, t, q, v):
 
 
 @kernel
-def carrying(action, p, mass):
+def with_payload(action, p, mass):
     """Return the action for a payload of another mass [kg]."""
     more, winch = (mass - p.load.mass) * p.gravity, action.winch
     moments = action.moments[0] + more * p.support.boom.length, action.moments[1] + more * p.support.jib.length
@@ -112,13 +114,13 @@ def carrying(action, p, mass):
 
 @system.command.register(WeighingEnergyLaw)
 def _(law, t, q, v):
-    efforts = act(carrying(law.action, law.nominal, weigh(law, t, q, v)), q, v)
+    efforts = act(with_payload(law.action, law.nominal, update_estimate(law, t, q, v)), q, v)
     law.scales.winch[0] = min(efforts[3], 0.0)  # a rope cannot push
     return efforts
 
 
 @entry
-def demanded(law, t, q, v):
+def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return system.command(law, t, q, v)
 
@@ -138,4 +140,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | WeighingEn
         raise SceneError("gravity = 0.0: without weight there is nothing to weigh, leave out control.adaptation")
     if not nominal.sampled:
         raise SceneError("control.period = 'continuous': a law that weighs the load has memory; give a period")
-    return WeighingEnergyLaw(law.action, law.nominal, given.rate, unused(law.nominal))
+    return WeighingEnergyLaw(law.action, law.nominal, given.rate, make_scales(law.nominal))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.linalg import LinAlgError, expm, solve_continuous_are, solve_discrete_are
 
 from crane_sim.files.errors import SceneError
-from crane_sim.scenes.averaging import averaged
+from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.dynamics import acceleration
 
@@ -41,14 +41,14 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     """
     if scene.reference is None or not scene.actuated:
         raise SceneError(f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}")
-    scene, target = averaged(scene), scene.reference
+    scene, target = average_scene(scene), scene.reference
     q, u = _hanging(scene, target), np.zeros(len(scene.actuated))
     n, free = len(q), [i for i, name in enumerate(scene.joint_names) if name not in scene.actuated]
     for _ in range(20):
         moved = acceleration(scene, q, np.zeros(n), u)
         if not np.all(np.isfinite(moved)):
             break
-        a, b = linearised(scene, q, u)
+        a, b = linearise(scene, q, u)
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
         if np.max(np.abs(moved)) < STILL + rounding:
             return q, u
@@ -67,9 +67,9 @@ def _hanging(scene: Scene, reference: tuple[float, ...]) -> Array:
     return q
 
 
-def linearised(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
+def linearise(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
     """Return A (2 nq, 2 nq) and B (2 nq, nu) of the deviations from rest at q (nq,) under efforts u (nu,)."""
-    scene, n = averaged(scene), len(q)
+    scene, n = average_scene(scene), len(q)
     a, b = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, len(u)))
     a[:n, n:] = np.eye(n)
     at = np.concatenate([q, np.zeros(n), u])

@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from crane_control.linearisation import Array, equilibrium, linearised, regulator, without_dry_friction
-from crane_control.reduced_state import seen
+from crane_control.linearisation import Array, equilibrium, linearise, regulator, without_dry_friction
+from crane_control.reduced_state import get_or_zero
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
@@ -52,16 +52,16 @@ class LqrLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q and velocities v, nq or more."""
-        return demanded(self, t, np.array(q), np.array(v))
+        return compute_efforts(self, t, np.array(q), np.array(v))
 
 
 @generic
-def led(path, effort, gain, target, t):
+def move_target(path, effort, gain, target, t):
     """Return the effort with the target moved along a path at time t [s]; as it is without one."""
     return effort
 
 
-@led.register(Path)
+@move_target.register(Path)
 def _(path, effort, gain, target, t):
     (x, rate, _), n = reference_at(path, t), len(target)
     for i in range(len(x)):
@@ -78,9 +78,11 @@ def feedback(channel, law, t, q, v):
 @feedback.register(Channel)
 def _(channel, law, t, q, v):
     target, n = law.target, len(law.target)
-    effort = led(law.path, channel.effort, channel.gain, target, t)
+    effort = move_target(law.path, channel.effort, channel.gain, target, t)
     for i in range(n):
-        effort = effort - channel.gain[i] * (seen(q, i, n) - target[i]) - channel.gain[n + i] * seen(v, i, n)
+        effort = (
+            effort - channel.gain[i] * (get_or_zero(q, i, n) - target[i]) - channel.gain[n + i] * get_or_zero(v, i, n)
+        )
     return (effort, *feedback(channel.rest, law, t, q, v))
 
 
@@ -91,18 +93,18 @@ def _(law, t, q, v):
 
 @system.effort.register(LqrLaw)
 def _(u, p, t, x):
-    return observed(u, p, t, x)
+    return evaluate_law(u, p, t, x)
 
 
 @routine
-def observed(law, p, t, x):
+def evaluate_law(law, p, t, x):
     """Return the efforts (nu,) of the law in state x of model p at t; one piece, which the stages of a step call."""
     q, v = system.joints(p, x)
-    return system.limited(p, feedback(law.channels, law, t, q, v))
+    return system.saturate(p, feedback(law.channels, law, t, q, v))
 
 
 @entry
-def demanded(law, t, q, v):
+def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return feedback(law.channels, law, t, q, v)
 
@@ -134,7 +136,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     if nominal.path is not None and not nominal.path.of_joints:
         raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
     target, efforts = equilibrium(nominal)
-    a, b = linearised(nominal, target, efforts)
+    a, b = linearise(nominal, target, efforts)
     period = nominal.period if nominal.sampled else None
     q, r = _weights(given, nominal, b)
     moving = _moving(nominal, target, a, b)

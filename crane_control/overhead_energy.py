@@ -29,14 +29,14 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_control.reduced_state import seen
+from crane_control.reduced_state import get_or_zero
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.supports.hoist import ForceHoist
-from crane_sim.models.supports.rails import ForceAxis, Friction, lost
+from crane_sim.models.supports.rails import ForceAxis, Friction, friction_force
 from crane_sim.numerics.jit import entry, generic, kernel
 from crane_sim.scenes.scene import Scene
 
@@ -74,31 +74,31 @@ class OverheadEnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
-        return demanded(self, np.array(q), np.array(v))
+        return compute_efforts(self, np.array(q), np.array(v))
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, the same at all times."""
-        return shaped(self, np.array(q), np.array(v))
+        return compute_lyapunov(self, np.array(q), np.array(v))
 
 
 @generic
-def hung(rope, q, v):
+def cable_state(rope, q, v):
     """Return (length, rate, number of joints up to the swing) of the link that the law believes in."""
     return rope.length, 0.0, 2
 
 
-@hung.register(Hoist)
+@cable_state.register(Hoist)
 def _(rope, q, v):
     return q[1], v[1], 3
 
 
 @generic
-def lift(rope, q, v, weight):
+def hoist_control(rope, q, v, weight):
     """Return (the hoist's effort as a tuple, compliance [1/kg], free acceleration [m/s²], its share of V and dV/dt)."""
     return (), 0.0, 0.0, (0.0, 0.0)
 
 
-@lift.register(Hoist)
+@hoist_control.register(Hoist)
 def _(rope, q, v, weight):
     error, rate = rope.target - q[1], v[1]
     force = rope.kp * error - rope.kd * rate - weight
@@ -110,10 +110,10 @@ def _(rope, q, v, weight):
 def act(law, q, v):
     """Return the efforts (nu,) of the law."""
     m, mu = law.payload_mass, law.apparent_mass
-    (length, _, n), error = hung(law.rope, q, v), law.target - q[0]
-    s, c, rate = sin(seen(q, n - 1, n)), cos(seen(q, n - 1, n)), seen(v, n - 1, n)
+    (length, _, n), error = cable_state(law.rope, q, v), law.target - q[0]
+    s, c, rate = sin(get_or_zero(q, n - 1, n)), cos(get_or_zero(q, n - 1, n)), get_or_zero(v, n - 1, n)
     push = law.kp * error / sqrt(1.0 + (error / law.reach) ** 2) - law.kd * v[0]
-    efforts, give, run, _ = lift(law.rope, q, v, m * law.gravity)
+    efforts, give, run, _ = hoist_control(law.rope, q, v, m * law.gravity)
     pull = length * rate * rate + law.gravity * c - s * push / mu - run
     tension = pull / (1.0 / m + s * s / mu + give)
     ratio = law.trolley_mass / mu
@@ -128,35 +128,35 @@ def _(law, t, q, v):
 @system.effort.register(OverheadEnergyLaw)
 def _(u, p, t, x):
     q, v = system.joints(p, x)
-    return system.limited(p, act(u, q, v))
+    return system.saturate(p, act(u, q, v))
 
 
 @entry
-def demanded(law, q, v):
+def compute_efforts(law, q, v):
     """Compiled `act` for calls from Python."""
     return act(law, q, v)
 
 
 @kernel
-def rubbed(law, s, give, v):
+def compute_friction_loss(law, s, give, v):
     """Return the power [W] by which friction on the rail lowers V, at sine s, a hoist's compliance and velocity v."""
     share, square = law.apparent_mass / law.trolley_mass, s * s
     k = square / (square + law.trolley_mass / law.payload_mass + law.trolley_mass * give)
-    return (share + (1.0 - share) * k) * lost(law.friction, v) * v
+    return (share + (1.0 - share) * k) * friction_force(law.friction, v) * v
 
 
 @entry
-def shaped(law, q, v):
+def compute_lyapunov(law, q, v):
     """Compiled `lyapunov`."""
-    length, paid, n = hung(law.rope, q, v)
-    swing, rate = seen(q, n - 1, n), seen(v, n - 1, n)
-    _, give, _, (value, falls) = lift(law.rope, q, v, 0.0)
+    length, paid, n = cable_state(law.rope, q, v)
+    swing, rate = get_or_zero(q, n - 1, n), get_or_zero(v, n - 1, n)
+    _, give, _, (value, falls) = hoist_control(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
     across, up = v[0] + paid * s + length * c * rate, -paid * c + length * s * rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
     value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.reach) ** 2))
-    return value, falls - law.kd * v[0] * v[0] - rubbed(law, s, give, v[0])
+    return value, falls - law.kd * v[0] * v[0] - compute_friction_loss(law, s, give, v[0])
 
 
 class Settings(NamedTuple):
@@ -175,7 +175,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    given, target, model = read_settings(Settings, settings), _checked(nominal), nominal.model
+    given, target, model = read_settings(Settings, settings), _read_target(nominal), nominal.model
     m = model.cable.payload
     rising = len(target) == 2
     length = target[1] if rising else model.cable.length
@@ -189,7 +189,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     return OverheadEnergyLaw(*action, *masses, model.gravity, rope, model.trolley.friction)
 
 
-def _checked(nominal: Scene) -> tuple[float, ...]:
+def _read_target(nominal: Scene) -> tuple[float, ...]:
     """Return the target of a scene that the law fits; raises SceneError."""
     target, model = nominal.reference, nominal.model
     if target is None:

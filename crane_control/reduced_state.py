@@ -4,7 +4,7 @@ from crane_sim.numerics.jit import kernel
 
 
 @kernel
-def seen(values, i, n):
+def get_or_zero(values, i, n):
     """Return entry i of n believed joint coordinates, where the crane's own are `values`, at least n of them.
 
     The last one is the mean of the crane's remaining ones: of the swing angles of a cable. For links of equal length

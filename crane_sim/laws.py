@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from crane_sim.files.errors import SceneError, foreign_key, no_group, one_line, shortened, unknown_key
+from crane_sim.files.errors import SceneError, foreign_key, no_group, one_line, shorten, unknown_key
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
@@ -134,7 +134,7 @@ class LawError(RuntimeError):
     """A law that failed, or gave something that is not a vector of efforts; one line."""
 
 
-def asked(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
+def ask_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
     """Return the efforts (nu,) that the law demands; arguments as of `Law`.
 
     Raises:
@@ -183,7 +183,7 @@ def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> 
     """
     names: tuple[str, ...] = getattr(kind, "_fields", ())
     if not isinstance(settings, Mapping):
-        raise SceneError(f"{'.'.join(('control', *group))} = {shortened(settings)}: {no_group(names)}")
+        raise SceneError(f"{'.'.join(('control', *group))} = {shorten(settings)}: {no_group(names)}")
     try:
         return TypeAdapter(kind).validate_python(dict(settings))
     except ValidationError as error:

@@ -17,7 +17,7 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 _PDEATHSIG = 1  # of prctl(2)
 
 
-def end_at_once(end: Callable[[], object]) -> None:
+def exit_on_signal(end: Callable[[], object]) -> None:
     """From now on, to the end of the process, call `end` in a thread of its own as soon as a signal comes."""
     heard, told = os.pipe()
     os.set_blocking(told, False)
@@ -33,7 +33,7 @@ def end_at_once(end: Callable[[], object]) -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)  # the start script holds them back until somebody listens
 
 
-def leave(code: int) -> NoReturn:
+def exit_now(code: int) -> NoReturn:
     """End the process with an exit code now: it can take Python seconds to take down what it has loaded."""
     sys.stdout.flush()
     sys.stderr.flush()
@@ -41,7 +41,7 @@ def leave(code: int) -> NoReturn:
 
 
 @contextmanager
-def collected() -> Iterator[list[int]]:
+def collect_signals() -> Iterator[list[int]]:
     """Yield a list that signals are put into while the block runs; nobody else is told of them."""
     caught: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -57,7 +57,7 @@ def collected() -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
-def tie() -> Callable[[], None]:
+def set_parent_death_signal() -> Callable[[], None]:
     """Return what a child calls right after the fork, so that the kernel ends it together with this process.
 
     More exactly with the thread that forks; it holds beyond an exec.
@@ -74,7 +74,7 @@ def tie() -> Callable[[], None]:
     return bind
 
 
-def untie() -> None:
+def clear_parent_death_signal() -> None:
     """Let this process outlive its parent again."""
     import ctypes
 

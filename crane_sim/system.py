@@ -25,27 +25,27 @@ class Switching(NamedTuple):
 
 @stage_generic
 def rhs(p, t, x, u):
-    """Return the time derivative of the state, like x. A model whose state is an array answers `fill` instead."""
+    """Return the time derivative of the state, like x. A model whose state is an array answers `rhs_into` instead."""
     out = np.empty_like(x)
-    fill(p, t, x, u, out, workspace(p))
+    rhs_into(p, t, x, u, out, workspace(p))
     return out
 
 
 @generic
 def workspace(p):
-    """Return what `fill` keeps its intermediate results in, made once for many evaluations: nothing, by default."""
+    """Return what `rhs_into` keeps its intermediate results in, made once for many evaluations: nothing, by default."""
     return None
 
 
 @lean_generic
-def fill(p, t, x, u, out, work):
+def rhs_into(p, t, x, u, out, work):
     """Write the time derivative of the state, an array, into `out`; `work` is a `workspace` of the model."""
     raise NotImplementedError
 
 
 @generic
-def linearised(p, t, x, u):
-    """Return the Jacobian J of the state's derivative with respect to the state at (t, x), as `factored` takes it.
+def compute_jacobian(p, t, x, u):
+    """Return the Jacobian J of the state's derivative with respect to the state at (t, x), for `factor_shifted`.
 
     By default the matrix (n, n) by central differences, of a model whose state is an array.
     """
@@ -54,9 +54,9 @@ def linearised(p, t, x, u):
     for j in range(len(x)):
         size = _STEP * max(1.0, abs(x[j]))  # a mode is moved too: its column is nonsense, and meets zeros only
         y[j] = x[j] + size
-        fill(p, t, y, u, ahead, work)
+        rhs_into(p, t, y, u, ahead, work)
         y[j] = x[j] - size
-        fill(p, t, y, u, behind, work)
+        rhs_into(p, t, y, u, behind, work)
         y[j] = x[j]
         for i in range(len(x)):
             out[i, j] = (ahead[i] - behind[i]) / (2.0 * size)
@@ -64,7 +64,7 @@ def linearised(p, t, x, u):
 
 
 @generic
-def factored(p, jacobian, shift):
+def factor_shifted(p, jacobian, shift):
     """Return factors of the matrix shift I - J, shift in 1/s, for `solve_shifted`."""
     a = -jacobian
     for i in range(len(a)):
@@ -103,7 +103,7 @@ def state(p, t, q, v):
 
 
 @generic
-def held(p, row):
+def efforts_from_row(p, row):
     """Return the efforts (nu,) in the array `row` as a tuple, a source that is held."""
     raise NotImplementedError
 
@@ -115,13 +115,13 @@ def joints(p, x):
 
 
 @generic
-def actuated(p, x):
+def actuated_joints(p, x):
     """Return (q, v) of the actuated joints only, both (nu,): what laws in the equations need, without trigonometry."""
     raise NotImplementedError
 
 
 @generic
-def limited(p, u):
+def saturate(p, u):
     """Return the efforts (nu,) that the actuators can apply when u is demanded: u, unless the model limits it."""
     return u
 
@@ -190,7 +190,7 @@ def points(p, t, x, out):
 
 
 @generic
-def supplied(p, x):
+def energy_supplied(p, x):
     """Return the energy [J] supplied since the start if the model is metered, else 0."""
     return 0.0
 
@@ -208,6 +208,6 @@ def guard(p, t, x, u, work):
 
 
 @generic
-def switched(p, t, x, u, which):
+def apply_reset_map(p, t, x, u, which):
     """Return (the state after guard `which` has failed, number of the event to note, whether the model goes on)."""
     raise NotImplementedError

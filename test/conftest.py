@@ -16,7 +16,7 @@ import hypothesis
 import pytest
 import session_guard
 
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
 # the same examples in every run, on a slow machine too; the long fuzzing tests draw new ones
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -28,14 +28,14 @@ _AGAIN = 60.0  # s from a test's limit until what it does in the end is interrup
 @pytest.fixture
 def domain_id() -> Iterator[int]:
     """Yield a ROS domain id that nobody else on this machine uses."""
-    with reserved_domain() as domain:
+    with reserve_domain() as domain:
         yield domain
 
 
 @pytest.fixture
 def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
     """Return the environment of a node in this test's domain, with the message classes checking their fields."""
-    return environment(domain_id, tmp_path) | {"ROS_PYTHON_CHECK_FIELDS": "1"}
+    return node_environment(domain_id, tmp_path) | {"ROS_PYTHON_CHECK_FIELDS": "1"}
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -24,7 +24,7 @@ class Features(NamedTuple):
     columns: Any  # (n,) int64, entries of (y, y', e, e', t)
 
 
-def drawn(number: int, width: float, of: Of, time: bool, seed: int) -> Features:
+def draw_frequencies(number: int, width: float, of: Of, time: bool, seed: int) -> Features:
     """Return `number` frequencies for a kernel of this width, whose arguments are those of `of`, and t if `time`."""
     columns = (*COLUMNS[of], *((TIME,) if time else ()))
     frequencies = np.random.default_rng(seed).normal(0.0, 1.0 / width, (number, len(columns)))

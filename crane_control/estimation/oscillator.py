@@ -47,7 +47,7 @@ def blank() -> Trace:
 
 
 @kernel
-def begun(ekf, t, y, dy, tip):
+def begin_filter(ekf, t, y, dy, tip):
     """Begin at time t [s] with the payload at y, dy (2,) and the tip at `tip` (2,)."""
     x, p, _, clock = ekf.trace
     for i in range(2):
@@ -59,7 +59,7 @@ def begun(ekf, t, y, dy, tip):
 
 
 @routine
-def predicted(ekf, i, square, tip, h):
+def predict(ekf, i, square, tip, h):
     """Pass h seconds of axis i, through which the tip was at `tip` [m] on the average."""
     x, p, f = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[0]
     half, theta, d = 0.5 * h * h, x[THETA], x[D]
@@ -134,7 +134,7 @@ def sights(ekf, i, entry, square, tip, tip_rate, age):
 
 
 @routine
-def corrected(ekf, i, entry, seen, square, tip, tip_rate, age):
+def correct(ekf, i, entry, seen, square, tip, tip_rate, age):
     """Take into axis i what was `seen` of entry Y or V of its state `age` seconds ago; the rest as of `sights`."""
     x, p, work = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[1]
     gain, row = work[0], work[1]

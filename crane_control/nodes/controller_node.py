@@ -15,13 +15,13 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError, fast_half, slow_half
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.node_host import Host
+from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.controller.path_input import PathOrders
-from crane_sim.ros.controller.responder import Standby, attend
-from crane_sim.ros.controller.setpoints import Demands
-from crane_sim.ros.controller.states import State, StateReader, Workload
+from crane_sim.ros.controller.path_input import TrajectoryInput
+from crane_sim.ros.controller.responder import ActivationBuffer, serve_responder
+from crane_sim.ros.controller.setpoints import Setpoints
+from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
 from crane_sim.scenes.scene import Scene
 
 PARAMETERS = {
@@ -49,13 +49,13 @@ class ControllerNode:
         fast_half(fresh_law(settings))(0.0, scene.initial_q, scene.initial_v)  # compiles, our law stays untouched
         self._answered: State | None = None
         self._next_reference = 0  # ns
-        self._standby = Standby(self._on_state)
+        self._standby = ActivationBuffer(self._on_state)
         self.fault = ""
         self._command = b""
-        self._reader, self._workload = StateReader(node, scene), Workload(node)
+        self._reader, self._workload = StateReader(node, scene), ExecutionTime(node)
         self._command_wire = JointWire(scene.actuated, effort=True)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
-        self._orders = PathOrders(node, scene, self._law)
+        self._orders = TrajectoryInput(node, scene, self._law)
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
         self._demands = self._heard(node)
@@ -88,9 +88,9 @@ class ControllerNode:
         demands = {"demands": self._demands.figures()} if self._demands else {}
         return {"law_us": self._workload.figures()} | demands
 
-    def _heard(self, node: Node) -> Demands | None:
+    def _heard(self, node: Node) -> Setpoints | None:
         half = slow_half(self._law)
-        return Demands(node, half.names, self._settings.mode == "lockstep", self._answer) if half else None
+        return Setpoints(node, half.names, self._settings.mode == "lockstep", self._answer) if half else None
 
     def _on_state(self, data: bytes) -> None:
         state = self._reader.read(data)
@@ -138,9 +138,9 @@ def fresh_law(settings: SimpleNamespace) -> Law:
     return law
 
 
-def serve(host: Host, settings: SimpleNamespace) -> None:
+def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     """Answer states until told to finish."""
-    attend(host, ControllerNode(host.node, settings), settings.autostart)
+    serve_responder(host, ControllerNode(host.node, settings), settings.autostart)
 
 
 def main() -> int:

@@ -11,11 +11,11 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_control.nodes.controller_node import chosen_scene, fresh_law
 from crane_sim.laws import Law, LawError, SlowHalf, slow_half
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.node_host import Host
+from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.controller.path_input import PathOrders
-from crane_sim.ros.controller.responder import Standby, attend
-from crane_sim.ros.controller.states import State, StateReader, Workload
+from crane_sim.ros.controller.path_input import TrajectoryInput
+from crane_sim.ros.controller.responder import ActivationBuffer, serve_responder
+from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
 
 PARAMETERS = {
     "scene": Option("offshore_two_rate", "scene: a name of the catalogue or a path"),
@@ -39,11 +39,11 @@ class TrackerNode:
         halved_law(settings)[0](0.0, scene.initial_q, scene.initial_v)  # compiles, and leaves our law untouched
         self._seen: State | None = None
         self._answered = 0  # ns
-        self._standby = Standby(self._on_state)
+        self._standby = ActivationBuffer(self._on_state)
         self.fault = ""
-        self._reader, self._workload = StateReader(node, scene), Workload(node)
+        self._reader, self._workload = StateReader(node, scene), ExecutionTime(node)
         self._demand = messages.demand_message(half.names)
-        self._orders = PathOrders(node, scene, self._law)
+        self._orders = TrajectoryInput(node, scene, self._law)
         self._demands = node.create_publisher(JointTrajectory, "tip_demand", messages.STREAM)
         self._states = node.create_subscription(
             JointState, "joint_states", self._standby.hear, messages.DEEP_STREAM, raw=True
@@ -103,9 +103,9 @@ def halved_law(settings: SimpleNamespace) -> tuple[Law, SlowHalf]:
     return law, half
 
 
-def serve(host: Host, settings: SimpleNamespace) -> None:
+def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     """Answer states with demands until told to finish."""
-    attend(host, TrackerNode(host.node, settings), settings.autostart)
+    serve_responder(host, TrackerNode(host.node, settings), settings.autostart)
 
 
 def main() -> int:

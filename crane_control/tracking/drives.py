@@ -40,7 +40,7 @@ def hanging(drive, length, q, v):
 
 
 @generic
-def accelerated(drive, t, seen, a):
+def compute_drive_efforts(drive, t, seen, a):
     """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
 
     `seen` is the Hanging at that time. A point whose efforts are accelerations takes a as it is.
@@ -55,7 +55,7 @@ def suspension_effort(drive, t, demand, seen):
 
 
 @kernel
-def pulled(drive, demand, seen):
+def compute_tracking_acceleration(drive, demand, seen):
     """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a drive."""
     x, v, a = demand
     ax = a[0] - drive.kd * (seen.dtip[0] - v[0]) - drive.kp * (seen.tip[0] - x[0])
@@ -65,4 +65,4 @@ def pulled(drive, demand, seen):
 
 @suspension_effort.register(Servo)
 def _(drive, t, demand, seen):
-    return pulled(drive, demand, seen)
+    return compute_tracking_acceleration(drive, demand, seen)

@@ -17,14 +17,20 @@ the other.
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.drives import Hanging, accelerated, hanging, pulled, suspension_effort
+from crane_control.tracking.drives import (
+    Hanging,
+    compute_drive_efforts,
+    compute_tracking_acceleration,
+    hanging,
+    suspension_effort,
+)
 from crane_control.tracking.tracker import Demand
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope, span
 from crane_sim.models.effects import add_spring
 from crane_sim.models.moving_base import turned_back
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, motion
-from crane_sim.models.supports import entered, posture, tip_acceleration
+from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 
@@ -46,8 +52,8 @@ class Boom(NamedTuple):
 
 @hanging.register(Boom)
 def _(drive, length, q, v):
-    xs, xc = entered(drive.crane.support, drive.crane, q, v)
-    pose = posture(drive.crane.support, xs)
+    xs, xc = state_from_joints(drive.crane.support, drive.crane, q, v)
+    pose = forward_kinematics(drive.crane.support, xs)
     line, (s, c), w = span(pose, xc), sincos(xs[0]), pose.yaw_rate
     tip, payload = turned_back(pose.tip, -s, c), turned_back(xc[:3], -s, c)
     dtip = turned_back(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
@@ -97,12 +103,12 @@ def joint_efforts(crane, now, wanted):
 
 
 @generic
-def hauled(rope, drive, line):
+def rope_acceleration(rope, drive, line):
     """Return the acceleration [m/s²] of the rope's length that holds the length."""
     return -drive.kd * line.rate - drive.kp * (line.length - drive.length)
 
 
-@hauled.register(LockedRope)
+@rope_acceleration.register(LockedRope)
 def _(rope, drive, line):
     return 0.0
 
@@ -120,16 +126,16 @@ def _(rope, efforts, line, bent, tension):
 
 @with_winch.register(RateRope)
 def _(rope, efforts, line, bent, tension):
-    return (*efforts, rated(rope.time_constant, line, bent))
+    return (*efforts, compute_winch_input(rope.time_constant, line, bent))
 
 
 @generic
-def rated(time_constant, line, bent):
+def compute_winch_input(time_constant, line, bent):
     """Return the input of a rate-driven winch that gives its rope's length this acceleration."""
     return bent
 
 
-@rated.register(float)
+@compute_winch_input.register(float)
 def _(time_constant, line, bent):
     return line.rate + time_constant * bent
 
@@ -138,16 +144,16 @@ def _(time_constant, line, bent):
 def driven_boom(drive, t, seen, a):
     """Return the efforts (nu,) that give the tip the horizontal acceleration a (2,) [m/s²] and hold height and rope."""
     crane, (xs, xc) = drive.crane, seen.state
-    pose, (s, c) = posture(crane.support, xs), sincos(xs[0])
+    pose, (s, c) = forward_kinematics(crane.support, xs), sincos(xs[0])
     line = span(pose, xc)
     rise = -drive.kd * pose.tip_velocity[2] - drive.kp * (pose.tip[2] - drive.height)
     wanted = joint_accelerations(crane.support, pose, turned_back((a[0], a[1], rise), s, c), drive.kd)
-    bent = hauled(drive.rope, drive, line)
+    bent = rope_acceleration(drive.rope, drive, line)
     efforts, tension = joint_efforts(crane, motion(crane, t, xs, xc, (0.0, 0.0, 0.0, bent)), wanted)
     return with_winch(drive.rope, efforts, line, bent, tension)
 
 
-@accelerated.register(Boom)
+@compute_drive_efforts.register(Boom)
 def _(drive, t, seen, a):
     return driven_boom(drive, t, seen, a)
 
@@ -165,4 +171,4 @@ def within(reach, demand):
 
 @suspension_effort.register(Boom)
 def _(drive, t, demand, seen):
-    return driven_boom(drive, t, seen, pulled(drive, within(drive.reach, demand), seen))
+    return driven_boom(drive, t, seen, compute_tracking_acceleration(drive, within(drive.reach, demand), seen))

@@ -23,7 +23,7 @@ class Memory(NamedTuple):
     demand: Any  # (6,) x, y of the position [m], the velocity [m/s] and the acceleration [m/s²]
 
 
-class Paced(NamedTuple):
+class MultirateTracker(NamedTuple):
     """A tracker with a rate of its own: it is asked at the first control step of every interval."""
 
     tracker: Tracker | None  # None: in another process
@@ -31,7 +31,7 @@ class Paced(NamedTuple):
     interval: float  # s
     memory: Memory
 
-    def fresh(self) -> "Paced":
+    def fresh(self) -> "MultirateTracker":
         """Return it before the first state."""
         return self._replace(tracker=fresh(self.tracker), memory=_nothing())
 
@@ -54,7 +54,7 @@ class Paced(NamedTuple):
         self.memory.demand[:] = demand
 
 
-def paced(tracker: Tracker, rate: float | None, period: float) -> Tracker | Paced:
+def make_multirate(tracker: Tracker, rate: float | None, period: float) -> Tracker | MultirateTracker:
     """Return the tracker, asked `rate` times a second, or in every control period [s] where `rate` is None.
 
     Raises:
@@ -64,7 +64,7 @@ def paced(tracker: Tracker, rate: float | None, period: float) -> Tracker | Pace
         return tracker
     if rate * period > 1.0 + EARLY:
         raise SceneError(f"control.tracker_rate = {rate:g}: must be at most 1 / period = {1.0 / period:g} Hz")
-    return Paced(tracker, tracker.pendulum, 1.0 / rate, _nothing())
+    return MultirateTracker(tracker, tracker.pendulum, 1.0 / rate, _nothing())
 
 
 def _nothing() -> Memory:
@@ -77,29 +77,29 @@ def tip_demand(tracker, t, tip, y, dy):
     return demanded_tip(tracker, t, tip, y, dy)
 
 
-@tip_demand.register(Paced)
+@tip_demand.register(MultirateTracker)
 def _(tracker, t, tip, y, dy):
-    demand = remembered(tracker.memory.demand)
+    demand = read_memory(tracker.memory.demand)
     if t >= tracker.memory.due[0]:
-        demand = renewed(tracker.tracker, demand, t, tip, y, dy)
+        demand = renew_demand(tracker.tracker, demand, t, tip, y, dy)
         remember(tracker.memory.demand, demand)
         tracker.memory.due[0] = (int(t / tracker.interval + EARLY) + 1 - EARLY) * tracker.interval
     return demand
 
 
 @generic
-def renewed(tracker, demand, t, tip, y, dy):
+def renew_demand(tracker, demand, t, tip, y, dy):
     """Return the Demand that holds from t [s] on: the one that is there, where the tracker is in another process."""
     return demand
 
 
-@renewed.register(Tracker)
+@renew_demand.register(Tracker)
 def _(tracker, demand, t, tip, y, dy):
     return demanded_tip(tracker, t, tip, y, dy)
 
 
 @kernel
-def remembered(memory):
+def read_memory(memory):
     """Return the numbers (6,) as a Demand."""
     return Demand((memory[0], memory[1]), (memory[2], memory[3]), (memory[4], memory[5]))
 

@@ -9,9 +9,9 @@ w = yd'' - kd (y' - yd') - kp (y - yd) + u, u what is learnt of a disturbance.
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.vision import looked
+from crane_control.tracking.vision import measure
 from crane_sim.laws import fresh
-from crane_sim.models.moving_base import carried
+from crane_sim.models.moving_base import carried_at
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.trajectories.base_motion import Base, SplineBase
 from crane_sim.trajectories.path import Path, further_at, reference_at
@@ -60,7 +60,7 @@ class Demand(NamedTuple):
     a: tuple[float, float]
 
 
-class Moment(NamedTuple):
+class Sample(NamedTuple):
     """One instant of the law."""
 
     t: float  # s
@@ -68,7 +68,7 @@ class Moment(NamedTuple):
     goal: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]  # yd, yd', yd''
 
 
-class Belief(NamedTuple):
+class Estimate(NamedTuple):
     """What a learner makes of an instant."""
 
     y: tuple[float, float]  # m
@@ -80,9 +80,9 @@ class Belief(NamedTuple):
 
 
 @generic
-def believed(learner, pendulum, now, sight):
+def estimate(learner, pendulum, now, sight):
     """Return the Belief of a learner at the Moment `now`; without one what is seen is believed."""
-    return Belief(sight.y, sight.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+    return Estimate(sight.y, sight.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 @generic
@@ -97,7 +97,7 @@ def heave_and_push(base, gravity, t):
 @heave_and_push.register(Base)
 @heave_and_push.register(SplineBase)
 def _(base, gravity, t):
-    x, y, z = carried(base, gravity, t).push
+    x, y, z = carried_at(base, gravity, t).push
     return gravity - z, (x, y)
 
 
@@ -114,8 +114,8 @@ def demanded_tip(tracker, t, tip, y, dy):
     """Return the Demand on the suspension point at `tip` (2,) for the payload at y, dy (2,); the law may learn."""
     (x, v, a), (jerk, _) = reference_at(tracker.path, t), further_at(tracker.path, t)
     goal = ((x[0], x[1]), (v[0], v[1]), (a[0], a[1]))
-    sight = looked(tracker.eye, t, y, dy)
-    seen = believed(tracker.learner, tracker.pendulum, Moment(t, tip, goal), sight)
+    sight = measure(tracker.eye, t, y, dy)
+    seen = estimate(tracker.learner, tracker.pendulum, Sample(t, tip, goal), sight)
     gravity, push = heave_and_push(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
     square0 = stiffness(length / seen.rope[0], gravity, seen.y, tip)
@@ -127,7 +127,7 @@ def demanded_tip(tracker, t, tip, y, dy):
 
 
 @kernel
-def ramped(ramp, t):
+def compute_ramp(ramp, t):
     """Return (share of what comes in within `ramp` [s], at time t [s], its rate [1/s]), smooth at both ends."""
     if t >= ramp:
         return 1.0, 0.0
@@ -143,7 +143,7 @@ def axis_demand(gains, t, square, seen, tip, goal, jerk, push, i):
     """
     acceleration = square * (tip[i] - seen.y[i]) + seen.d[i]
     e, de = seen.y[i] - goal[0][i], seen.dy[i] - goal[1][i]
-    (share, rising), soft = ramped(gains.ramp, t), 2.0 * SOFT * sqrt(square)
+    (share, rising), soft = compute_ramp(gains.ramp, t), 2.0 * SOFT * sqrt(square)
     kp, kd = share * gains.kp + (1.0 - share) * square, share * gains.kd + (1.0 - share) * soft
     w = goal[2][i] - kd * de - kp * e + seen.u[i] - push[i]
     rate = jerk[i] + seen.du[i] - kd * (acceleration - goal[2][i]) - kp * de

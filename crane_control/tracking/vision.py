@@ -51,7 +51,7 @@ class Camera(NamedTuple):
         return self._replace(memory=_empty(len(self.memory.queue)))
 
 
-class Sight(NamedTuple):
+class Measurement(NamedTuple):
     """What a law sees of the payload relative to the base, horizontal coordinates."""
 
     y: tuple[float, float]  # m
@@ -83,18 +83,18 @@ def _empty(size: int) -> Memory:
 
 
 @generic
-def looked(eye, t, y, dy):
+def measure(eye, t, y, dy):
     """Return the Sight at time t [s] of a payload at y (2,) [m] with velocity dy (2,) [m/s]."""
-    return Sight(y, dy, y, 0.0 * t, True)
+    return Measurement(y, dy, y, 0.0 * t, True)
 
 
-@looked.register(Camera)
+@measure.register(Camera)
 def _(eye, t, y, dy):
-    return watched(eye, t, y)
+    return take_frame(eye, t, y)
 
 
 @routine
-def watched(eye, t, y):
+def take_frame(eye, t, y):
     """Return the Sight of a camera, which takes a frame when it is time and uses the frames that have arrived."""
     counts, queue, newest, kept = eye.memory
     late = 1e-9 * eye.interval  # rounding of the times
@@ -110,7 +110,7 @@ def watched(eye, t, y):
         use(eye, queue[counts[1] % len(queue)])
         counts[1] += 1
         new = True
-    return Sight((kept[0], kept[1]), (kept[2], kept[3]), (newest[1], newest[2]), t - newest[0], new)
+    return Measurement((kept[0], kept[1]), (kept[2], kept[3]), (newest[1], newest[2]), t - newest[0], new)
 
 
 @routine

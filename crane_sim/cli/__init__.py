@@ -8,7 +8,7 @@ from crane_sim import process_signals
 
 def main() -> int:
     """Run the command; return its exit code: 0 done, 1 a fault while running, 2 bad input."""
-    process_signals.end_at_once(_interrupted)
+    process_signals.exit_on_signal(_on_interrupt)
     import click
 
     from crane_sim.cli.commands import app
@@ -46,7 +46,7 @@ def _fail(message: str, code: int) -> int:
     return code
 
 
-def _interrupted() -> None:
+def _on_interrupt() -> None:
     """End the process, whatever its other threads do."""
     if sys.stderr.isatty():
         print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # what a progress display leaves: its line, no cursor

@@ -16,7 +16,7 @@ from crane_sim.evaluation.bench.crane_sim_engine import METHODS
 from crane_sim.evaluation.bench.page import page
 from crane_sim.evaluation.bench.parts import PARTS
 from crane_sim.evaluation.bench.results import best, points_of
-from crane_sim.evaluation.bench.store import merged, save, stored
+from crane_sim.evaluation.bench.store import merge_part, read_store, save
 from crane_sim.files.errors import SceneError, unknown_key
 
 EVERY = ("scenes", *PARTS, "page")
@@ -38,24 +38,24 @@ def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], pe
         raise SceneError(unknown_key(part, EVERY, "PART"))
     if part != "scenes" and (quick or ids or methods or peers):
         raise SceneError(f"bench {part}: --quick, --scene, --method and --peers belong to scenes")
-    data = stored(_made(folder))
+    data = read_store(_make_folder(folder))
     if part == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
     if part == "scenes":
         cases = scenes.chosen_cases(ids, quick)
         with Console(stderr=True).status("measuring") as status:
             found = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
-        data = merged(data, part, found)
+        data = merge_part(data, part, found)
         for case in found["scenes"]:
             Console().print(_table(case, data["scenes"]["scenes"][case]))
     elif part != "page":
         with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
-            data = merged(data, part, PARTS[part].measure())
+            data = merge_part(data, part, PARTS[part].measure())
         print("\n".join(PARTS[part].told(data[part])))
     _write(data, Path(folder))
 
 
-def _made(folder: str) -> Path:
+def _make_folder(folder: str) -> Path:
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:

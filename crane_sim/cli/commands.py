@@ -42,7 +42,7 @@ def run(scene: str, as_json: bool, **given: Any) -> None:
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
         summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
-    process_signals.leave(_told(dict(loaded.notes) | summary, loaded, as_json))
+    process_signals.exit_now(_print_outcome(dict(loaded.notes) | summary, loaded, as_json))
 
 
 @app.command()
@@ -62,7 +62,9 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
         if error.run is None:
             raise
         result, ended = error.run, {"error": str(error)}
-    raise SystemExit(_told(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, loaded, as_json))
+    raise SystemExit(
+        _print_outcome(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, loaded, as_json)
+    )
 
 
 @app.command()
@@ -173,7 +175,7 @@ def _warm_plant(scene: Any) -> None:
     plant.summary()
 
 
-def _told(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
+def _print_outcome(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
     """Print the summary and return the exit code it asks for."""
     if as_json:
         print(json.dumps(report.plain(summary)))

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from crane_sim.evaluation.bench.store import rounded
+from crane_sim.evaluation.bench.store import round_floats
 from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, cells
 from crane_sim.evaluation.league.figure import draw
@@ -38,7 +38,7 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
 def document(found: Sequence[Cell]) -> dict[str, Any]:
     """Return the cells as a document, digits rounded to what has a meaning."""
     told = [cell._asdict() | {"figures": cell.figures and cell.figures._asdict()} for cell in found]
-    return {"cells": rounded(told)}
+    return {"cells": round_floats(told)}
 
 
 def save(found: Sequence[Cell], folder: Path) -> None:

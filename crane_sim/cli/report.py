@@ -118,12 +118,12 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
 @contextmanager
 def compiling(hidden: bool) -> Iterator[None]:
     """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
-    from crane_sim.numerics.jit import watched
+    from crane_sim.numerics.jit import watch_compiling
 
     console = Console(stderr=True, quiet=hidden)
     status = console.status("compiling this kind of scene (the first time only, up to a minute)")
     try:
-        with watched(status.start):
+        with watch_compiling(status.start):
             yield
     finally:
         status.stop()

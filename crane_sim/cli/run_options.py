@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import click
 
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.files import held, unfinished
-from crane_sim.ros.plant.watchdog import WAYS
+from crane_sim.recording.files import lock_file, unfinished_name
+from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 
 VIEWER_PORT = 9876  # where a Rerun viewer looks when it is told nothing
 
@@ -32,7 +32,7 @@ _OPTIONS = (
         help="s without your own node until the run ends (two minutes); 0: never.",
     ),
     click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
-    click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(WAYS)}."),
+    click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."),
     click.option("--fifo", type=int, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
@@ -61,8 +61,8 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--rate = {self.rate}: must be a positive number")
         if self.domain_id is not None and not 0 <= self.domain_id <= 232:
             raise SceneError(f"--domain-id = {self.domain_id}: possible: 0 .. 232")
-        if self.on_silence is not None and self.on_silence not in WAYS:
-            raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(WAYS)}")
+        if self.on_silence is not None and self.on_silence not in COMMAND_TIMEOUT_ACTIONS:
+            raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(COMMAND_TIMEOUT_ACTIONS)}")
         if self.fifo is not None and not 0 <= self.fifo <= 99:
             raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
         if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
@@ -140,10 +140,10 @@ def _check_mcap(path: Path) -> None:
         raise SceneError("--mcap: needs the Python package rosbags, which is not installed")
     if path.suffix != ".mcap":
         raise SceneError(f"--mcap {path}: must end in .mcap, by which its readers know it")
-    part = unfinished(path)
+    part = unfinished_name(path)
     if not part.exists():
         return
-    with held(part) as free:  # what a killed run left is recovered when this one begins
+    with lock_file(part) as free:  # what a killed run left is recovered when this one begins
         if not free or not part.is_dir():
             raise SceneError(f"--mcap {path}: {part} is in the way{'' if free else ', another run is writing it'}")
 

@@ -7,7 +7,7 @@ import click
 import yaml
 
 from crane_sim.files.document import UNREADABLE
-from crane_sim.files.errors import SceneError, shortened
+from crane_sim.files.errors import SceneError, shorten
 
 DEFAULT_SCENE = "knuckle_setpoint"
 as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
@@ -43,21 +43,21 @@ def loaded_scene(
     from crane_sim.scenes.scene import load_scene
 
     named = {"duration": duration, "control.law": law, "seed": seed}
-    changes, given = _parsed(settings), {key: value for key, value in named.items() if value is not None}
+    changes, given = _parse_settings(settings), {key: value for key, value in named.items() if value is not None}
     for key in given:
         if key in changes:
             raise SceneError(f"--set {key}: --{key.removeprefix('control.')} says the same; leave out one of the two")
     return load_scene(scene, changes | given)
 
 
-def _parsed(settings: tuple[str, ...]) -> dict[str, Any]:
+def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:
     changes: dict[str, Any] = {}
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not (key and equals):
-            raise SceneError(f"--set {shortened(setting)}: must be GROUP.KEY=VALUE")
+            raise SceneError(f"--set {shorten(setting)}: must be GROUP.KEY=VALUE")
         try:
             changes[key] = yaml.safe_load(value)
         except UNREADABLE:
-            raise SceneError(f"--set {shortened(setting)}: {shortened(value)} is not a value") from None
+            raise SceneError(f"--set {shorten(setting)}: {shorten(value)} is not a value") from None
     return changes

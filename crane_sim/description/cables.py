@@ -18,7 +18,7 @@ from crane_sim.description import gantry
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RAISE, UP, add_joint, add_link
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
 from crane_sim.description.workspace import form_of
-from crane_sim.scenes.schema.overhead_cable import filled
+from crane_sim.scenes.schema.overhead_cable import fill_list
 from crane_sim.simulation.metrics import polyline
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Hang(NamedTuple):
         nodes, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
         lengths = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
         form = form_of(scene)
-        inertias = filled(form.cable.inertia, len(lengths), "cable.inertia") if form.cable.inertia else ()
+        inertias = fill_list(form.cable.inertia, len(lengths), "cable.inertia") if form.cable.inertia else ()
         return cls(tuple(map(float, lengths)), form.parts.masses, inertias)
 
     @property

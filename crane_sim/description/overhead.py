@@ -13,7 +13,7 @@ from crane_sim.description import gantry
 from crane_sim.description.cables import Hang, add_cable
 from crane_sim.description.robot import FORWARD, LEFT, add_comment, add_joint, add_link
 from crane_sim.description.solids import Body, point_mass
-from crane_sim.description.workspace import expected, form_of
+from crane_sim.description.workspace import estimate_room, form_of
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import Room
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def describe(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints; the fixed `rail` and the mimic joints of the cable come on top of the scene's joints."""
-    room, form = expected(scene), form_of(scene)
+    room, form = estimate_room(scene), form_of(scene)
     add_link(robot, "base_link", gantry.base(room))
     add_joint(robot, "fixed", "rail", ("world", "base_link"))
     above = "base_link"

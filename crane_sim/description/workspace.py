@@ -76,7 +76,7 @@ def form_of(scene: Scene) -> OverheadFile:
     return OverheadFile.model_validate(present(scene.document))
 
 
-def expected(scene: Scene) -> Room:
+def estimate_room(scene: Scene) -> Room:
     """Return the room for a run that has not begun: where it starts, is to go, and swings to from there."""
     form = form_of(scene)
     nodes, tip = polyline(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))

@@ -75,7 +75,7 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
     if first["type"] in _FOREIGN:
         return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, inside[:-1])))
     if first["type"] == "missing" and isinstance(where[-1], int):
-        return _at(where[:-1], f"has {len(first['input'])} values, too few: {shortened(first['input'])}")
+        return _at(where[:-1], f"has {len(first['input'])} values, too few: {shorten(first['input'])}")
     if first["type"] == "missing":
         return _missing(first, where, _fields(kind, inside[:-1]))
     if first["type"] == "too_long":
@@ -85,7 +85,7 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
         return _at(where, message)
     if first["type"] in _NO_GROUP:
         message = no_group(_fields(kind, inside))
-    return _at(where, f"= {shortened(first['input'])}: {message}", joint=" ")
+    return _at(where, f"= {shorten(first['input'])}: {message}", joint=" ")
 
 
 def _missing(first: Any, where: Sequence[int | str], fields: Sequence[str]) -> str:
@@ -145,10 +145,10 @@ def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
 
 def one_word(name: Any) -> str:
     """Return a name as it is, or shortened where it would not stand well in a line."""
-    return name if isinstance(name, str) and name.isprintable() and len(name) <= 60 else shortened(name)
+    return name if isinstance(name, str) and name.isprintable() and len(name) <= 60 else shorten(name)
 
 
-def shortened(value: Any) -> str:
+def shorten(value: Any) -> str:
     """Return a value as a short text for a message."""
     try:
         text = repr(value)

@@ -11,7 +11,7 @@ drive that follows a rate is told zero; one that follows a position is told the 
 
 from crane_sim.numerics.jit import lean_kernel
 
-STIFFNESS, DAMPING, CAPACITY, FOLLOWS, REFERENCE, HELD = 0, 1, 2, 3, 4, 5
+STIFFNESS, DAMPING, CAPACITY, FOLLOWS, ANCHOR, HELD = 0, 1, 2, 3, 4, 5
 """Rows of the board of drives: of brakes; 1 for a drive told its reference; joint's; 1 while the brake holds it."""
 EFFORT, POSITION, VELOCITY = 6, 7, 8
 """Rows that evaluations fill."""
@@ -24,18 +24,18 @@ def within(value, bound):
 
 
 @lean_kernel
-def braked(board, i):
+def compute_brake_effort(board, i):
     """Return the effort of brake i on its joint, whose position and velocity are on the board."""
-    pull = board[STIFFNESS, i] * (board[REFERENCE, i] - board[POSITION, i]) - board[DAMPING, i] * board[VELOCITY, i]
-    return board[FOLLOWS, i] * board[REFERENCE, i] + within(pull, board[CAPACITY, i])
+    pull = board[STIFFNESS, i] * (board[ANCHOR, i] - board[POSITION, i]) - board[DAMPING, i] * board[VELOCITY, i]
+    return board[FOLLOWS, i] * board[ANCHOR, i] + within(pull, board[CAPACITY, i])
 
 
 @lean_kernel
 def engage(board, i, effort):
     """Put the reference of brake i where its spring takes over the effort that the drive had, as far as it can."""
-    board[REFERENCE, i] = board[POSITION, i]
+    board[ANCHOR, i] = board[POSITION, i]
     if board[STIFFNESS, i] > 0.0:
-        board[REFERENCE, i] += within(effort, board[CAPACITY, i]) / board[STIFFNESS, i]
+        board[ANCHOR, i] += within(effort, board[CAPACITY, i]) / board[STIFFNESS, i]
 
 
 @lean_kernel
@@ -43,4 +43,4 @@ def slip(board, i):
     """Draw the reference of brake i along, where its spring is stretched beyond the capacity."""
     if board[STIFFNESS, i] > 0.0:
         reach = board[CAPACITY, i] / board[STIFFNESS, i]
-        board[REFERENCE, i] = board[POSITION, i] + within(board[REFERENCE, i] - board[POSITION, i], reach)
+        board[ANCHOR, i] = board[POSITION, i] + within(board[ANCHOR, i] - board[POSITION, i], reach)

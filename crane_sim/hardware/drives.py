@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.hardware.brakes import EFFORT, HELD, POSITION, VELOCITY, braked
+from crane_sim.hardware.brakes import EFFORT, HELD, POSITION, VELOCITY, compute_brake_effort
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import lean_kernel, routine
 
@@ -39,7 +39,7 @@ def ramp_time(far, rate, lag):
 
 
 @lean_kernel
-def followed(board, i, s):
+def effort_at(board, i, s):
     """Return the effort of drive i, s seconds after the begin of the period."""
     origin, target, rate, lag = board[ORIGIN, i], board[TARGET, i], board[RATE, i], board[LAG, i]
     way = target - origin
@@ -61,17 +61,17 @@ def _(u, p, t, x):
 @routine
 def efforts(p, board, s, x):
     """Return the efforts (nu,) of drives and brakes in state x, s seconds after the begin of the period."""
-    q, v = system.actuated(p, x)
+    q, v = system.actuated_joints(p, x)
     store(board, POSITION, 0, q)
     store(board, VELOCITY, 0, v)
     for i in range(board.shape[1]):
-        drive = board[FACTOR, i] * followed(board, i, s)
-        board[EFFORT, i] = braked(board, i) if board[HELD, i] > 0.0 else drive
-    return system.limited(p, system.held(p, board[EFFORT]))
+        drive = board[FACTOR, i] * effort_at(board, i, s)
+        board[EFFORT, i] = compute_brake_effort(board, i) if board[HELD, i] > 0.0 else drive
+    return system.saturate(p, system.efforts_from_row(p, board[EFFORT]))
 
 
 @routine
-def take(p, board, queue, k, demand):
+def accept_command(p, board, queue, k, demand):
     """Let the drives have the demand (nu,) of period k; return whether a limit changed one."""
     depth, limited = len(queue), False
     store(queue, k % depth, 0, demand)
@@ -83,7 +83,7 @@ def take(p, board, queue, k, demand):
         given = 0.0 if abs(given) < board[DEADBAND, i] else given
         board[EFFORT, i] = given
         board[TARGET, i] = min(max(given, board[LOW, i]), board[HIGH, i])
-    store(board, TARGET, 0, system.limited(p, system.held(p, board[TARGET])))
+    store(board, TARGET, 0, system.saturate(p, system.efforts_from_row(p, board[TARGET])))
     for i in range(board.shape[1]):
         limited = limited or board[TARGET, i] != board[EFFORT, i]
         board[ORIGIN, i] = board[TARGET, i] if k == 0 else board[ORIGIN, i]
@@ -91,7 +91,7 @@ def take(p, board, queue, k, demand):
 
 
 @lean_kernel
-def next_kink(u, t, end):
+def next_breakpoint(u, t, end):
     """Return the first time after t [s] at which a rate limit stops binding, `end` if there is none before it."""
     board, least = u.board, 1e-9 * (end - u.begin)  # s: nearer to either end a kink is none
     for i in range(board.shape[1]):
@@ -103,10 +103,10 @@ def next_kink(u, t, end):
 
 
 @routine
-def arrive(p, u, t, x):
+def latch(p, u, t, x):
     """Note where the drives are at the end of a period, time t [s] and state x."""
     efforts = system.effort(u, p, t, x)
     store(u.board, EFFORT, 0, efforts)
     for i in range(u.board.shape[1]):
         held = u.board[HELD, i] > 0.0
-        u.board[ORIGIN, i] = u.board[EFFORT, i] if held else followed(u.board, i, t - u.begin)
+        u.board[ORIGIN, i] = u.board[EFFORT, i] if held else effort_at(u.board, i, t - u.begin)

@@ -32,7 +32,7 @@ class Log(NamedTuple):
 
 
 @routine
-def strike(faults, orders, present, log, t, slack):
+def update_active(faults, orders, present, log, t, slack):
     """Fill `present` (n,) with 1 for the faults that are there at time t [s], and log what changed.
 
     A fault is there in every period that begins at or after its time; `slack` [s] is what rounding may take from t.
@@ -49,7 +49,7 @@ def strike(faults, orders, present, log, t, slack):
 
 
 @routine
-def disturb(faults, present, signals):
+def apply_to_sensors(faults, present, signals):
     """Let the faults that are there act on the sensors."""
     nq = signals.shape[1] // 2
     for j in range(2 * nq):
@@ -62,7 +62,7 @@ def disturb(faults, present, signals):
 
 
 @routine
-def seize(faults, present, board, braking):
+def apply_to_drives(faults, present, board, braking):
     """Let the faults that are there act on the drives, and all brakes if `braking`; POSITION is on the board."""
     for j in range(board.shape[1]):
         held, factor = braking, 1.0
@@ -76,7 +76,7 @@ def seize(faults, present, board, braking):
 
 
 @routine
-def hung(faults, present, mass):
+def payload_mass(faults, present, mass):
     """Return the payload's mass [kg] with the faults that are there: `mass` without one, else the last one's."""
     for i in range(len(present)):
         if present[i] > 0.0 and faults.kind[i] == PAYLOAD:

@@ -15,25 +15,25 @@ from crane_sim.models.single_rope.crane import Crane
 from crane_sim.numerics.jit import generic
 
 
-class Reload(NamedTuple):
+class PayloadFault(NamedTuple):
     """The presence of faults that change the payload."""
 
     mass: float  # kg, of the payload without them
 
 
 @generic
-def laden(reload, p, mass):
+def with_payload(reload, p, mass):
     """Return the crane p with a payload of this mass [kg]; as it is where no fault changes it."""
     return p
 
 
-@laden.register(Reload)
+@with_payload.register(PayloadFault)
 def _(reload, p, mass):
-    return reloaded(p, mass)
+    return replace_payload(p, mass)
 
 
 @generic
-def reloaded(p, mass):
+def replace_payload(p, mass):
     """Return the crane p with a payload of this mass [kg]."""
     raise NotImplementedError
 
@@ -60,45 +60,45 @@ def _(s, mass):
     return Switches(s.lower, s.upper, s.shortest, s.longest, s.taut, s.times, masses)
 
 
-@reloaded.register(Crane)
+@replace_payload.register(Crane)
 def _(p, mass):
     load, friction = PointLoad(mass), p.swing_friction
     return Crane(p.support, p.cable, load, p.gravity, friction, p.drag, p.meter, p.base, p.force, p.stops)
 
 
-@reloaded.register(RodCrane)
+@replace_payload.register(RodCrane)
 def _(p, mass):
     c = p.cable
     cable = Line(c.length, c.mass, c.first, c.second, mass, c.reach, c.nodes)
     return RodCrane(p.trolley, cable, p.hoist, p.gravity, switches_with(p.switches, mass), p.meter)
 
 
-@reloaded.register(DoubleCrane)
+@replace_payload.register(DoubleCrane)
 def _(p, mass):
     c = p.cable
     return DoubleCrane(p.trolley, Pair(c.mass1, mass, c.length1, c.length2), p.gravity, p.meter)
 
 
-@reloaded.register(SpringCrane)
+@replace_payload.register(SpringCrane)
 def _(p, mass):
     c = p.cable
     return SpringCrane(p.trolley, Spring(mass, c.length, c.stiffness, c.damping), p.gravity, p.meter)
 
 
-@reloaded.register(PlanarCrane)
+@replace_payload.register(PlanarCrane)
 def _(p, mass):
     cable, switches = Chain(last_replaced(p.cable.masses, mass), p.cable.lengths), switches_with(p.switches, mass)
     return PlanarCrane(p.trolley, cable, p.hoist, p.gravity, p.joints, p.rods, p.forces, switches, p.meter, p.base)
 
 
-@reloaded.register(SpatialCrane)
+@replace_payload.register(SpatialCrane)
 def _(p, mass):
     cable, switches = Chain(last_replaced(p.cable.masses, mass), p.cable.lengths), switches_with(p.switches, mass)
     axes = p.trolley, p.bridge
     return SpatialCrane(*axes, cable, p.hoist, p.gravity, p.forces, switches, p.meter, p.base, p.share)
 
 
-@reloaded.register(ElasticCrane)
+@replace_payload.register(ElasticCrane)
 def _(p, mass):
     c, switches = p.cable, switches_with(p.switches, mass)
     cable = Springs(last_replaced(c.masses, mass), c.lengths, c.stiffness, c.damping, c.tension_only)

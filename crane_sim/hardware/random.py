@@ -22,7 +22,7 @@ def word(seed: int) -> np.uint64:
 
 
 @lean_kernel
-def mixed(z):
+def mix(z):
     """Return a word whose bits all depend on all bits of the word z."""
     z = z + _STEP
     z = (z ^ (z >> _30)) * _FIRST
@@ -33,7 +33,7 @@ def mixed(z):
 @lean_kernel
 def uniform(seed, stream, k):
     """Return the number of a seed (a word), a stream and a counter (whole numbers >= 0), uniform in [0, 1)."""
-    z = mixed(mixed(mixed(seed) ^ np.uint64(stream)) ^ np.uint64(k))
+    z = mix(mix(mix(seed) ^ np.uint64(stream)) ^ np.uint64(k))
     return np.float64(z >> _11) * _UNIT
 
 

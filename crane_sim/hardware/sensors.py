@@ -19,7 +19,7 @@ STREAMS = 3  # of chance, for each signal
 
 
 @lean_kernel
-def measured(seed, board, j, k):
+def measure_signal(seed, board, j, k):
     """Return a sample of signal j at period k."""
     value = board[TRUTH, j] + board[BIAS, j]
     if board[NOISE, j] > 0.0:
@@ -47,7 +47,7 @@ def sense(seed, board, ring, k, q, v):
         lost = due and k > 0 and uniform(seed, STREAMS * j + 2, k) < board[DROPOUT, j]
         losses += 1 if lost else 0
         if due and not lost:
-            board[SAMPLE, j] = measured(seed, board, j, k)
+            board[SAMPLE, j] = measure_signal(seed, board, j, k)
         ring[k % depth, j] = board[SAMPLE, j]
         if k == 0:  # before the start the first sample was shown all along
             for d in range(depth):

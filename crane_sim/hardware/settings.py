@@ -6,7 +6,7 @@ import numpy as np
 
 from crane_sim.hardware.drives import DRIVE_ROWS, NEUTRAL
 from crane_sim.hardware.faults import JOINT_STUCK, Faults
-from crane_sim.hardware.payloads import Reload
+from crane_sim.hardware.payloads import PayloadFault
 from crane_sim.hardware.sensors import EVERY, SENSOR_ROWS
 
 
@@ -25,7 +25,7 @@ class Equipment(NamedTuple):
     signals: Any  # (SENSOR_ROWS, 2 nq)
     faults: Faults
     names: tuple[str, ...] = ()  # of the faults
-    reload: Reload | None = None
+    reload: PayloadFault | None = None
     brake: BrakeSettings = BrakeSettings()
     ideal: bool = True  # nothing but brakes, which nobody feels until they are applied
 

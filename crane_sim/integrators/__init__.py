@@ -4,22 +4,22 @@ A method is a NamedTuple of its settings; its type chooses the kernels. A method
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 
-from crane_sim.integrators.events import CHATTER, STOPPED, Seen, located, record, settled
+from crane_sim.integrators.events import CHATTER, STOPPED, Seen, apply_pending_events, handle_events, record
 from crane_sim.integrators.integration import (
     ENDLESS,
     NOT_FINITE,
     OK,
     STALLED,
-    Flow,
+    Integration,
     advance,
-    horizon,
-    patience,
+    dense_output,
+    max_steps,
     scratch,
     stages,
     start,
-    state_at,
     step,
-    stopped,
+    step_bound,
+    with_status,
 )
 from crane_sim.numerics.jit import kernel
 from crane_sim.system import switching
@@ -31,18 +31,18 @@ __all__ = [
     "OK",
     "STALLED",
     "STOPPED",
-    "Flow",
+    "Integration",
     "Seen",
     "advance",
-    "horizon",
-    "located",
+    "step_bound",
+    "handle_events",
     "reach",
     "record",
     "scratch",
-    "settled",
+    "apply_pending_events",
     "stages",
     "start",
-    "state_at",
+    "dense_output",
     "step",
 ]
 
@@ -50,9 +50,9 @@ __all__ = [
 @kernel
 def reach(method, p, u, flow, t, end):
     """Return the flow advanced until it covers time t, by steps that do not pass `end`."""
-    most = flow.steps + patience(method)
+    most = flow.steps + max_steps(method)
     while flow.t < t and flow.status == OK:
-        flow = located(switching(p), method, p, u, advance(method, p, u, flow, end))
+        flow = handle_events(switching(p), method, p, u, advance(method, p, u, flow, end))
         if flow.steps >= most and flow.t < t:
-            flow = stopped(flow, ENDLESS)
+            flow = with_status(flow, ENDLESS)
     return flow

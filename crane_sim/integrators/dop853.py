@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import Scratch, advance, found, horizon, patience, stages, stride
-from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
-from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.integrators.integration import Scratch, advance, explicit_step, max_steps, result_of, stages, step_bound
+from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
+from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import lean_generic, lean_kernel
-from crane_sim.numerics.states import dimension, error_square, moved
+from crane_sim.numerics.states import add_weighted, dimension, error_square
 
 # fmt: off
 A = (
@@ -75,7 +75,7 @@ class RK8(NamedTuple):
 
 @lean_generic
 def slopes(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all twelve stages, the first one given as `opening` finds it."""
+    """Return the derivatives of all twelve stages, the first one given as `first_stage` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -104,14 +104,14 @@ def _error(ks, x, y, h, rtol, atol):
     return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # not a number stays one
 
 
-@attempt.register(DOP853)
+@step_with_error.register(DOP853)
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = slopes(scratch, k1, p, t, x, u, h)
-    y = moved(x, h, B, ks, out)
-    return y, _error(ks, x, found(out, y), h, method.rtol, method.atol)
+    y = add_weighted(x, h, B, ks, out)
+    return y, _error(ks, x, result_of(out, y), h, method.rtol, method.atol)
 
 
-@patience.register(DOP853)
+@max_steps.register(DOP853)
 def _(method):
     return MOST_STEPS
 
@@ -126,22 +126,22 @@ def _(method, p, u, flow, end):
     return accepted_step(method, p, u, flow, end)
 
 
-@horizon.register(DOP853)
+@step_bound.register(DOP853)
 def _(method, end):
     return inf
 
 
 @lean_kernel
 def _stride(p, t, x, u, h, scratch, out):
-    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, slopes(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
-@stride.register(DOP853)
+@explicit_step.register(DOP853)
 def _(method, p, t, x, u, h, scratch, out):
     return _stride(p, t, x, u, h, scratch, out)
 
 
-@stride.register(RK8)
+@explicit_step.register(RK8)
 def _(method, p, t, x, u, h, scratch, out):
     return _stride(p, t, x, u, h, scratch, out)
 

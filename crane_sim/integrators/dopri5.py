@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import Scratch, advance, found, horizon, patience, stages, stride
-from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
-from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.integrators.integration import Scratch, advance, explicit_step, max_steps, result_of, stages, step_bound
+from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
+from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import lean_generic
-from crane_sim.numerics.states import dimension, error_square, moved
+from crane_sim.numerics.states import add_weighted, dimension, error_square
 
 B = (35 / 384, None, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, None)
 A = (
@@ -40,7 +40,7 @@ class DOPRI5(NamedTuple):
 
 @lean_generic
 def slopes(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all seven stages, the first one given as `opening` finds it."""
+    """Return the derivatives of all seven stages, the first one given as `first_stage` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -55,14 +55,14 @@ def _(scratch, k1, p, t, x, u, h):
     return scratch
 
 
-@attempt.register(DOPRI5)
+@step_with_error.register(DOPRI5)
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = slopes(scratch, k1, p, t, x, u, h)
-    y = moved(x, h, B, ks, out)
-    return y, sqrt(error_square(h, E, ks, x, found(out, y), method.rtol, method.atol) / dimension(x))
+    y = add_weighted(x, h, B, ks, out)
+    return y, sqrt(error_square(h, E, ks, x, result_of(out, y), method.rtol, method.atol) / dimension(x))
 
 
-@patience.register(DOPRI5)
+@max_steps.register(DOPRI5)
 def _(method):
     return MOST_STEPS
 
@@ -77,14 +77,14 @@ def _(method, p, u, flow, end):
     return accepted_step(method, p, u, flow, end)
 
 
-@horizon.register(DOPRI5)
+@step_bound.register(DOPRI5)
 def _(method, end):
     return inf
 
 
-@stride.register(DOPRI5)
+@explicit_step.register(DOPRI5)
 def _(method, p, t, x, u, h, scratch, out):
-    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, slopes(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(DOPRI5)

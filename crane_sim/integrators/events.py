@@ -14,20 +14,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.integration import MOST_STAGES, OK, Flow, Scratch, stages, state_at
+from crane_sim.integrators.integration import MOST_STAGES, OK, Integration, Scratch, dense_output, stages
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
-from crane_sim.numerics.states import add, add_scaled, replaced, scale
-from crane_sim.system import Switching, fill, guard, rhs, switched, switching
+from crane_sim.numerics.states import add, add_scaled, replace_entry, scale
+from crane_sim.system import Switching, apply_reset_map, guard, rhs, rhs_into, switching
 
 FIRST, SECOND, BETWEEN = MOST_STAGES + 1, MOST_STAGES + 2, MOST_STAGES + 3  # rows of a scratch
 
 
-LOOKS = 4
+GUARD_SAMPLES = 4
 """Instants of a step at which the guards are looked at; the last one is its end."""
 
 
 @generic
-def ends(scratch, p, u, flow, positions):
+def hermite_slopes(scratch, p, u, flow, positions):
     """Return the derivatives at both ends of the last step, all or only of the positions; of arrays as rows.
 
     These are the rows from `MOST_STAGES` + 1 on; the third one is to be filled with a state between.
@@ -37,7 +37,7 @@ def ends(scratch, p, u, flow, positions):
     return rhs(p, flow.t0, flow.x0, u), rhs(p, flow.t, flow.x, u)
 
 
-@ends.register(Scratch)
+@hermite_slopes.register(Scratch)
 def _(scratch, p, u, flow, positions):
     fill_ends(scratch.rows, p, u, flow, positions, scratch.work)
     return scratch.rows
@@ -45,15 +45,15 @@ def _(scratch, p, u, flow, positions):
 
 @lean_routine
 def fill_ends(board, p, u, flow, positions, work):
-    """Write the two derivatives of `ends` into their rows of the board."""
+    """Write the two derivatives of `hermite_slopes` into their rows of the board."""
     if positions > 0:
         for i in range(len(flow.x)):
             moves = i < positions
             board[FIRST, i] = flow.x0[positions + i] if moves else 0.0
             board[SECOND, i] = flow.x[positions + i] if moves else 0.0
     else:
-        fill(p, flow.t0, flow.x0, u, board[FIRST], work)
-        fill(p, flow.t, flow.x, u, board[SECOND], work)
+        rhs_into(p, flow.t0, flow.x0, u, board[FIRST], work)
+        rhs_into(p, flow.t, flow.x, u, board[SECOND], work)
 
 
 @kernel
@@ -62,27 +62,27 @@ def coasting(x, positions):
 
     It is a flat tuple of so many positions and their velocities; or two of these, each half positions.
     """
-    return coasted(x[0], x, positions)
+    return coast(x[0], x, positions)
 
 
 @generic
-def coasted(first, x, positions):
+def coast(first, x, positions):
     """Return what `coasting` does, for a state whose first entry is `first`."""
     rate = scale(0.0, x)
     for i in range(positions):
-        rate = replaced(rate, i, x[positions + i])
+        rate = replace_entry(rate, i, x[positions + i])
     return rate
 
 
-@coasted.register(tuple)
+@coast.register(tuple)
 def _(first, x, positions):
     second, rest = x[1], scale(0.0, x)
-    return (coasted(first[0], first, len(first) // 2), coasted(second[0], second, len(second) // 2), *rest[2:])
+    return (coast(first[0], first, len(first) // 2), coast(second[0], second, len(second) // 2), *rest[2:])
 
 
 @lean_generic
 def guard_between(x, p, u, flow, slopes, s, work):
-    """Return the guard at the part s of the last step to x, by cubic Hermite interpolation; slopes as of `ends`."""
+    """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
     h, rise, (f0, f1) = flow.t - flow.t0, add_scaled(x, -1.0, flow.x0), slopes
     bend = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
     bend = add_scaled(bend, 1.0 - 2.0 * s, rise)
@@ -100,16 +100,16 @@ def _(x, p, u, flow, slopes, s, work):
 
 
 @lean_routine
-def suspect(p, u, flow, slopes, work, look):
+def first_sign_change(p, u, flow, slopes, work, look):
     """Return (the first look from `look` on at which a guard seems to fail, LOOKS + 1 if none does, evaluations)."""
     n = 0
-    for j in range(look, LOOKS):
-        value, _, more = guard_between(flow.x, p, u, flow, slopes, j / LOOKS, work)
+    for j in range(look, GUARD_SAMPLES):
+        value, _, more = guard_between(flow.x, p, u, flow, slopes, j / GUARD_SAMPLES, work)
         n += more
         if value < 0.0:
             return j, n
     value, _, more = guard(p, flow.t, flow.x, u, work)
-    return LOOKS if value < 0.0 else LOOKS + 1, n + more
+    return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
 STOPPED = 100
@@ -122,7 +122,7 @@ CHATTER = 3
 MOST_SWITCHES = 50  # at one instant; a model that wants more of them chatters
 
 
-PROBES = 60  # for one event; halving alone would need about 50
+MAX_ITERATIONS = 60  # for one event; halving alone would need about 50
 
 
 class Seen(NamedTuple):
@@ -155,34 +155,36 @@ def _(switches):
 
 
 @generic
-def settled(switches, p, u, flow):
+def apply_pending_events(switches, p, u, flow):
     """Return the flow with every guard that fails at its present instant answered: efforts may have jumped there."""
     return flow
 
 
-@settled.register(Switching)
+@apply_pending_events.register(Switching)
 def _(switches, p, u, flow):
     return switched_flow(p, u, flow)
 
 
 @generic
-def located(switches, method, p, u, flow):
+def handle_events(switches, method, p, u, flow):
     """Return the flow cut back to the first event of its last step, and switched; as it is where there is none."""
     return flow
 
 
-@located.register(Switching)
+@handle_events.register(Switching)
 def _(switches, method, p, u, flow):
     if flow.status != OK:
         return flow
     low, high, n = bracket(method, p, u, flow)
     n += flow.evaluations
-    seen = Flow(flow.t0, flow.x0, flow.t, flow.x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch)
-    return seen if low == high else cut_back(method, p, u, seen, low, high)
+    seen = Integration(
+        flow.t0, flow.x0, flow.t, flow.x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch
+    )
+    return seen if low == high else truncate_at_event(method, p, u, seen, low, high)
 
 
 @kernel
-def noted(seen, t, event):
+def log_event(seen, t, event):
     """Return the record with one more event."""
     if seen.total < len(seen.rows):
         seen.rows[seen.total, 0], seen.rows[seen.total, 1] = t, event
@@ -196,27 +198,27 @@ def switched_flow(p, u, flow):
     value, which, n = guard(p, flow.t, x, u, work)
     switches = 0
     while value < 0.0 and status == OK:
-        x, event, goes_on = switched(p, flow.t, x, u, which)
-        seen, h, switches = noted(seen, flow.t, event), 0.0, switches + 1
+        x, event, goes_on = apply_reset_map(p, flow.t, x, u, which)
+        seen, h, switches = log_event(seen, flow.t, event), 0.0, switches + 1
         status = OK if goes_on else STOPPED + which
         if switches > MOST_SWITCHES:
             status = CHATTER
         value, which, more = guard(p, flow.t, x, u, work)
         n += more
     n, taken, rejected = flow.evaluations + n, flow.steps, flow.rejected
-    return Flow(flow.t0, flow.x0, flow.t, x, h, n, taken, rejected, status, seen, flow.scratch)
+    return Integration(flow.t0, flow.x0, flow.t, x, h, n, taken, rejected, status, seen, flow.scratch)
 
 
 @kernel
 def look_at(flow, j):
     """Return the time of look number j at the last step."""
-    return flow.t if j == LOOKS else flow.t0 + (flow.t - flow.t0) * j / LOOKS
+    return flow.t if j == GUARD_SAMPLES else flow.t0 + (flow.t - flow.t0) * j / GUARD_SAMPLES
 
 
 @kernel
-def probed(method, p, u, flow, t, work):
+def guard_at(method, p, u, flow, t, work):
     """Return (the smallest guard at time t of the last step, by a step of its own, evaluations)."""
-    value, _, n = guard(p, t, state_at(method, p, u, flow, t), u, work)
+    value, _, n = guard(p, t, dense_output(method, p, u, flow, t), u, work)
     return value, n if t == flow.t else n + stages(method)
 
 
@@ -229,28 +231,28 @@ def bracket(method, p, u, flow):
     seen if it fails at one of these instants, which is sure where it stays negative for 1 / LOOKS of the step.
     """
     work, positions = work_of(flow.scratch), switching(p).positions
-    slopes = ends(flow.scratch, p, u, flow, positions)
-    j, n = suspect(p, u, flow, slopes, work, 1)
+    slopes = hermite_slopes(flow.scratch, p, u, flow, positions)
+    j, n = first_sign_change(p, u, flow, slopes, work, 1)
     n += 0 if positions > 0 else 2
-    while j < LOOKS:
-        value, more = probed(method, p, u, flow, look_at(flow, j), work)
+    while j < GUARD_SAMPLES:
+        value, more = guard_at(method, p, u, flow, look_at(flow, j), work)
         n += more
         if value < 0.0:
             break
-        j, more = suspect(p, u, flow, slopes, work, j + 1)
+        j, more = first_sign_change(p, u, flow, slopes, work, j + 1)
         n += more
-    if j > LOOKS:
+    if j > GUARD_SAMPLES:
         return flow.t, flow.t, n
     return look_at(flow, j - 1), look_at(flow, j), n
 
 
 @routine
-def crossing(method, p, u, flow, low, high):
+def find_root(method, p, u, flow, low, high):
     """Return (the first time after `low` when a guard is found to fail, evaluations): false position and halving."""
     work = work_of(flow.scratch)
-    g_low, n = probed(method, p, u, flow, low, work)
-    g_high, more = probed(method, p, u, flow, high, work)
-    for probe in range(2, PROBES):
+    g_low, n = guard_at(method, p, u, flow, low, work)
+    g_high, more = guard_at(method, p, u, flow, high, work)
+    for probe in range(2, MAX_ITERATIONS):
         n += more
         t = 0.5 * (low + high)
         if probe % 3 and g_low > 0.0:
@@ -259,7 +261,7 @@ def crossing(method, p, u, flow, low, high):
             t = 0.5 * (low + high)
         if not low < t < high:
             return high, n
-        g, more = probed(method, p, u, flow, t, work)
+        g, more = guard_at(method, p, u, flow, t, work)
         if g < 0.0:
             high, g_high, g_low = t, g, 0.5 * g_low
         else:
@@ -268,10 +270,10 @@ def crossing(method, p, u, flow, low, high):
 
 
 @routine
-def cut_back(method, p, u, flow, low, high):
+def truncate_at_event(method, p, u, flow, low, high):
     """Return the flow back at the first event, between `low` and `high`, and switched."""
-    t, more = crossing(method, p, u, flow, low, high)
+    t, more = find_root(method, p, u, flow, low, high)
     n = flow.evaluations + more + stages(method)
-    x = state_at(method, p, u, flow, t)
-    cut = Flow(flow.t0, flow.x0, t, x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch)
+    x = dense_output(method, p, u, flow, t)
+    cut = Integration(flow.t0, flow.x0, t, x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch)
     return switched_flow(p, u, cut)

@@ -8,9 +8,9 @@ from math import nan, sqrt
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
-from crane_sim.integrators.integration import advance, even_step, stages, step, stepped
+from crane_sim.integrators.integration import advance, equal_step, stages, step, with_step
 from crane_sim.numerics.jit import kernel, routine
-from crane_sim.numerics.states import add, add_scaled, scale, weighted_square
+from crane_sim.numerics.states import add, add_scaled, scale, squared_error_norm
 from crane_sim.system import project, rhs
 
 ROOT = sqrt(15.0)
@@ -37,7 +37,7 @@ class Gauss3(NamedTuple):
 
 
 @kernel
-def weighted(x, h, row, k1, k2, k3):
+def add_stages(x, h, row, k1, k2, k3):
     """Return x + h (row . k)."""
     return add(x, add_scaled(add_scaled(scale(h * row[0], k1), h * row[1], k2), h * row[2], k3))
 
@@ -46,29 +46,29 @@ def weighted(x, h, row, k1, k2, k3):
 def change(h, x, new, old):
     """Return the squared relative change of a stage's step."""
     difference = scale(h, add_scaled(new, -1.0, old))
-    return weighted_square(difference, x, x, 1.0, 1.0)
+    return squared_error_norm(difference, x, x, 1.0, 1.0)
 
 
 @routine
-def collocated(p, t, x, u, h):
+def solve_collocation(p, t, x, u, h):
     """Return (the state one step after (t, x), sweeps); not a number when the stages do not settle."""
     k1 = rhs(p, t, x, u)
     k2, k3, last = k1, k1, 1e300
     for sweep in range(MOST_SWEEPS):
-        n1 = rhs(p, t + C[0] * h, weighted(x, h, A[0], k1, k2, k3), u)
-        n2 = rhs(p, t + C[1] * h, weighted(x, h, A[1], n1, k2, k3), u)
-        n3 = rhs(p, t + C[2] * h, weighted(x, h, A[2], n1, n2, k3), u)
+        n1 = rhs(p, t + C[0] * h, add_stages(x, h, A[0], k1, k2, k3), u)
+        n2 = rhs(p, t + C[1] * h, add_stages(x, h, A[1], n1, k2, k3), u)
+        n3 = rhs(p, t + C[2] * h, add_stages(x, h, A[2], n1, n2, k3), u)
         moved = change(h, x, n1, k1) + change(h, x, n2, k2) + change(h, x, n3, k3)
         k1, k2, k3 = n1, n2, n3
         if moved == 0.0 or (moved < SETTLED and moved >= last):
-            return weighted(x, h, B, k1, k2, k3), sweep + 1
+            return add_stages(x, h, B, k1, k2, k3), sweep + 1
         last = moved
     return scale(nan, x), MOST_SWEEPS
 
 
 @step.register(Gauss3)
 def _(method, p, t, x, u, h, scratch):
-    return project(p, collocated(p, t, x, u, h)[0])
+    return project(p, solve_collocation(p, t, x, u, h)[0])
 
 
 @stages.register(Gauss3)
@@ -78,6 +78,6 @@ def _(method):
 
 @advance.register(Gauss3)
 def _(method, p, u, flow, end):
-    h, t = even_step(method.step, flow.t, end)
-    x, sweeps = collocated(p, flow.t, flow.x, u, h)
-    return stepped(flow, t, project(p, x), h, 1 + 3 * sweeps)
+    h, t = equal_step(method.step, flow.t, end)
+    x, sweeps = solve_collocation(p, flow.t, flow.x, u, h)
+    return with_step(flow, t, project(p, x), h, 1 + 3 * sweeps)

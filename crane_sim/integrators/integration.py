@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.jit import generic, kernel, lean_generic, routine
-from crane_sim.numerics.states import weighted_square
+from crane_sim.numerics.states import squared_error_norm
 from crane_sim.system import project, workspace
 
 OK, STALLED, NOT_FINITE, ENDLESS = 0, 1, 2, 4
@@ -31,7 +31,7 @@ def _(x, p):
     return Scratch(np.empty((MOST_STAGES + 4, len(x))), workspace(p))
 
 
-class Flow(NamedTuple):
+class Integration(NamedTuple):
     """An integration under way: the solution is x at t; the last step came from (t0, x0)."""
 
     t0: float
@@ -50,44 +50,44 @@ class Flow(NamedTuple):
 @kernel
 def start(p, t, x, seen):
     """Return the Flow of model p that begins with state x at time t, with an empty record of events."""
-    return Flow(t, x, t, x, 0.0, 0, 0, 0, OK, seen, scratch(x, p))
+    return Integration(t, x, t, x, 0.0, 0, 0, 0, OK, seen, scratch(x, p))
 
 
 @generic
-def blank(x):
+def allocate(x):
     """Return what a step from x writes its result into: a new array where x is one."""
     return x
 
 
-@blank.register(np.ndarray)
+@allocate.register(np.ndarray)
 def _(x):
     return np.empty_like(x)
 
 
 @generic
-def received(out, x):
+def take_state(out, x):
     """Return the new state: what `out` was filled with where that is an array, else x."""
     return x
 
 
-@received.register(np.ndarray)
+@take_state.register(np.ndarray)
 def _(out, x):
     return out
 
 
 @lean_generic
-def found(out, x):
-    """Return what `received` does, to lean pieces."""
+def result_of(out, x):
+    """Return what `take_state` does, to lean pieces."""
     return x
 
 
-@found.register(np.ndarray)
+@result_of.register(np.ndarray)
 def _(out, x):
     return out
 
 
 @lean_generic
-def stride(method, p, t, x, u, h, scratch, out):
+def explicit_step(method, p, t, x, u, h, scratch, out):
     """Return the state one step of size h after (t, x), of an explicit method; an array is written into `out`."""
     raise NotImplementedError
 
@@ -95,8 +95,8 @@ def stride(method, p, t, x, u, h, scratch, out):
 @generic
 def step(method, p, t, x, u, h, scratch):
     """Return the state one step of size h after (t, x), put back on what the model holds exactly."""
-    out = blank(x)
-    return project(p, received(out, stride(method, p, t, x, u, h, scratch, out)))
+    out = allocate(x)
+    return project(p, take_state(out, explicit_step(method, p, t, x, u, h, scratch, out)))
 
 
 @lean_generic
@@ -106,13 +106,13 @@ def stages(method):
 
 
 @lean_generic
-def patience(method):
+def max_steps(method):
     """Return how many steps may lead to one instant. Those of a fixed size are as many as the scene asks for."""
     return 2**62
 
 
 @kernel
-def even_step(largest, t, end):
+def equal_step(largest, t, end):
     """Return (size, time after it) of the next of the steps of equal size, not above `largest`, that fill the way."""
     n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
     h = (end - t) / n
@@ -120,35 +120,35 @@ def even_step(largest, t, end):
 
 
 @kernel
-def stepped(flow, t, x, h, evaluations):
+def with_step(flow, t, x, h, evaluations):
     """Return the flow after a fixed step of size h to state x at time t."""
-    status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
+    status = OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
     n = flow.evaluations + evaluations
-    return Flow(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen, flow.scratch)
+    return Integration(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen, flow.scratch)
 
 
 @kernel
-def stopped(flow, status):
+def with_status(flow, status):
     """Return the flow as it stands, with why it cannot go on."""
     t0, x0, t, x, h, evaluations, steps, rejected, _, seen, work = flow
-    return Flow(t0, x0, t, x, h, evaluations, steps, rejected, status, seen, work)
+    return Integration(t0, x0, t, x, h, evaluations, steps, rejected, status, seen, work)
 
 
 @generic
 def advance(method, p, u, flow, end):
     """Return the flow one accepted step further, not past `end`. A fixed method divides the way there evenly."""
-    h, t = even_step(method.step, flow.t, end)
-    return stepped(flow, t, step(method, p, flow.t, flow.x, u, h, flow.scratch), h, stages(method))
+    h, t = equal_step(method.step, flow.t, end)
+    return with_step(flow, t, step(method, p, flow.t, flow.x, u, h, flow.scratch), h, stages(method))
 
 
 @generic
-def horizon(method, end):
+def step_bound(method, end):
     """Return how far steps may go when nothing jumps at `end`: fixed steps keep to the grid."""
     return end
 
 
 @routine
-def state_at(method, p, u, flow, t):
+def dense_output(method, p, u, flow, t):
     """Return the state at a time t within the last step, by a step of its own: the flow stays as it is."""
     if t == flow.t:
         return flow.x

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import Positive
-from crane_sim.integrators.integration import Scratch, stages, stride
-from crane_sim.integrators.runge_kutta import dense, fill_stages, opening, slope
+from crane_sim.integrators.integration import Scratch, explicit_step, stages
+from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
 from crane_sim.numerics.jit import lean_generic
-from crane_sim.numerics.states import moved
+from crane_sim.numerics.states import add_weighted
 
 A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
 C = (1 / 2, 1 / 2, 1.0)
@@ -29,7 +29,7 @@ class RK4(NamedTuple):
 
 @lean_generic
 def slopes(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all four stages, the first one given as `opening` finds it."""
+    """Return the derivatives of all four stages, the first one given as `first_stage` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -41,9 +41,9 @@ def _(scratch, k1, p, t, x, u, h):
     return scratch
 
 
-@stride.register(RK4)
+@explicit_step.register(RK4)
 def _(method, p, t, x, u, h, scratch, out):
-    return moved(x, h, B, slopes(scratch, opening(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, slopes(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(RK4)

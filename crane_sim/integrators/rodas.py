@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import advance, horizon, patience, stages, step
+from crane_sim.integrators.integration import advance, max_steps, stages, step, step_bound
 from crane_sim.integrators.runge_kutta import dense
-from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, attempt, error_order
+from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import kernel, routine
-from crane_sim.numerics.states import weighted_square
-from crane_sim.system import factored, fill, linearised, project, rhs, solve_shifted, workspace
+from crane_sim.numerics.states import squared_error_norm
+from crane_sim.system import compute_jacobian, factor_shifted, project, rhs, rhs_into, solve_shifted, workspace
 
 # fmt: off
 GAMMA = 0.21193756319429014
@@ -61,21 +61,24 @@ class Rodas(NamedTuple):
 
 
 @routine
-def drift(p, t, x, u, h, now):
+def time_derivative(p, t, x, u, h, now):
     """Return the partial derivative in time of the state's derivative, `now` at (t, x), from t on: an array like x."""
     soon, later, ahead = np.empty_like(x), np.empty_like(x), (t + AHEAD * h) - t
     work = workspace(p)
-    fill(p, t + ahead, x, u, soon, work)
-    fill(p, t + 2.0 * ahead, x, u, later, work)
+    rhs_into(p, t + ahead, x, u, soon, work)
+    rhs_into(p, t + 2.0 * ahead, x, u, later, work)
     for i in range(len(x)):
         soon[i] = (4.0 * (soon[i] - now[i]) - (later[i] - now[i])) / (2.0 * ahead)
     return soon
 
 
 @routine
-def increments(p, t, x, u, h, now):
+def rosenbrock_step(p, t, x, u, h, now):
     """Return (the state one step of size h after (t, x), the last increment), `now` the derivative there."""
-    factors, change = factored(p, linearised(p, t, x, u), 1.0 / (GAMMA * h)), drift(p, t, x, u, h, now)
+    factors, change = (
+        factor_shifted(p, compute_jacobian(p, t, x, u), 1.0 / (GAMMA * h)),
+        time_derivative(p, t, x, u, h, now),
+    )
     ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
     for s in range(STAGES):
         if s == 0:
@@ -83,7 +86,7 @@ def increments(p, t, x, u, h, now):
                 ks[0, i] = now[i]
         else:
             reach_stage(s, x, ks, y)
-            fill(p, t + _NODES[s] * h, y, u, ks[s], work)
+            rhs_into(p, t + _NODES[s] * h, y, u, ks[s], work)
         for j in range(s):
             weight = _DENSE_C[s, j] / h
             for i in range(len(x)):
@@ -108,21 +111,21 @@ def reach_stage(s, x, ks, y):
         y[i] += x[i]
 
 
-@attempt.register(Rodas)
+@step_with_error.register(Rodas)
 def _(method, scratch, k1, p, t, x, u, h, out):
-    return None, measured(method, p, t, x, u, h, scratch.rows[0], out)
+    return None, try_step(method, p, t, x, u, h, scratch.rows[0], out)
 
 
 @routine
-def measured(method, p, t, x, u, h, now, out):
+def try_step(method, p, t, x, u, h, now, out):
     """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
-    y, error = increments(p, t, x, u, h, now)
+    y, error = rosenbrock_step(p, t, x, u, h, now)
     for i in range(len(x)):
         out[i] = y[i]
-    return sqrt(weighted_square(error, x, y, method.rtol, method.atol) / len(x))
+    return sqrt(squared_error_norm(error, x, y, method.rtol, method.atol) / len(x))
 
 
-@patience.register(Rodas)
+@max_steps.register(Rodas)
 def _(method):
     return MOST_STEPS
 
@@ -137,14 +140,14 @@ def _(method, p, u, flow, end):
     return accepted_step(method, p, u, flow, end)
 
 
-@horizon.register(Rodas)
+@step_bound.register(Rodas)
 def _(method, end):
     return inf
 
 
 @step.register(Rodas)
 def _(method, p, t, x, u, h, scratch):
-    return project(p, increments(p, t, x, u, h, rhs(p, t, x, u))[0])
+    return project(p, rosenbrock_step(p, t, x, u, h, rhs(p, t, x, u))[0])
 
 
 @stages.register(Rodas)

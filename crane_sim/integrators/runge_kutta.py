@@ -8,10 +8,10 @@ the rows of one array, filled in a loop.
 import numpy as np
 
 from crane_sim.integrators.integration import Scratch
-from crane_sim.numerics.arrays import weigh
+from crane_sim.numerics.arrays import accumulate
 from crane_sim.numerics.jit import kernel, lean_generic, lean_routine
-from crane_sim.numerics.states import add, combine
-from crane_sim.system import fill, rhs
+from crane_sim.numerics.states import add, weighted_sum
+from crane_sim.system import rhs, rhs_into
 
 
 def dense(rows):
@@ -23,20 +23,20 @@ def dense(rows):
 
 
 @lean_generic
-def opening(scratch, p, t, x, u):
+def first_stage(scratch, p, t, x, u):
     """Return the derivative at (t, x), the first of the stages; where there is a scratch, in the first of its rows."""
     return rhs(p, t, x, u)
 
 
-@opening.register(Scratch)
+@first_stage.register(Scratch)
 def _(scratch, p, t, x, u):
-    fill(p, t, x, u, scratch.rows[0], scratch.work)
+    rhs_into(p, t, x, u, scratch.rows[0], scratch.work)
 
 
 @kernel
 def slope(p, t, x, u, h, row, node, ks):
     """Return the derivative at the stage with this row and node, given those of the stages before, `ks`."""
-    return rhs(p, t + node * h, add(x, combine(h, row, ks)), u)
+    return rhs(p, t + node * h, add(x, weighted_sum(h, row, ks)), u)
 
 
 @lean_routine
@@ -45,5 +45,5 @@ def fill_stages(scratch, p, t, x, u, h, a, c):
     rows, count = scratch.rows, len(a)
     y = rows[count]
     for s in range(1, count):
-        weigh(h, a[s], s, rows, x, y)
-        fill(p, t + c[s] * h, y, u, rows[s], scratch.work)
+        accumulate(h, a[s], s, rows, x, y)
+        rhs_into(p, t + c[s] * h, y, u, rows[s], scratch.work)

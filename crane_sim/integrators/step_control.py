@@ -4,13 +4,22 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from crane_sim.integrators.integration import NOT_FINITE, OK, STALLED, Flow, Scratch, blank, received, stages
-from crane_sim.integrators.runge_kutta import opening
+from crane_sim.integrators.integration import (
+    NOT_FINITE,
+    OK,
+    STALLED,
+    Integration,
+    Scratch,
+    allocate,
+    stages,
+    take_state,
+)
+from crane_sim.integrators.runge_kutta import first_stage
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
-from crane_sim.numerics.states import add, dimension, scale, weighted_square
-from crane_sim.system import fill, project, rhs
+from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
+from crane_sim.system import project, rhs, rhs_into
 
-SAFETY, SHRINK, GROW = 0.9, 0.2, 6.0
+SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 6.0
 """A step is scaled by SAFETY err^(-1/order), within these bounds."""
 
 
@@ -19,7 +28,7 @@ MOST_STEPS = 1_000_000
 
 
 @lean_generic
-def attempt(method, scratch, k1, p, t, x, u, h, out):
+def step_with_error(method, scratch, k1, p, t, x, u, h, out):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance).
 
     k1 is the derivative at (t, x) as of `runge_kutta.opening`; a rejected step leaves it as it is. An array state is
@@ -35,79 +44,79 @@ def error_order(method):
 
 
 @lean_generic
-def steepness(scratch, k1, x, rtol, atol):
-    """Return the weighted square of the derivative that `opening` found at x."""
-    return weighted_square(k1, x, x, rtol, atol)
+def derivative_norm(scratch, k1, x, rtol, atol):
+    """Return the weighted square of the derivative that `first_stage` found at x."""
+    return squared_error_norm(k1, x, x, rtol, atol)
 
 
-@steepness.register(Scratch)
+@derivative_norm.register(Scratch)
 def _(scratch, k1, x, rtol, atol):
-    return weighted_square(scratch.rows[0], x, x, rtol, atol)
+    return squared_error_norm(scratch.rows[0], x, x, rtol, atol)
 
 
 @lean_generic
-def bending(scratch, k1, p, t, x, u, h, rtol, atol):
+def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
     """Return the weighted square of what the derivative changes by in an explicit Euler step of size h."""
     change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
-    return weighted_square(change, x, x, rtol, atol)
+    return squared_error_norm(change, x, x, rtol, atol)
 
 
-@bending.register(Scratch)
+@second_derivative_norm.register(Scratch)
 def _(scratch, k1, p, t, x, u, h, rtol, atol):
     rows = scratch.rows
     for i in range(len(x)):
         rows[1, i] = x[i] + h * rows[0, i]
-    fill(p, t + h, rows[1], u, rows[2], scratch.work)
+    rhs_into(p, t + h, rows[1], u, rows[2], scratch.work)
     for i in range(len(x)):
         rows[2, i] -= rows[0, i]
-    return weighted_square(rows[2], x, x, rtol, atol)
+    return squared_error_norm(rows[2], x, x, rtol, atol)
 
 
 @lean_kernel
-def first_size(scratch, p, t, x, u, k1, rtol, atol, order):
+def select_initial_step(scratch, p, t, x, u, k1, rtol, atol, order):
     """Return a first step that an explicit Euler step shows to be careful (Hairer, Norsett, Wanner, II.4)."""
     n = dimension(x)
-    d0 = sqrt(weighted_square(x, x, x, rtol, atol) / n)
-    d1 = sqrt(steepness(scratch, k1, x, rtol, atol) / n)
+    d0 = sqrt(squared_error_norm(x, x, x, rtol, atol) / n)
+    d1 = sqrt(derivative_norm(scratch, k1, x, rtol, atol) / n)
     h0 = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
-    d2 = sqrt(bending(scratch, k1, p, t, x, u, h0, rtol, atol) / n) / h0
+    d2 = sqrt(second_derivative_norm(scratch, k1, p, t, x, u, h0, rtol, atol) / n) / h0
     steepest = max(d1, d2)
     h1 = max(1e-6, h0 * 1e-3) if steepest < 1e-15 else (0.01 / steepest) ** (1.0 / order)
     return min(100.0 * h0, h1)
 
 
 @lean_routine
-def accept(method, scratch, p, t, x, u, h, end, out):
-    """Try steps, smaller and smaller, until the error of one is within the tolerance; arguments as of `attempt`.
+def adaptive_step(method, scratch, p, t, x, u, h, end, out):
+    """Try steps, smaller and smaller, until the error of one is within the tolerance; arguments of `step_with_error`.
 
     Returns:
-        (state after the step as of `attempt`, its time, size to try next, evaluations, steps rejected, status)
+        (state after the step as of `step_with_error`, its time, size to try next, evaluations, steps rejected, status)
     """
-    order, n, rejected, growth = error_order(method), 1, 0, GROW
-    k1 = opening(scratch, p, t, x, u)
+    order, n, rejected, growth = error_order(method), 1, 0, MAX_FACTOR
+    k1 = first_stage(scratch, p, t, x, u)
     if h == 0.0:
-        h, n = first_size(scratch, p, t, x, u, k1, method.rtol, method.atol, order), n + 1
+        h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, order), n + 1
     status = STALLED if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
-        y, error = attempt(method, scratch, k1, p, t, x, u, size, out)
+        y, error = step_with_error(method, scratch, k1, p, t, x, u, size, out)
         n += stages(method) - 1
-        factor = min(growth, max(SHRINK, SAFETY * error ** (-1.0 / order))) if error > 0.0 else growth
+        factor = min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / order))) if error > 0.0 else growth
         if error <= 1.0:
             return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, OK
-        h, growth, rejected = size * (factor if isfinite(error) else SHRINK), 1.0, rejected + 1
+        h, growth, rejected = size * (factor if isfinite(error) else MIN_FACTOR), 1.0, rejected + 1
         status = STALLED if isfinite(error) else NOT_FINITE
-    return unmoved(x, out), t, h, n, rejected, status
+    return copy_state(x, out), t, h, n, rejected, status
 
 
 @lean_generic
-def unmoved(x, out):
-    """Return the state x as `attempt` does: a step that failed leaves the state as it was."""
+def copy_state(x, out):
+    """Return the state x as `step_with_error` does: a step that failed leaves the state as it was."""
     return x
 
 
-@unmoved.register(np.ndarray)
+@copy_state.register(np.ndarray)
 def _(x, out):
     for i in range(len(x)):
         out[i] = x[i]
@@ -116,10 +125,10 @@ def _(x, out):
 @routine
 def accepted_step(method, p, u, flow, end):
     """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
-    out = blank(flow.x)
-    y, t, h, n, rejected, status = accept(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
-    y, taken = received(out, y), 0
+    out = allocate(flow.x)
+    y, t, h, n, rejected, status = adaptive_step(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
+    y, taken = take_state(out, y), 0
     if status == OK:
         y, taken = project(p, y), 1
     n, rejected = flow.evaluations + n, flow.rejected + rejected
-    return Flow(flow.t, flow.x, t, y, h, n, flow.steps + taken, rejected, status, flow.seen, flow.scratch)
+    return Integration(flow.t, flow.x, t, y, h, n, flow.steps + taken, rejected, status, flow.seen, flow.scratch)

@@ -7,8 +7,8 @@ to the base. In those axes a mass at r that moves at v feels, per unit of mass,
     f = Rᵀ(-g ẑ - a₀) - w' × r - w × (w × r) - 2 w × v,
 
 a₀ the acceleration of the base's origin, w its angular velocity. What f is more than gravity along the base's own z,
-(0, 0, -g), is `imposed`: it vanishes for a base that rests, and its power is what the base supplies to the crane.
-A base that rests is None everywhere, at no cost.
+(0, 0, -g), is `imposed_acceleration`: it vanishes for a base that rests, and its power is what the base supplies to the
+crane. A base that rests is None everywhere, at no cost.
 """
 
 from typing import NamedTuple
@@ -90,13 +90,13 @@ def into(rows, a):
 
 
 @lean_generic
-def carried(base, gravity, t):
+def carried_at(base, gravity, t):
     """Return the base as Carried at time t [s] where gravity [m/s²] acts along -z of the world; None where it rests."""
-    return _carried(base, gravity, t)
+    return _carried_at(base, gravity, t)
 
 
 @lean_routine
-def _carried(base, gravity, t):
+def _carried_at(base, gravity, t):
     x, v, a = base_motion_at(base, t)
     rows = rotation(x[3], x[4], x[5])
     turn, turn_rate = turning((x[3], x[4], x[5]), (v[3], v[4], v[5]), (a[3], a[4], a[5]))
@@ -104,23 +104,23 @@ def _carried(base, gravity, t):
     return Carried(into(rows, v), (px, py, pz + gravity), turn, turn_rate)
 
 
-@carried.register(type(None))
+@carried_at.register(type(None))
 def _(base, gravity, t):
     return None
 
 
 @lean_generic
-def imposed(now, r, v):
+def imposed_acceleration(now, r, v):
     """Return what the base adds to gravity along its own z (3,) [m/s²]: nothing where it rests.
 
     Args:
-        now: the base, as of `carried`.
+        now: the base, as of `carried_at`.
         r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
     """
     return 0.0, 0.0, 0.0
 
 
-@imposed.register(Carried)
+@imposed_acceleration.register(Carried)
 def _(now, r, v):
     x, y, z = cross(now.turn, r)
     dx, dy, dz = cross(now.turn, (x + 2.0 * v[0], y + 2.0 * v[1], z + 2.0 * v[2]))
@@ -130,19 +130,19 @@ def _(now, r, v):
 
 @lean_generic
 def add_imposed(now, mass, force, r, v):
-    """Return the force (3,) [N] plus what the base imposes on a mass [kg]; further arguments as of `imposed`."""
+    """Return the force (3,) [N] plus what the base imposes on a mass; other arguments of `imposed_acceleration`."""
     return force
 
 
 @add_imposed.register(Carried)
 def _(now, mass, force, r, v):
-    x, y, z = imposed(now, r, v)
+    x, y, z = imposed_acceleration(now, r, v)
     return force[0] + mass * x, force[1] + mass * y, force[2] + mass * z
 
 
 @lean_generic
 def airspeed(now, r, v):
-    """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments as of `imposed`."""
+    """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments of `imposed_acceleration`."""
     return v
 
 
@@ -209,7 +209,7 @@ def _(pose, a):
 @lean_generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
-    now, pose, (s, c) = carried(base, 0.0, t), pose_at(base, t), sincos(angle)
+    now, pose, (s, c) = carried_at(base, 0.0, t), pose_at(base, t), sincos(angle)
     up = turned_back(pose.rows[2], s, c)
     return BaseState(turned_back(now.velocity, s, c), turned_back(now.turn, s, c), up, pose.place[2])
 

@@ -37,7 +37,7 @@ def _(stops):
 
 
 @lean_kernel
-def lesser(best, value, which):
+def smaller_guard(best, value, which):
     """Return the smaller one of two (guard, number)."""
     return (value, which) if value < best[0] else best
 
@@ -50,10 +50,10 @@ def travel_guard(limits, best, q, which):
 
 @travel_guard.register(tuple)
 def _(limits, best, q, which):
-    return lesser(best, min(q - limits[0], limits[1] - q), which)
+    return smaller_guard(best, min(q - limits[0], limits[1] - q), which)
 
 
-def length_story(rope: str, key: str, end: int, shortest: float) -> tuple[str, str]:
+def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tuple[str, str]:
     """Return (what happened, what a user can change) where a rope came to its shortest (end 0) or longest (1) length.
 
     Args:
@@ -68,11 +68,11 @@ def length_story(rope: str, key: str, end: int, shortest: float) -> tuple[str, s
     return f"the {rope} reached its {which} length", f"change {key}.limits, or what drives the {key}"
 
 
-def story(support: Any, stops: Stops, which: int) -> tuple[str, str]:
+def describe_event(support: Any, stops: Stops, which: int) -> tuple[str, str]:
     """Return (what guard number `which` tells, what a user can change) in words; `support` names its coordinates."""
     if which >= SLACK:
         return "the rope went slack, and a rigid one cannot be", "take rope.slack: allow if the rope is a rod"
     if which >= ROPE:
-        return length_story("rope", "rope", which - ROPE, stops.shortest)
+        return describe_length_event("rope", "rope", which - ROPE, stops.shortest)
     name, key = support.coordinate(which - LIMIT)
     return f"the {name} reached its travel limit", f"change {key}, or what drives the {name}"

@@ -39,7 +39,7 @@ WIDTHS = (16, 8, 4, 2, 1)
 
 
 @intrinsic
-def weigh(typing_context, h, weights, count, ks, x, out):
+def accumulate(typing_context, h, weights, count, ks, x, out):
     """Write x plus the sum of h weights[j] ks[j] over the first `count` rows, at least one, into `out`.
 
     The rows are added from left to right, x last; x may be None. The loop over the row is the outer one, so that sums
@@ -74,11 +74,11 @@ def _sum(builder: Any, term: Any, count: Any) -> Any:
     total = cgutils.alloca_once_value(builder, builder.fmul(*term(count.type(0))))
     with cgutils.for_range(builder, count, start=count.type(1), intp=count.type) as loop:
         factor, row = term(loop.index)
-        builder.store(_fused(builder, factor, row, builder.load(total)), total)
+        builder.store(_fma(builder, factor, row, builder.load(total)), total)
     return builder.load(total)
 
 
-def _fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
+def _fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, floats or vectors of them, each rounded once."""
     if not isinstance(a.type, ir.VectorType):
         return builder.fma(a, b, c)
@@ -129,7 +129,7 @@ def _in_blocks(builder: Any, n: Any, block: Any) -> None:
 @lean_routine
 def move_rows(x, h, weights, ks, out):
     """Write x plus the sum of h weights[j] ks[j] into `out`."""
-    weigh(h, weights, len(weights), ks, x, out)
+    accumulate(h, weights, len(weights), ks, x, out)
 
 
 @lean_routine
@@ -146,7 +146,7 @@ def array_square(e, x, y, rtol, atol):
 def rows_square(h, weights, ks, x, y, rtol, atol):
     """Return the `array_square` of the sum of h weights[j] ks[j], which takes the row after those for itself."""
     count = len(weights)
-    weigh(h, weights, count, ks, None, ks[count])
+    accumulate(h, weights, count, ks, None, ks[count])
     return array_square(ks[count], x, y, rtol, atol)
 
 

@@ -24,22 +24,22 @@ _LIBRARY: Any = ctypes.CDLL("libm.so.6")
 _LIBRARY.fma.restype, _LIBRARY.fma.argtypes = ctypes.c_double, [ctypes.c_double] * 3
 
 
-def fused(a: float, b: float, c: float) -> float:
+def fma(a: float, b: float, c: float) -> float:
     """Return a b + c, rounded once."""
     return _LIBRARY.fma(a, b, c)
 
 
 @intrinsic
-def _fused(typing_context, a, b, c):
+def _fma(typing_context, a, b, c):
     def generate(context, builder, signature, args):
         return builder.fma(*args)
 
     return types.float64(types.float64, types.float64, types.float64), generate
 
 
-@overload(fused, jit_options=LEAN)
+@overload(fma, jit_options=LEAN)
 def _compiled_fused(a, b, c):
-    return lambda a, b, c: _fused(a, b, c)
+    return lambda a, b, c: _fma(a, b, c)
 
 
 _TWO_OVER_PI = 0.6366197723675814
@@ -58,20 +58,20 @@ def sincos(angle):
     Beyond 1e15 rad, where neighbouring doubles are a radian apart, what is returned means nothing.
     """
     k = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
-    first = fused(k, -_HALF_PI, angle)
+    first = fma(k, -_HALF_PI, angle)
     rest = k * _HALF_PI_REST
     x = first - rest
     y = (first - x) - rest
     z = x * x
     z2, v = z * z, z * x
-    low = fused(z, -1.98412698298579493134e-04, 8.33333333332248946124e-03)
-    high = fused(z2, 1.58969099521155010221e-10, fused(z, -2.50507602534068634195e-08, 2.75573137070700676789e-06))
-    s = x - fused(v, fused(z, -fused(z2, high, low), 1.66666666666666324348e-01), fused(z, 0.5 * y, -y))
-    low = fused(z, -1.38888888888741095749e-03, 4.16666666666666019037e-02)
-    middle = fused(z, -2.75573143513906633035e-07, 2.48015872894767294178e-05)
-    high = fused(z2, fused(z, -1.13596475577881948265e-11, 2.08757232129817482790e-09), middle)
-    w = fused(z, -0.5, 1.0)
-    c = w + fused(z2, fused(z2, high, low), fused(-x, y, fused(z, -0.5, 1.0 - w)))
+    low = fma(z, -1.98412698298579493134e-04, 8.33333333332248946124e-03)
+    high = fma(z2, 1.58969099521155010221e-10, fma(z, -2.50507602534068634195e-08, 2.75573137070700676789e-06))
+    s = x - fma(v, fma(z, -fma(z2, high, low), 1.66666666666666324348e-01), fma(z, 0.5 * y, -y))
+    low = fma(z, -1.38888888888741095749e-03, 4.16666666666666019037e-02)
+    middle = fma(z, -2.75573143513906633035e-07, 2.48015872894767294178e-05)
+    high = fma(z2, fma(z, -1.13596475577881948265e-11, 2.08757232129817482790e-09), middle)
+    w = fma(z, -0.5, 1.0)
+    c = w + fma(z2, fma(z2, high, low), fma(-x, y, fma(z, -0.5, 1.0 - w)))
     quarter = int(k)  # of a turn, with its sign
     s, c = (c, s) if quarter & 1 else (s, c)
     s = -s if quarter & 2 else s

@@ -130,17 +130,17 @@ class _CheckedCache(FunctionCache):
     """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory."""
 
     def load_overload(self, sig, target_context):
-        return super().load_overload(sig, target_context) if _trusted() else None
+        return super().load_overload(sig, target_context) if _is_trusted() else None
 
     def save_overload(self, sig, data):
-        if _trusted():
+        if _is_trusted():
             super().save_overload(sig, data)
 
 
 _outside: list[str] = []  # kernels of other packages, whose files the digest does not cover
 
 
-def _trusted() -> bool:
+def _is_trusted() -> bool:
     return not _outside and digest() == AT_IMPORT
 
 
@@ -199,7 +199,7 @@ class _Begun(event.Listener):
 
 
 @contextmanager
-def watched(begin: Callable[[], object]) -> Iterator[None]:
+def watch_compiling(begin: Callable[[], object]) -> Iterator[None]:
     """Call `begin` whenever a kernel is compiled while the block runs; one that is read from disk is not."""
     with event.install_listener("numba:compile", _Begun(begin)):
         yield

@@ -19,16 +19,16 @@ LANES = 16
 """Cranes that move in step: two of the widest vectors, and few enough to stay in the first cache."""
 
 
-def picked(columns: Any, i: int) -> Any:
+def tree_column(columns: Any, i: int) -> Any:
     """Return the tree of crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
     if not isinstance(columns, tuple):
         return None if columns is None else columns[i]
-    return _rebuilt(columns, [picked(part, i) for part in columns])
+    return _rebuilt(columns, [tree_column(part, i) for part in columns])
 
 
 def lane(like: Any, buffer: Any, j: int) -> Any:
     """Return lane j of a buffer (floats, LANES) as a state of the same type as `like`."""
-    return _filled(like, iter(buffer[:, j].tolist()))
+    return _fill(like, iter(buffer[:, j].tolist()))
 
 
 def put_lane(buffer: Any, j: int, x: Any) -> None:
@@ -44,8 +44,8 @@ def _rebuilt(like: Any, parts: list[Any]) -> Any:
     return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
 
 
-def _filled(like: Any, floats: Iterator[float]) -> Any:
-    return _rebuilt(like, [_filled(part, floats) for part in like]) if isinstance(like, tuple) else next(floats)
+def _fill(like: Any, floats: Iterator[float]) -> Any:
+    return _rebuilt(like, [_fill(part, floats) for part in like]) if isinstance(like, tuple) else next(floats)
 
 
 def _is_tuple(kind: Any) -> bool:
@@ -82,7 +82,7 @@ def _entry(context: Any, builder: Any, kind: Any, value: Any, i: Any) -> Any:
 
 
 @intrinsic
-def _picked(typing_context, columns, i):
+def _pick(typing_context, columns, i):
     def generate(context, builder, signature, args):
         return _entry(context, builder, columns, *args)
 
@@ -144,7 +144,7 @@ def _use_wide_vectors(typing_context):
     return types.none(), generate
 
 
-overload(picked, inline="always")(lambda columns, i: lambda columns, i: _picked(columns, i))
+overload(tree_column, inline="always")(lambda columns, i: lambda columns, i: _pick(columns, i))
 overload(lane, inline="always")(lambda like, buffer, j: lambda like, buffer, j: _lane(like, buffer, j))
 overload(put_lane, inline="always")(lambda buffer, j, x: lambda buffer, j, x: _put_lane(buffer, j, x))
 overload(use_wide_vectors, inline="always")(lambda: lambda: _use_wide_vectors())

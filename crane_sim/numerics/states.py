@@ -25,7 +25,7 @@ from crane_sim.numerics.arrays import (
     rows_square,
     scale_array,
 )
-from crane_sim.numerics.elementary import fused
+from crane_sim.numerics.elementary import fma
 from crane_sim.numerics.jit import LEAN, OPTIONS, intrinsic
 
 
@@ -134,10 +134,10 @@ def add_scaled(x: State, a: float, y: State) -> State:
     """Return x + a y, each float of a tuple rounded once."""
     if isinstance(x, tuple):
         return tuple(add_scaled(b, a, c) for b, c in zip(x, y, strict=True))
-    return x + a * y if isinstance(x, np.ndarray) else fused(a, y, x)
+    return x + a * y if isinstance(x, np.ndarray) else fma(a, y, x)
 
 
-def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
+def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
     """Return the sum of h row[j] ks[j] over the entries of `row` that are not None (at least one is not)."""
     terms = [(h * a, k) for a, k in zip(row, ks, strict=True) if a is not None]
     total = scale(*terms[0])
@@ -146,12 +146,12 @@ def combine(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> S
     return total
 
 
-def moved(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
-    """Return x + the sum of `combine`; of arrays, ks.rows being the derivatives, `out` is filled with it."""
-    return add(x, combine(h, row, ks))
+def add_weighted(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
+    """Return x + the sum of `weighted_sum`; of arrays, ks.rows being the derivatives, `out` is filled with it."""
+    return add(x, weighted_sum(h, row, ks))
 
 
-def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> float:
+def squared_error_norm(e: State, x: State, y: State, rtol: float, atol: float) -> float:
     """Return the sum of squares of e / (atol + rtol max(|x|, |y|)), component by component."""
     total = 0.0
     for a, b, c in zip(leaves(e), leaves(x), leaves(y), strict=True):
@@ -163,8 +163,8 @@ def weighted_square(e: State, x: State, y: State, rtol: float, atol: float) -> f
 def error_square(
     h: float, row: tuple[float | None, ...], ks: Any, x: State, y: State, rtol: float, atol: float
 ) -> float:
-    """Return the `weighted_square` of the sum of `combine`; ks as of `moved`."""
-    return weighted_square(combine(h, row, ks), x, y, rtol, atol)
+    """Return the `squared_error_norm` of the sum of `weighted_sum`; ks as of `add_weighted`."""
+    return squared_error_norm(weighted_sum(h, row, ks), x, y, rtol, atol)
 
 
 def leaves(x: State) -> tuple[float, ...]:
@@ -174,13 +174,13 @@ def leaves(x: State) -> tuple[float, ...]:
     return tuple(leaf for part in x for leaf in leaves(part)) if isinstance(x, tuple) else (x,)
 
 
-def replaced(x: tuple[float, ...], i: int, value: float) -> tuple[float, ...]:
+def replace_entry(x: tuple[float, ...], i: int, value: float) -> tuple[float, ...]:
     """Return the flat tuple x with `value` at index i."""
     return (*x[:i], value, *x[i + 1 :])
 
 
-@overload(replaced, jit_options=OPTIONS)
-def _replaced(x, i, value):
+@overload(replace_entry, jit_options=OPTIONS)
+def _replace_entry(x, i, value):
     return lambda x, i, value: tuple_setitem(x, i, value)
 
 
@@ -215,7 +215,7 @@ _for_arrays_or_tuples(leaves, 0, lambda x: x, lambda x: leaves_of_floats(x))
 _for_arrays_or_tuples(dimension, 0, lambda x: len(x), lambda x: len(leaves_of_floats(x)))
 
 
-@overload(combine, jit_options=OPTIONS)
+@overload(weighted_sum, jit_options=OPTIONS)
 def _compiled_combine(h, row, ks):
     return lambda h, row, ks: combine_floats(h, row, ks)
 
@@ -224,17 +224,17 @@ def _compiled_combine(h, row, ks):
 def _compiled_error_square(h, row, ks, x, y, rtol, atol):
     if isinstance(x, types.Array):
         return lambda h, row, ks, x, y, rtol, atol: rows_square(h, dense(row), ks.rows, x, y, rtol, atol)
-    return lambda h, row, ks, x, y, rtol, atol: weighted_square(combine_floats(h, row, ks), x, y, rtol, atol)
+    return lambda h, row, ks, x, y, rtol, atol: squared_error_norm(combine_floats(h, row, ks), x, y, rtol, atol)
 
 
-@overload(moved, jit_options=LEAN)
+@overload(add_weighted, jit_options=LEAN)
 def _compiled_moved(x, h, row, ks, out):
     if isinstance(x, types.Array):
         return lambda x, h, row, ks, out: move_rows(x, h, dense(row), ks.rows, out)
     return lambda x, h, row, ks, out: add_floats(x, combine_floats(h, row, ks))
 
 
-@overload(weighted_square, jit_options=LEAN)
+@overload(squared_error_norm, jit_options=LEAN)
 def _weighted_square(e, x, y, rtol, atol):
     if isinstance(e, types.Array):
         return lambda e, x, y, rtol, atol: array_square(e, x, y, rtol, atol)

@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from crane_sim.orchestration.process import Forked, Process
+from crane_sim.orchestration.process import ForkedProcess, Process
 
-_BIRTH = 0.5  # s in which a process that was just forked says so, or is ended with its nursery
+_START_TIMEOUT = 0.5  # s in which a process that was just forked says so, or is ended with its nursery
 
 
 class Child:
@@ -22,7 +22,7 @@ class Child:
         summary: what it reported when it was done, None before.
         fault: one line on what went wrong, empty while nothing did.
         gone: it has ended.
-        gave_up: it told the fault itself: another one like it would meet the same.
+        fatal: it told the fault itself: another one like it would meet the same.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
         bagged: the last step whose messages reached it.
@@ -34,7 +34,7 @@ class Child:
     def __init__(self, name: str, start: Callable[[int, int], Process]) -> None:
         """Let `start` make the process, given its ends of two pipes: for orders, for reports."""
         self.name, self.fault, self.waiting = name, "", ""
-        self.active, self.ready, self.gone, self.gave_up = True, False, False, False
+        self.active, self.ready, self.gone, self.fatal = True, False, False, False
         self.step = self.recorded = self.bagged = self.passes = 0
         self.summary: dict[str, Any] | None = None
         control, self._control = os.pipe()
@@ -60,13 +60,13 @@ class Child:
         """Take in what the node has reported."""
         data = os.read(self.reports, 65536)
         if not data:
-            self._depart()
+            self._on_exit()
             return
         *lines, self._rest = (self._rest + data).split(b"\n")
         for line in lines:
             self._take(json.loads(line))
 
-    def let_go(self) -> None:
+    def close_control_pipe(self) -> None:
         """Close the pipe of its orders: the node sees it and shuts down."""
         os.close(self._control)
 
@@ -87,16 +87,16 @@ class Child:
         self._process.wait()
         os.close(self.reports)
 
-    def await_birth(self) -> None:
+    def wait_started(self) -> None:
         """Hear of the process of a child that was being forked when its end came."""
-        while not (self.pid or self.gone) and select.select([self.reports], [], [], _BIRTH)[0]:
+        while not (self.pid or self.gone) and select.select([self.reports], [], [], _START_TIMEOUT)[0]:
             self.read()
 
     def _take(self, event: dict[str, Any]) -> None:
         match event:
-            case {"event": "born", "pid": int(pid)} if isinstance(self._process, Forked):
-                self._process.born(pid)
-            case {"event": "ended", "code": int(code)} if isinstance(self._process, Forked):
+            case {"event": "born", "pid": int(pid)} if isinstance(self._process, ForkedProcess):
+                self._process.on_started(pid)
+            case {"event": "ended", "code": int(code)} if isinstance(self._process, ForkedProcess):
                 self._process.ended(code)
             case {"event": "ready"}:
                 self.ready = True
@@ -112,11 +112,11 @@ class Child:
             case {"event": "done", "summary": dict(summary)}:
                 self.summary = summary
             case {"event": "fault", "why": str(why)}:
-                self.fault, self.gave_up = why, True
+                self.fault, self.fatal = why, True
             case {"event": "failed", "why": str(why)}:
                 self._cause = f": {why}"
 
-    def _depart(self) -> None:
+    def _on_exit(self) -> None:
         self.gone = True
         code = self._process.wait()
         if code is None:

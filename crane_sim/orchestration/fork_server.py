@@ -15,22 +15,22 @@ import numpy as np
 
 from crane_sim import load_scene
 from crane_sim.laws import fast_half
-from crane_sim.process_signals import tie, untie
+from crane_sim.process_signals import clear_parent_death_signal, set_parent_death_signal
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 
 
-def warm(scene: Scene) -> None:
+def preload(scene: Scene) -> None:
     """Load the compiled code of the scene's law, and of what is derived from its states; and slow packages."""
     import_module("crane_sim.recording.layout")  # what a recorder needs of scipy
     if scene.law is not None:
         fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
     effort = np.zeros((1, len(scene.actuated)))
-    derived(scene, np.zeros(1), np.array([scene.initial_q]), np.array([scene.initial_v]), effort)
+    derive(scene, np.zeros(1), np.array([scene.initial_q]), np.array([scene.initial_v]), effort)
 
 
-class Forks:
+class ForkedNodes:
     """The nodes that were forked, each with the pipe on which its end is told."""
 
     def __init__(self, channel: socket.socket) -> None:
@@ -54,14 +54,14 @@ class Forks:
         if not order:
             return False
         control, report = fds
-        bind = tie()
+        bind = set_parent_death_signal()
         pid = os.fork()
         if pid == 0:
             bind()  # until somebody knows its id, nobody else could end it
-            _tell(report, "born", pid=os.getpid())
-            untie()
+            _report(report, "born", pid=os.getpid())
+            clear_parent_death_signal()
             self._forget_others()
-            os._exit(_node(json.loads(order), control, report))
+            os._exit(_run_node(json.loads(order), control, report))
         os.close(control)
         handle = os.pidfd_open(pid)
         self._living[handle] = pid, report
@@ -73,7 +73,7 @@ class Forks:
         self._selector.unregister(handle)
         os.close(handle)
         _, status = os.waitpid(pid, 0)
-        _tell(report, "ended", code=os.waitstatus_to_exitcode(status))
+        _report(report, "ended", code=os.waitstatus_to_exitcode(status))
         os.close(report)
 
     def _forget_others(self) -> None:
@@ -84,7 +84,7 @@ class Forks:
             os.close(report)
 
 
-def _node(order: list[str], control: int, report: int) -> int:
+def _run_node(order: list[str], control: int, report: int) -> int:
     """Be a node, in a process of its own; return its exit code."""
     os.setsid()
     module, *arguments = order
@@ -96,7 +96,7 @@ def _node(order: list[str], control: int, report: int) -> int:
         return 1
 
 
-def _tell(report: int, event: str, **fields: int) -> None:
+def _report(report: int, event: str, **fields: int) -> None:
     try:
         os.write(report, (json.dumps({"event": event, **fields}) + "\n").encode())
     except BrokenPipeError:
@@ -106,8 +106,8 @@ def _tell(report: int, event: str, **fields: int) -> None:
 def main() -> int:
     """Run the program: its arguments are the scene and the channel's file descriptor."""
     scene, channel = sys.argv[1:]
-    warm(load_scene(scene))
-    Forks(socket.socket(fileno=int(channel))).serve()
+    preload(load_scene(scene))
+    ForkedNodes(socket.socket(fileno=int(channel))).serve()
     return 0
 
 

@@ -34,7 +34,7 @@ class Process(Protocol):
         ...
 
 
-def program(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> Process:
+def start_program(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> Process:
     """Start a module as a program that inherits file descriptors."""
     # A session of its own: Ctrl-C reaches the orchestrator alone, which then ends its children in order.
     return subprocess.Popen(
@@ -47,7 +47,7 @@ def program(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: 
     )
 
 
-class Forked:
+class ForkedProcess:
     """The process of a node that a nursery forks."""
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class Forked:
         self.pid, self._handle = 0, -1
         self._code: int | None = None
 
-    def born(self, pid: int) -> None:
+    def on_started(self, pid: int) -> None:
         """Take note of its process id."""
         self.pid = pid
         with suppress(ProcessLookupError):  # it may have ended by now
@@ -81,21 +81,21 @@ class Forked:
                 signal.pidfd_send_signal(self._handle, sig)
 
 
-class Nursery:
+class ForkServer:
     """A process that has a scene's compiled code in its memory, and forks nodes that need not load it again."""
 
     def __init__(self, scene_file: Path, env: Mapping[str, str]) -> None:
         """Start it; what it is asked for before it is warm waits."""
         self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         arguments = [str(scene_file), str(theirs.fileno())]
-        self._process = program("crane_sim.orchestration.fork_server", arguments, env, [theirs.fileno()])
+        self._process = start_program("crane_sim.orchestration.fork_server", arguments, env, [theirs.fileno()])
         theirs.close()
 
-    def bear(self, module: str, arguments: Sequence[str], control: int, report: int) -> Process:
+    def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> Process:
         """Let it fork a node with its ends of two pipes; one that is gone is noticed where the reports end."""
         with suppress(OSError):
             socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control, report])
-        return Forked()
+        return ForkedProcess()
 
     def close(self) -> None:
         """End it; the nodes that it has forked live on."""

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Self
 
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process import Nursery, Process, program
+from crane_sim.orchestration.process import ForkServer, Process, start_program
 
 _TURN = 0.1  # s between two looks at whether somebody waits for the end
 _PATIENCE = 5.0, 2.0  # s until SIGTERM, and from there until SIGKILL
@@ -19,7 +19,7 @@ _HURRY = 0.3, 0.2  # the same where somebody waits for the end: what matters has
 _LIMIT = 2.4  # s for all of an early end: whoever waits is promised 3 s, and the program itself has to end, too
 
 
-class Crew:
+class ProcessGroup:
     """The children of one run; leaving the block ends them all.
 
     Attributes:
@@ -38,7 +38,7 @@ class Crew:
         self.deadline = inf
         self._env, self._interrupts = env, interrupts
         self._selector = selectors.DefaultSelector()
-        self._nursery: Nursery | None = None
+        self._nursery: ForkServer | None = None
 
     def __enter__(self) -> Self:
         """Enter the block."""
@@ -50,31 +50,31 @@ class Crew:
             self._nursery.close()
         for child in self.children:
             child.order("finish")
-            child.let_go()
+            child.close_control_pipe()
         for child in self.children:
-            child.await_birth()
-            if self.hurried and not child.ready:
+            child.wait_started()
+            if self.shutting_down and not child.ready:
                 child.send_signal(signal.SIGKILL)
-        self._see_them_end()
+        self._terminate_all()
         self._selector.close()
 
-    def hurry(self) -> None:
+    def request_shutdown(self) -> None:
         """From now on somebody waits for the end."""
         self.deadline = min(self.deadline, time.monotonic() + _LIMIT)
 
     @property
-    def hurried(self) -> bool:
+    def shutting_down(self) -> bool:
         """Whether somebody waits for the end."""
         if self._interrupts:
-            self.hurry()
+            self.request_shutdown()
         return self.deadline < inf
 
     @property
     def left(self) -> float:
         """Seconds for what is to be done before the processes are let go; inf while nobody waits."""
-        return self.deadline - sum(_HURRY) - time.monotonic() if self.hurried else inf
+        return self.deadline - sum(_HURRY) - time.monotonic() if self.shutting_down else inf
 
-    def _see_them_end(self) -> None:
+    def _terminate_all(self) -> None:
         """Wait, insist, and end who does not listen: all at once, whoever keeps us waiting."""
         living = self.children
         for stage, number in enumerate((signal.SIGTERM, signal.SIGKILL)):
@@ -89,7 +89,7 @@ class Crew:
 
     def _limit(self, since: float, stage: int) -> float:
         """Return the instant at which a stage of the end that began at `since` [s] is over, as far as one knows now."""
-        hurried = self.hurried
+        hurried = self.shutting_down
         patience = _HURRY if hurried else _PATIENCE
         return min(since + patience[stage], self.deadline - sum(patience[stage + 1 :]))
 
@@ -99,13 +99,13 @@ class Crew:
 
         def start(control: int, report: int) -> Process:
             pipes = ["-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
-            return program(module, [*arguments, *pipes], self._env, (control, report))
+            return start_program(module, [*arguments, *pipes], self._env, (control, report))
 
         return self._joined(Child(name, start))
 
     def prepare_forks(self, scene_file: Path) -> None:
         """From now on, nodes of this scene can be forked."""
-        self._nursery = Nursery(scene_file, self._env)
+        self._nursery = ForkServer(scene_file, self._env)
 
     def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
         """Start a node as `start` does, of that `name` in ROS, too, and in a fraction of the time."""
@@ -113,17 +113,17 @@ class Crew:
         if nursery is None:
             raise RuntimeError("no forks were prepared")
         arguments = [*_arguments(namespace, settings), "-r", f"__node:={name}"]
-        return self._joined(Child(name, lambda control, report: nursery.bear(module, arguments, control, report)))
+        return self._joined(Child(name, lambda control, report: nursery.spawn(module, arguments, control, report)))
 
     def _joined(self, child: Child) -> Child:
         self.children.append(child)
         self._selector.register(child.reports, selectors.EVENT_READ, child)
         return child
 
-    def dismiss(self, child: Child) -> None:
+    def remove(self, child: Child) -> None:
         """Forget a child that has gone."""
         self.children.remove(child)
-        child.let_go()
+        child.close_control_pipe()
         child.close()
 
     def listen(self, timeout: float) -> bool:

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from crane_sim.orchestration.roles import RecorderPost
-from crane_sim.recording.files import found, joining
+from crane_sim.orchestration.roles import RecorderRole
+from crane_sim.recording.files import existing_parts, temporary_name
 from crane_sim.recording.mcap.repair import repair_folder
 
 _PACE = 5e7  # bytes/s of a bag that are read again on a slow machine
 
 
-def recordings(post: RecorderPost, summary: dict[str, Any], left: Callable[[], float]) -> dict[str, Any]:
+def recover_recordings(post: RecorderRole, summary: dict[str, Any], left: Callable[[], float]) -> dict[str, Any]:
     """Return what the summary says of a recording whose last recorder could not say so itself.
 
     Args:
@@ -21,9 +21,9 @@ def recordings(post: RecorderPost, summary: dict[str, Any], left: Callable[[], f
     """
     from crane_sim.recording.rerun.repair import repair  # needs Rerun
 
-    joining(Path(post.path)).unlink(missing_ok=True)
-    parts = found(post.path, post.restarts + 1, post.began)
-    steps = post.holder.recorded
+    temporary_name(Path(post.path)).unlink(missing_ok=True)
+    parts = existing_parts(post.path, post.restarts + 1, post.began)
+    steps = post.active.recorded
     if not (steps or summary.get("steps")):
         for part in parts:
             part.unlink()  # the run had not begun
@@ -33,18 +33,18 @@ def recordings(post: RecorderPost, summary: dict[str, Any], left: Callable[[], f
     return counts | {"recording": files[-1] if files else None} | ({"parts": files} if files[1:] else {})
 
 
-def bags(post: RecorderPost, last: str | None, left: Callable[[], float]) -> dict[str, Any]:
+def recover_bags(post: RecorderRole, last: str | None, left: Callable[[], float]) -> dict[str, Any]:
     """Return what the summary says of the bag's files, after recovering those of recorders that were killed.
 
     Args:
         post: the recorder's place.
         last: what the last recorder has finished, None where it could not.
-        left: as of `recordings`; the next run to the same path recovers what stays.
+        left: as of `recover_recordings`; the next run to the same path recovers what stays.
     """
     if not post.mcap:
         return {}
-    parts = found(post.mcap, post.restarts + (0 if last else 1), post.began)
-    files = [*filter(None, (_recovered(file, left) for file in parts)), *([last] if last else [])]
+    parts = existing_parts(post.mcap, post.restarts + (0 if last else 1), post.began)
+    files = [*filter(None, (_recover(file, left) for file in parts)), *([last] if last else [])]
     return {"mcap": files[-1] if files else None} | ({"bag_parts": files} if files[1:] else {})
 
 
@@ -52,7 +52,7 @@ def _is_part(file: Path) -> bool:
     return file.suffix == ".part"
 
 
-def _recovered(file: Path, left: Callable[[], float]) -> str:
+def _recover(file: Path, left: Callable[[], float]) -> str:
     """Return what has become of a bag; nothing where nothing was saved in it."""
     if not _is_part(file):
         return str(file)

@@ -16,7 +16,7 @@ _RERUN_SAYS = "warn,re_log_encoding::rrd::file_sink=error"  # not that a long re
 
 
 @contextmanager
-def reserved_domain(wanted: int | None = None) -> Iterator[int]:
+def reserve_domain(wanted: int | None = None) -> Iterator[int]:
     """Yield a ROS domain id: `wanted`, or one that no other process on this machine reserves until the block ends.
 
     Raises:
@@ -32,13 +32,13 @@ def reserved_domain(wanted: int | None = None) -> Iterator[int]:
                 mark.bind(f"\0crane_sim domain {domain}")  # an abstract name: gone with this process, however it ends
             except OSError:
                 continue
-            if not _in_use(domain):
+            if not _is_in_use(domain):
                 yield domain
                 return
     raise RuntimeError(f"no free ROS domain id between {DOMAINS[0]} and {DOMAINS[-1]}")
 
 
-def _in_use(domain: int) -> bool:
+def _is_in_use(domain: int) -> bool:
     base = 7400 + 250 * domain  # discovery: the multicast port, then one unicast port per participant
     for port in (base, *range(base + 10, base + 20, 2)):
         with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
@@ -49,7 +49,7 @@ def _in_use(domain: int) -> bool:
     return False
 
 
-def environment(domain: int, log_folder: Path) -> dict[str, str]:
+def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
     """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package.
 
     Raises:

@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.laws import slow_half
-from crane_sim.orchestration.process_group import Crew
-from crane_sim.orchestration.roles import Place, Post, RecorderPost
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
-from crane_sim.orchestration.shutdown import recorded, told
-from crane_sim.orchestration.supervisor import READY, Conductor, RunError, Telling
-from crane_sim.process_signals import collected
+from crane_sim.orchestration.process_group import ProcessGroup
+from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
+from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording
+from crane_sim.orchestration.supervisor import READY, Callbacks, RunError, Supervisor
+from crane_sim.process_signals import collect_signals
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 
-class _Wishes(NamedTuple):
+class _RunSettings(NamedTuple):
     """What is asked of the nodes of a run."""
 
     plant: dict[str, object]
@@ -70,22 +70,22 @@ def run(
         The summary; with the key `error`, one line, when the run failed or was interrupted. No process is left.
     """
     progress, nobody = on_progress or _ignore, _ignore
-    telling = Telling(lambda step: progress(step, scene.steps), on_news or nobody, on_filled or nobody)
+    telling = Callbacks(lambda step: progress(step, scene.steps), on_news or nobody, on_filled or nobody)
     settings: dict[str, object] = {"mode": mode, "commanded": not controller}
     chosen = {"rate": rate, "on_silence": on_silence, "fifo_priority": fifo}
     settings |= {name: value for name, value in chosen.items() if value is not None}
-    wishes = _Wishes(settings, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
+    wishes = _RunSettings(settings, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
     with (
-        collected() as interrupts,
+        collect_signals() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
-        reserved_domain(domain_id) as domain,
-        Crew(environment(domain, Path(folder)), interrupts) as crew,
+        reserve_domain(domain_id) as domain,
+        ProcessGroup(node_environment(domain, Path(folder)), interrupts) as crew,
     ):
-        posts = _started(crew, scene, Path(folder), wishes)
+        posts = _start(crew, scene, Path(folder), wishes)
         if not controller:
             limit = f", {max(wait, READY):g} s at most" if isfinite(wait) else ""
             telling.news(f"the run waits for your node on /{scene.crane}/joint_commands, ROS domain {domain}{limit}")
-        return _conduct(Conductor(crew, posts, interrupts, telling, wait), posts, scene, wishes)
+        return _supervise(Supervisor(crew, posts, interrupts, telling, wait), posts, scene, wishes)
 
 
 def _ignore(*_: object) -> None:
@@ -101,7 +101,7 @@ def _recorder_settings(record: Path | None, mcap: Path | None, live_port: int | 
     return files | {"live_port": live_port or 0, "recording_id": uuid.uuid4().hex[:12]}
 
 
-def _started(crew: Crew, scene: "Scene", folder: Path, wishes: _Wishes) -> list[Post]:
+def _start(crew: ProcessGroup, scene: "Scene", folder: Path, wishes: _RunSettings) -> list[Role]:
     scene_file = folder / "scene.yaml"
     scene.dump(scene_file)
     if wishes.replaced:
@@ -110,36 +110,38 @@ def _started(crew: Crew, scene: "Scene", folder: Path, wishes: _Wishes) -> list[
     common = file | {"expected_recorders": int(bool(wishes.recorder))}
     split = wishes.controller and slow_half(scene.law) is not None
 
-    def place(name: str, package: str, settings: dict[str, object]) -> Place:
-        return Place(name, f"{package}.{name}_node", scene.crane, settings)
+    def place(name: str, package: str, settings: dict[str, object]) -> RoleSpec:
+        return RoleSpec(name, f"{package}.{name}_node", scene.crane, settings)
 
-    posts = [Post(crew, place("plant", "crane_sim.ros", common | wishes.plant | {"expected_trackers": int(split)}))]
+    posts = [Role(crew, place("plant", "crane_sim.ros", common | wishes.plant | {"expected_trackers": int(split)}))]
     if wishes.controller:
         answering = common | {"mode": wishes.plant["mode"]}
-        posts.append(Post(crew, place("controller", "crane_control.nodes", answering), wishes.replaced))
+        posts.append(Role(crew, place("controller", "crane_control.nodes", answering), wishes.replaced))
     if split:
         heard = file | {"expected_recorders": int(bool(wishes.recorder.get("mcap")))}
-        posts.append(Post(crew, place("tracker", "crane_control.nodes", heard), wishes.replaced))
+        posts.append(Role(crew, place("tracker", "crane_control.nodes", heard), wishes.replaced))
     if wishes.recorder:
         recorder = place("recorder", "crane_sim.ros", file | wishes.recorder)
-        posts.append(RecorderPost(crew, recorder, wishes.replaced))
+        posts.append(RecorderRole(crew, recorder, wishes.replaced))
     return posts
 
 
-def _conduct(conductor: Conductor, posts: list[Post], scene: "Scene", wishes: _Wishes) -> dict[str, Any]:
+def _supervise(conductor: Supervisor, posts: list[Role], scene: "Scene", wishes: _RunSettings) -> dict[str, Any]:
     plant, error = conductor.plant, ""
     try:
-        conductor.meet()
+        conductor.wait_ready()
         conductor.play()
     except RunError as failure:
         error = str(failure)
-        conductor.wind_up()
+        conductor.stop_early()
     head: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "mode": wishes.plant["mode"]}
     head |= {"seed": scene.seed}
-    summary = (plant.summary or head) | told(conductor, posts) | ({"error": error} if error else {})
+    summary = (
+        (plant.summary or head) | collect_controller_summary(conductor, posts) | ({"error": error} if error else {})
+    )
     if wishes.replaced:
         summary |= {"restarts": {post.name: post.restarts for post in posts[1:]}}
-    recorder = next((post for post in posts if isinstance(post, RecorderPost)), None)
-    whole = recorded(conductor, recorder, summary)
+    recorder = next((post for post in posts if isinstance(post, RecorderRole)), None)
+    whole = finish_recording(conductor, recorder, summary)
     whole.setdefault("steps", plant.step)
     return whole

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.recovery import bags, recordings
-from crane_sim.orchestration.roles import Post, RecorderPost
-from crane_sim.orchestration.supervisor import Conductor
+from crane_sim.orchestration.recovery import recover_bags, recover_recordings
+from crane_sim.orchestration.roles import RecorderRole, Role
+from crane_sim.orchestration.supervisor import Supervisor
 from crane_sim.recording.files import files_before_resets
 
 _WIND_UP = 10.0, 0.3  # s for a law to report; where somebody waits for the end
@@ -18,16 +18,16 @@ _UNFINISHED = "it did not finish the recording"
 _KILLED = 0.2  # s for a process to end that was killed
 
 
-def told(conductor: Conductor, posts: Sequence[Post]) -> dict[str, Any]:
+def collect_controller_summary(conductor: Supervisor, posts: Sequence[Role]) -> dict[str, Any]:
     """Let the law's processes come to their end; return what they add to the summary."""
-    laws = [post.holder for post in posts if post.name in ("controller", "tracker")]
+    laws = [post.active for post in posts if post.name in ("controller", "tracker")]
     for child in laws:
         child.order("finish")
-    conductor.hear_out([child for child in laws if child.ready], *_WIND_UP)
+    conductor.drain([child for child in laws if child.ready], *_WIND_UP)
     return {key: value for child in laws for key, value in (child.summary or {}).items()}
 
 
-def recorded(conductor: Conductor, post: RecorderPost | None, summary: dict[str, Any]) -> dict[str, Any]:
+def finish_recording(conductor: Supervisor, post: RecorderRole | None, summary: dict[str, Any]) -> dict[str, Any]:
     """Let the recorder finish its files with the summary, and add what it says to the summary.
 
     Args:
@@ -38,63 +38,63 @@ def recorded(conductor: Conductor, post: RecorderPost | None, summary: dict[str,
     nothing = {"recording": None, "recorded_steps": 0, "lost_steps": 0}
     if post is None:
         return summary | nothing
-    own = _finished(conductor, post, summary)
+    own = _wait_finished(conductor, post, summary)
     if own is None and post.path:
-        nothing |= recordings(post, summary, _time_for(conductor))
+        nothing |= recover_recordings(post, summary, _time_for(conductor))
     merged = summary | nothing | (own or {})
-    merged |= bags(post, merged.get("mcap"), _time_for(conductor))
+    merged |= recover_bags(post, merged.get("mcap"), _time_for(conductor))
     if earlier := [
         str(file) for path in (post.path, post.mcap) if path for file in files_before_resets(path, post.began)
     ]:
         merged["before_reset"] = earlier
     merged.setdefault("steps", max(conductor.plant.step, merged["recorded_steps"]))
     first, theirs = summary.get("error", ""), (own or {}).get("error", "")  # what the plant says comes first
-    if not theirs and (post.vacant or not first):
+    if not theirs and (post.failed or not first):
         theirs = _missing(own, post, merged)
     error = "; ".join(filter(None, (first, theirs)))
     return merged | ({"error": error} if error else {})
 
 
-def _time_for(conductor: Conductor) -> Callable[[], float]:
+def _time_for(conductor: Supervisor) -> Callable[[], float]:
     """Return what tells the seconds that are left for files: fewer as soon as somebody waits for the end."""
     until = time.monotonic() + _WRITE
     return lambda: min(until - time.monotonic(), conductor.left)
 
 
-def _finished(conductor: Conductor, post: RecorderPost, summary: dict[str, Any]) -> dict[str, Any] | None:
+def _wait_finished(conductor: Supervisor, post: RecorderRole, summary: dict[str, Any]) -> dict[str, Any] | None:
     """Return what the recorder says of its files, None where it cannot, or not in time; if it dies, the next one.
 
     The summary gets to know of that.
     """
-    _order_end(conductor, post.holder, summary)
-    while _died(post.holder) and not conductor.hurried and conductor.relieve(post):
+    _order_end(conductor, post.active, summary)
+    while _describe_death(post.active) and not conductor.shutting_down and conductor.fail_over(post):
         summary["restarts"] = summary.get("restarts", {}) | {post.name: post.restarts}
-        _order_end(conductor, post.holder, summary)
-    recorder = post.holder
+        _order_end(conductor, post.active, summary)
+    recorder = post.active
     if recorder.summary is None:
         recorder.send_signal(signal.SIGKILL)  # before it makes a file that nobody would finish
         recorder.ended_by(time.monotonic() + _KILLED)
     return recorder.summary
 
 
-def _order_end(conductor: Conductor, recorder: Child, summary: dict[str, Any]) -> None:
-    if recorder.ready or not conductor.hurried:
+def _order_end(conductor: Supervisor, recorder: Child, summary: dict[str, Any]) -> None:
+    if recorder.ready or not conductor.shutting_down:
         within = min(_WRITE, conductor.left)
         recorder.order(f"finish {json.dumps({'within': within, 'summary': summary})}")
-        conductor.hear_out([recorder], _WRITE)
+        conductor.drain([recorder], _WRITE)
 
 
-def _died(recorder: Child) -> bool:
+def _describe_death(recorder: Child) -> bool:
     return recorder.gone and recorder.summary is None
 
 
-def _missing(own: dict[str, Any] | None, post: RecorderPost, merged: dict[str, Any]) -> str:
+def _missing(own: dict[str, Any] | None, post: RecorderRole, merged: dict[str, Any]) -> str:
     """Return one line on what the files lack, empty where that is nothing."""
     counts = f"it has {merged['recorded_steps']} of {merged['steps']} steps"
     if own is None:
         found = f"; {merged['recording'] or 'the recording'} is incomplete, {counts}" if post.path else ""
         found += f"; {merged.get('mcap') or 'the bag'} is incomplete" if post.mcap else ""
-        return f"{post.vacant or f'recorder: {post.holder.fault or _UNFINISHED}'}{found}"
+        return f"{post.failed or f'recorder: {post.active.fault or _UNFINISHED}'}{found}"
     if post.path and (merged["lost_steps"] or merged["recorded_steps"] != merged["steps"]):
         return f"recorder: the recording is incomplete, {counts}"
     return ""

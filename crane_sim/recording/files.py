@@ -23,24 +23,24 @@ def part_of(path: str, number: int) -> Path:
     return whole if number == 1 else whole.with_name(f"{whole.stem}.part{number}{whole.suffix}")
 
 
-def joining(path: Path) -> Path:
+def temporary_name(path: Path) -> Path:
     """Return the name under which a file grows into which its parts are just being joined."""
     return path.with_name(path.name + ".tmp")
 
 
-def unfinished(path: Path) -> Path:
+def unfinished_name(path: Path) -> Path:
     """Return the name under which a file, or the folder that becomes one, grows until it is complete."""
     return path.with_name(path.name + ".part")
 
 
-def found(path: str, count: int, since: float) -> list[Path]:
+def existing_parts(path: str, count: int, since: float) -> list[Path]:
     """Return what is there of the first `count` parts of a file, finished or not, in order.
 
     Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: who was killed
     while joining all parts has left the first one and the whole, which has its name.
     """
     wholes = [part_of(path, number) for number in range(1, count + 1)]
-    candidates = [file for whole in wholes for file in (unfinished(whole), whole)]
+    candidates = [file for whole in wholes for file in (unfinished_name(whole), whole)]
     return [file for file in candidates if file.exists() and file.stat().st_mtime >= since]
 
 
@@ -54,7 +54,7 @@ def files_before_resets(path: str, since: float) -> list[Path]:
 
 def before_reset(path: Path, number: int) -> Path:
     """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free, of an unfinished file, too."""
-    while (kept := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists() or unfinished(
+    while (kept := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists() or unfinished_name(
         kept
     ).exists():
         number += 1
@@ -65,10 +65,10 @@ def set_aside(parts: Sequence[Path], whole: Path) -> None:
     """Rename the parts of a file, in order: the only one to the `whole`, several to the names that its parts have."""
     for number, part in enumerate(parts, start=1):
         kept = part_of(str(whole), number)
-        part.replace(unfinished(kept) if part.name.endswith(".part") else kept)
+        part.replace(unfinished_name(kept) if part.name.endswith(".part") else kept)
 
 
-def hold(path: Path) -> int | None:
+def acquire_lock(path: Path) -> int | None:
     """Lock a file or folder until the descriptor returned is closed, or this process ends, however that happens.
 
     Returns None where a living process has it.
@@ -83,9 +83,9 @@ def hold(path: Path) -> int | None:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[bool]:
+def lock_file(path: Path) -> Iterator[bool]:
     """Lock a file or folder for the length of the block; yield whether that was possible."""
-    descriptor = hold(path)
+    descriptor = acquire_lock(path)
     try:
         yield descriptor is not None
     finally:

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from crane_sim import system
 from crane_sim.description import urdf
 from crane_sim.description.cables import Hang
-from crane_sim.description.workspace import Room, expected, form_of
+from crane_sim.description.workspace import Room, estimate_room, form_of
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.settings import sensor_board
 from crane_sim.recording.camera import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
@@ -51,21 +51,21 @@ def turns(base: Numbers) -> Rotation:
     return Rotation.from_euler("ZYX", base[:, :2:-1])
 
 
-def aboard(points: Numbers, base: Numbers | None) -> Numbers:
+def to_base(points: Numbers, base: Numbers | None) -> Numbers:
     """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
     if base is None:
         return points
     return np.einsum("kji,knj->kni", turns(base).as_matrix(), points - base[:, None, :3])
 
 
-def ashore(points: Numbers, base: Numbers | None) -> Numbers:
+def to_world(points: Numbers, base: Numbers | None) -> Numbers:
     """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
     if base is None:
         return points
     return np.einsum("kij,knj->kni", turns(base).as_matrix(), points) + base[:, None, :3]
 
 
-def provenance(scene: Scene) -> str:
+def source_note(scene: Scene) -> str:
     """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
 
     A recorder computes them from the published joint states and the scene's payload.
@@ -119,7 +119,7 @@ def suspension(scene: Scene) -> Suspension | None:
     """Return a scene's, None for a crane whose cable is a single rope below a boom."""
     if scene.crane != "overhead":
         return None
-    return Suspension(Hang.of(scene), expected(scene), _shape(scene.joint_names))
+    return Suspension(Hang.of(scene), estimate_room(scene), _shape(scene.joint_names))
 
 
 def _shape(joints: Sequence[str]) -> str:
@@ -158,7 +158,7 @@ def hanging_still(actuated: Sequence[str], reference: Numbers, nodes: Numbers) -
     return still
 
 
-class Way(NamedTuple):
+class LengthPlot(NamedTuple):
     """A plot of joints in metres."""
 
     entity: str
@@ -166,13 +166,13 @@ class Way(NamedTuple):
     joints: tuple[str, ...]
 
 
-ROPE = Way("shown/rope_m", "Rope length [m]", ("rope",))
+ROPE = LengthPlot("shown/rope_m", "Rope length [m]", ("rope",))
 
 
 TIP = "shown/tip_m", "Position of the suspension point [m]"
 
 
-HOIST = Way("shown/hoist_m", "Length of the first link [m]", ("hoist",))
+HOIST = LengthPlot("shown/hoist_m", "Length of the first link [m]", ("hoist",))
 
 
 class Layout(NamedTuple):
@@ -185,7 +185,7 @@ class Layout(NamedTuple):
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
     effort_scales: tuple[float, ...]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
-    ways: tuple[Way, ...]
+    ways: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
     stand: str  # the frame that the crane stands in: the world, or a base that moves in it
@@ -239,7 +239,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    found, origin = suspension(scene), provenance(scene)
+    found, origin = suspension(scene), source_note(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -283,15 +283,15 @@ def _effort_scales(scene: Scene, found: Suspension | None) -> tuple[float, ...]:
     return effort_scales(scene, found.hang) if found else knuckle_scales(scene)
 
 
-def _ways(scene: Scene) -> tuple[Way, ...]:
+def _ways(scene: Scene) -> tuple[LengthPlot, ...]:
     """Return the plots of what moves in metres, the cable left out."""
     if scene.crane == "pendulum":
-        return (Way(*TIP, scene.actuated),)
+        return (LengthPlot(*TIP, scene.actuated),)
     if scene.crane != "overhead":
         return (ROPE,) if "rope" in scene.actuated else ()
     form = form_of(scene)
     axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
-    ways = [Way("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
+    ways = [LengthPlot("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
     return (*ways, HOIST) if form.hoist else tuple(ways)
 
 

@@ -25,7 +25,7 @@ class Row(NamedTuple):
     reference: Vector | None
 
 
-class Pairing:
+class StepAssembler:
     """Collects messages and hands out complete rows in order, each step once.
 
     Attributes:

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.node_host import Host
+from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.common.serialization import JointWire
 
@@ -44,7 +44,7 @@ class Ping:
         matched = self._states.get_subscription_count() and self._commands.get_publisher_count()
         return "" if matched else "pong"
 
-    def run(self, host: Host) -> dict[str, float]:
+    def run(self, host: NodeHost) -> dict[str, float]:
         """Exchange all messages; returns what was measured."""
         host.wait(lambda: "" if host.started else "the word to go")
         began = time.monotonic()
@@ -89,7 +89,7 @@ class Pong:
         matched = self._commands.get_subscription_count() and self._states.get_publisher_count()
         return "" if matched else "ping"
 
-    def run(self, host: Host) -> dict[str, float]:
+    def run(self, host: NodeHost) -> dict[str, float]:
         """Answer until told to finish."""
         while not host.stopping:
             host.spin()
@@ -103,7 +103,7 @@ class Pong:
         self._commands.publish(self._command)
 
 
-def serve(host: Host, settings: SimpleNamespace) -> None:
+def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     """Play the role of the parameters."""
     role = Ping(host.node, settings) if settings.role == "ping" else Pong(host.node, settings)
     host.wait(role.missing)

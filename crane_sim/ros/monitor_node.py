@@ -11,10 +11,10 @@ from typing import TextIO
 
 from crane_sim import load_scene
 from crane_sim.ros.common import node_host
-from crane_sim.ros.common.node_host import Host
+from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.recorder.subscriptions import Ear
+from crane_sim.ros.recorder.subscriptions import PolledSubscription
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene whose runs are heard: a name of the catalogue or a path"),
@@ -24,22 +24,24 @@ _TOPICS = {"s": "joint_states", "e": "applied_effort", "c": "joint_commands"}
 _PERIOD = 0.01  # s between two looks at what has come
 
 
-class Witness:
+class Monitor:
     """Writes down the messages of three topics."""
 
-    def __init__(self, host: Host, settings: SimpleNamespace) -> None:
+    def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Listen."""
         scene = load_scene(settings.scene)
         wires = {
             letter: JointWire(scene.joint_names if letter == "s" else scene.actuated, effort=letter != "s")
             for letter in _TOPICS
         }
-        self._ears = [(letter, wires[letter], Ear(host.node, name, _nobody)) for letter, name in _TOPICS.items()]
+        self._ears = [
+            (letter, wires[letter], PolledSubscription(host.node, name, _nobody)) for letter, name in _TOPICS.items()
+        ]
 
     def write(self, file: TextIO) -> None:
         """Write down what has come."""
         for letter, wire, ear in self._ears:
-            for sent, _, data in ear.drain():
+            for sent, _, data in ear.take_all():
                 heard = wire.decode(data)
                 print(letter, sent, heard.stamp, *heard.effort, file=file)
         file.flush()
@@ -49,9 +51,9 @@ def _nobody(_: bytes) -> None:
     """Take no message: they are drained."""
 
 
-def serve(host: Host, settings: SimpleNamespace) -> None:
+def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     """Write until told to finish."""
-    witness = Witness(host, settings)
+    witness = Monitor(host, settings)
     with Path(settings.file).open("w") as file:
         host.pipes.report("ready")
         while not host.stopping:

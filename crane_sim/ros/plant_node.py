@@ -10,17 +10,17 @@ from crane_sim.description import urdf
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.lifecycle import ENDINGS
-from crane_sim.ros.common.node_host import Fault, Host
+from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.realtime import Realtime
-from crane_sim.ros.plant.scheduler import OpenLoop, Pace
+from crane_sim.ros.plant.scheduler import OpenLoop, StepScheduler
 from crane_sim.ros.plant.services import FaultServices, PlantServices
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.plant.warm_up import warm_up
-from crane_sim.ros.plant.watchdog import WAYS
+from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
@@ -38,7 +38,9 @@ PARAMETERS = {
         3600.0,
     ),
     "on_silence": Option(
-        "zero", "realtime, nobody commands: zero effort, the last one held, or brakes", choices=tuple(WAYS)
+        "zero",
+        "realtime, nobody commands: zero effort, the last one held, or brakes",
+        choices=tuple(COMMAND_TIMEOUT_ACTIONS),
     ),
     "command_lease": Option(
         0.3, "s of silence after which somebody else may command; in lockstep only if somebody seems dead", 0.01, 60.0
@@ -60,7 +62,7 @@ PARAMETERS = {
 class PlantNode:
     """Puts plant, topics and pace together and takes them through one run."""
 
-    def __init__(self, host: Host, settings: SimpleNamespace) -> None:
+    def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Load the scene and publish the robot description; raises ValueError for a bad scene."""
         scene = load_scene(settings.scene)
         scene = scene.commanded() if settings.commanded else scene
@@ -68,7 +70,7 @@ class PlantNode:
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
-        self._stepper = Stepper(scene, plant, self._topics, host.pipes, largest)
+        self._stepper = SimulationRun(scene, plant, self._topics, host.pipes, largest)
         warm_up(plant, braking=settings.mode == "realtime")  # on silence, or when nobody will command any more
         self._pace = self._chosen_pace()
         self._services = PlantServices(host, self._stepper, self._pace, settings)
@@ -78,9 +80,9 @@ class PlantNode:
         """Wait for the peers, simulate, report; raises Fault after the report when the run failed."""
         host, stepper = self._host, self._stepper
         host.manage(self._settings.autostart, self._activate)
-        host.wait(self._missing, stepper.tell_time)
+        host.wait(self._missing, stepper.publish_clock_if_due)
         host.pipes.report("ready")
-        host.wait(lambda: "" if host.started and host.active else "the word to go", stepper.tell_time)
+        host.wait(lambda: "" if host.started and host.active else "the word to go", stepper.publish_clock_if_due)
         if not host.stopping:
             self._prioritise()
             self._pace.run()
@@ -91,7 +93,7 @@ class PlantNode:
         self._report(error)
         self._topics.flush()  # behind the report: a subscriber that stands still delays nobody else
         if host.pipes.attached:
-            host.wait(lambda: "the word to finish", stepper.tell_time)
+            host.wait(lambda: "the word to finish", stepper.publish_clock_if_due)
         if error and host.stopping not in ENDINGS:
             raise Fault(error)
 
@@ -130,7 +132,7 @@ class PlantNode:
         beside = self._settings.beside.count(",") + 1 if self._settings.beside else 0
         return self._topics.missing(controllers + trackers + recorders + beside, recorders) or self._pace.missing()
 
-    def _chosen_pace(self) -> Pace:
+    def _chosen_pace(self) -> StepScheduler:
         if self._settings.mode == "lockstep" and self._stepper.scene.sampled:
             return Lockstep(self._host, self._stepper, self._settings)
         if self._settings.beside:

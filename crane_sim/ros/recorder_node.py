@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim import load_scene
 from crane_sim.ros.common import node_host
-from crane_sim.ros.common.node_host import Fault, Host
+from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.recorder.decoder import TOPICS
-from crane_sim.ros.recorder.outputs import Handover, Outputs, read_handover
-from crane_sim.ros.recorder.replay_buffer import Tail
-from crane_sim.ros.recorder.subscriptions import NAMES, Hearing
+from crane_sim.ros.recorder.outputs import Outputs, ResumeState, read_resume_state
+from crane_sim.ros.recorder.replay_buffer import ReplayBuffer
+from crane_sim.ros.recorder.subscriptions import NAMES, RecorderSubscriptions
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -37,7 +37,7 @@ _WAITED = 0.5  # of that time at most, for messages that are still on their way
 _PERIOD = 0.01  # s between two looks at what has come: bursts cost less than messages one by one
 
 
-def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
+def serve(host: NodeHost, settings: SimpleNamespace, kept: list[object]) -> None:
     """Record until told to finish, or until the run is over; what must outlive a failure goes into `kept`.
 
     Raises:
@@ -49,8 +49,8 @@ def serve(host: Host, settings: SimpleNamespace, kept: list[object]) -> None:
     if settings.standby:
         hearing, outputs = _stood_by(host, scene, settings, kept)
     else:
-        outputs = _opened(host, scene, settings, kept, Handover())
-        hearing = Hearing(host.node, outputs.takers)
+        outputs = _open_outputs(host, scene, settings, kept, ResumeState())
+        hearing = RecorderSubscriptions(host.node, outputs.takers)
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
         host.wait(hearing.missing)
@@ -74,11 +74,11 @@ def viewer_command(port: int) -> str:
 
 
 def _stood_by(
-    host: Host, scene: "Scene", settings: SimpleNamespace, kept: list[object]
-) -> tuple[Hearing, Outputs | None]:
+    host: NodeHost, scene: "Scene", settings: SimpleNamespace, kept: list[object]
+) -> tuple[RecorderSubscriptions, Outputs | None]:
     """Listen until another recorder has died, and begin where it ended; None where the run ended before."""
-    tail = Tail(NAMES if settings.mcap else TOPICS, settings.passes)
-    hearing = Hearing(host.node, [tail.takers()])
+    tail = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.passes)
+    hearing = RecorderSubscriptions(host.node, [tail.takers()])
     if settings.path:
         from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun now, not when every second counts
 
@@ -87,24 +87,26 @@ def _stood_by(
     host.pipes.report("ready")
     while not (host.started or host.stopping):
         host.spin(_PERIOD)
-        hearing.pass_on()
+        hearing.dispatch()
     if not host.started:
         return hearing, None
-    before = read_handover(host.told)
-    outputs = _opened(host, scene, settings, kept, before)
+    before = read_resume_state(host.told)
+    outputs = _open_outputs(host, scene, settings, kept, before)
     tail.pass_to(outputs.takers, outputs.behind, before.passes)
     return hearing, outputs
 
 
-def _opened(host: Host, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: Handover) -> Outputs:
+def _open_outputs(
+    host: NodeHost, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: ResumeState
+) -> Outputs:
     outputs = Outputs(host.node, scene, settings, kept, before)
     outputs.report_resets(lambda: _report(host, outputs))
     return outputs
 
 
-def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> None:
+def _record(host: NodeHost, scene: "Scene", hearing: RecorderSubscriptions, outputs: Outputs) -> None:
     _listen(host, hearing, outputs)
-    added = _finish(host, hearing, outputs, *_ordered(scene, host.stopping))
+    added = _finish(host, hearing, outputs, *_final_summary(scene, host.stopping))
     host.pipes.report("done", summary=added)
     for output in outputs.files:
         if output.broken:
@@ -113,12 +115,12 @@ def _record(host: Host, scene: "Scene", hearing: Hearing, outputs: Outputs) -> N
     host.node.get_logger().info(f"wrote {' and '.join(files)}")
 
 
-def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
+def _listen(host: NodeHost, hearing: RecorderSubscriptions, outputs: Outputs) -> None:
     complaints: set[str] = set()
     told = dict[str, int]()
     while not host.stopping and (host.pipes.attached or not hearing.over):
         host.spin(_PERIOD)
-        hearing.pass_on()
+        hearing.dispatch()
         for output in outputs.files:
             output.idle()
             if output.broken and output.broken not in complaints:
@@ -129,24 +131,26 @@ def _listen(host: Host, hearing: Hearing, outputs: Outputs) -> None:
             _report(host, outputs)
 
 
-def _report(host: Host, outputs: Outputs) -> None:
+def _report(host: NodeHost, outputs: Outputs) -> None:
     host.pipes.report("progress", **outputs.progress())
 
 
-def _finish(host: Host, hearing: Hearing, outputs: Outputs, summary: dict[str, Any], within: float) -> dict[str, Any]:
+def _finish(
+    host: NodeHost, hearing: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], within: float
+) -> dict[str, Any]:
     """Wait for what is still on its way, complete the files, return what they add to the summary."""
     steps, began = summary.get("steps"), time.monotonic()
-    hearing.pass_on()
+    hearing.dispatch()
     while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < began + _WAITED * within:
         host.spin(_PERIOD)
-        hearing.pass_on()
-    hearing.pass_on()  # what the last call held back
+        hearing.dispatch()
+    hearing.dispatch()  # what the last call held back
     outputs.save()
     _report(host, outputs)  # who has to go on from here is to know that all is on the disk
     return outputs.finish(summary, began + within)
 
 
-def _ordered(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
+def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
     """Return the summary that came with the order to finish, or what the recorder itself knows; and s for all of it."""
     _, _, document = order.partition(" ")
     if document:

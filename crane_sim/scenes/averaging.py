@@ -25,7 +25,7 @@ REST = Motion(np.zeros(1), np.zeros((1, 1)))
 """A motion without acceleration, which is all that equations take of a prescribed one: its position is in the state."""
 
 
-def averaged(scene: Scene) -> Scene:
+def average_scene(scene: Scene) -> Scene:
     """Return the scene with every disturbance of its model at its mean."""
     return replace(scene, model=type(scene.model)(*map(average, scene.model)))
 

@@ -9,7 +9,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.hardware.drives import DEADBAND, HIGH, LAG, LOW, RATE
 from crane_sim.hardware.drives import DELAY as DRIVE_DELAY
 from crane_sim.hardware.faults import KINDS, Faults
-from crane_sim.hardware.payloads import Reload
+from crane_sim.hardware.payloads import PayloadFault
 from crane_sim.hardware.sensors import BIAS, DELAY, DROPOUT, EVERY, NOISE, QUANTUM
 from crane_sim.hardware.settings import BrakeSettings, Equipment, drive_board, sensor_board
 from crane_sim.scenes.schema.hardware import (
@@ -21,7 +21,7 @@ from crane_sim.scenes.schema.hardware import (
     EffortLoss,
     PayloadChange,
     SensorGroup,
-    merged,
+    merge_groups,
     source,
 )
 
@@ -86,7 +86,7 @@ def equipment_of(file: "File", period: float) -> tuple[Equipment | None, dict[st
         signals=_signals(file, periods),
         faults=_faults(file),
         names=tuple(file.faults),
-        reload=Reload(file.payload_mass) if changes else None,
+        reload=PayloadFault(file.payload_mass) if changes else None,
         brake=_brakes(file),
         ideal=ideal,
     )
@@ -107,7 +107,7 @@ def _check_joints(group: str, given: dict[str, Any], known: tuple[str, ...]) -> 
 def _drives(file: "File", periods: Periods) -> Any:
     board = drive_board(len(file.actuated))
     for j, joint in enumerate(file.actuated):
-        group = merged(file.actuators, joint, ActuatorGroup)
+        group = merge_groups(file.actuators, joint, ActuatorGroup)
         board[LOW, j], board[HIGH, j] = group.limit or (-inf, inf)
         board[RATE, j] = group.rate_limit or inf
         board[LAG, j], board[DEADBAND, j] = group.lag, group.deadband
@@ -119,7 +119,7 @@ def _signals(file: "File", periods: Periods) -> Any:
     nq = len(file.joint_names)
     board = sensor_board(nq)
     for j, joint in enumerate(file.joint_names):
-        group = merged(file.sensors, joint, SensorGroup)
+        group = merge_groups(file.sensors, joint, SensorGroup)
         both = [j, j + nq]
         board[NOISE, both], board[BIAS, both], board[QUANTUM, both] = group.noise, group.bias, group.quantisation
         board[DELAY, both] = periods.of(f"sensors.{source(file.sensors, joint, 'delay')}.delay", group.delay)

@@ -11,14 +11,14 @@ from pydantic import ValidationError
 
 from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, present, put, read, switch_law
-from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shortened
+from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shorten
 from crane_sim.laws import ForeignSetting, Law, make_law
 from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
-from crane_sim.scenes.schema.integrator import check_fit, chosen
+from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
-from crane_sim.scenes.schema.reference import aim, path_in
+from crane_sim.scenes.schema.reference import path_in, resolve_target
 
 MOST_STEPS = 1e8  # control periods in a run
 
@@ -106,7 +106,7 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
         SceneError: one line naming the culprit, its value and what is possible.
     """
     if overrides is not None and not isinstance(overrides, Mapping):
-        raise SceneError(f"overrides = {shortened(overrides)}: must map dotted keys of the scene to values")
+        raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
     changes = dict(overrides or {})
     try:
         document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
@@ -116,7 +116,7 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     except RecursionError:
         raise SceneError("scene: has groups within groups beyond all measure") from None
     try:
-        return _switched(document, own, left, changes)
+        return _note_switch(document, own, left, changes)
     except (SceneError, RecursionError) as error:
         raise SceneError(f"scene {_name(document)}: {error}") from None
 
@@ -125,7 +125,7 @@ def _name(document: Mapping[str, Any]) -> str:
     return one_word(document.get("name", "given as a dict"))
 
 
-def _switched(document: dict[str, Any], own: Any, left: list[str], changes: Mapping[str, Any]) -> Scene:
+def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: Mapping[str, Any]) -> Scene:
     """Return the scene with a note of what was left out of its `own` control group when its law was switched.
 
     That is what is in `left`, and what laws share, unless the new law has it or `changes` put it there.
@@ -149,7 +149,7 @@ def _switched(document: dict[str, Any], own: Any, left: list[str], changes: Mapp
 
 def _build(document: dict[str, Any], period: float | None = None) -> Scene:
     """Return the scene of a document, with the control period [s] of another one where that is given."""
-    file = _validated(document)
+    file = _validate(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
     period, duration, rounded = _clock(file, period)
     same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
@@ -158,7 +158,7 @@ def _build(document: dict[str, Any], period: float | None = None) -> Scene:
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
-    method, why = chosen(file.integrator, file.demands(sampled))
+    method, why = choose_method(file.integrator, file.demands(sampled))
     hardware, noted = equipment_of(file, period)
     model = crane.metered(held=(sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
@@ -170,13 +170,13 @@ def _build(document: dict[str, Any], period: float | None = None) -> Scene:
         law_name=control and control.law,
         sampled=sampled,
         source=source,
-        notes=_joined(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
+        notes=_join_notes(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
         document=document,
         hardware=hardware,
     )
 
 
-def _joined(*notes: Mapping[str, Any]) -> dict[str, Any]:
+def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     """Return notes as one group; lists of the same name are put together."""
     found: dict[str, Any] = {}
     for key, value in (item for group in notes for item in group.items()):
@@ -200,7 +200,7 @@ def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, An
 
 def _goal(file: File) -> dict[str, Any]:
     path = path_in(file.reference, file)
-    reference = aim(file.target, path)
+    reference = resolve_target(file.target, path)
     check_limits(file, reference)
     return {"path": path, "reference": reference}
 
@@ -218,7 +218,7 @@ def _period(file: File) -> float:
     return period
 
 
-def _validated(document: dict[str, Any]) -> File:
+def _validate(document: dict[str, Any]) -> File:
     form = FORMS.get(str(document.get("crane")))
     if form is None and "crane" not in document and (near := nearest("crane", document)):
         raise SceneError(f"unknown key {near!r}, did you mean 'crane'? (crane: {', '.join(FORMS)})")
@@ -235,13 +235,13 @@ def _law(file: File, document: dict[str, Any]) -> Law:
     assert control is not None
     if file.inputs is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
-    law = make_law(control.law, control.model_extra or {}, _believed(file, document))
+    law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
     if control.period == "continuous" and not system.effort.knows(type(law)):
         raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     return law
 
 
-def _believed(file: File, document: dict[str, Any]) -> Scene:
+def _nominal_scene(file: File, document: dict[str, Any]) -> Scene:
     """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
     control = file.control
     assert control is not None

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import OK, Flow
+from crane_sim.integrators import OK, Integration
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.laws import fresh
@@ -97,7 +97,7 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
 
 
-def driven(scene: Scene) -> Driven:
+def extract_drive(scene: Scene) -> Driven:
     """Return what moves in a scene, its law with no memory of other runs."""
     return Driven(scene.method, scene.model, Sampled(fresh(scene.law)) if scene.sampled else scene.source)
 
@@ -194,16 +194,16 @@ def simulate_batch(
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
     checked = time.perf_counter() - began
-    batch = moved(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
+    batch = run_cranes(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
     return replace(batch, setup_time=checked + batch.setup_time)
 
 
-def moved(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
+def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
     """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments as of `simulate_batch`."""
     began, n = time.perf_counter(), len(scenes)
     clock = Clock(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
-    cranes = columns([driven(scene) for scene in scenes])  # first: it refuses scenes that differ
+    cranes = columns([extract_drive(scene) for scene in scenes])  # first: it refuses scenes that differ
     places = _places(scenes, len(times))
     batch = cranes, clock, places
     alone: Share = partial(pass_cranes, *batch)
@@ -217,7 +217,7 @@ def moved(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Ba
         list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
         if wide:  # those that failed once more, to know when and why
             failed = np.flatnonzero(places.counts[:n, 0] != OK).tolist()
-            again = columns([driven(scene) for scene in scenes]) if failed else None  # laws must not remember
+            again = columns([extract_drive(scene) for scene in scenes]) if failed else None  # laws must not remember
             list(pool.map(lambda i: pass_cranes(again, clock, places, i, i + 1), failed))
     return _batch(scenes[:n], clock, places, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
 
@@ -227,7 +227,7 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
-    smooth = starts.seen is None and not system.fill.knows(type(first.model))
+    smooth = starts.seen is None and not system.rhs_into.knows(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
@@ -268,7 +268,7 @@ def _error(scene: Scene, clock: Clock, counts: npt.NDArray[np.int64], reached: f
     if counts[1] == clock.steps:
         return None
     try:
-        check_status(Flow(0.0, None, float(reached), None, 0.0, status=int(counts[0])), scene.model)
+        check_status(Integration(0.0, None, float(reached), None, 0.0, status=int(counts[0])), scene.model)
     except SimulationError as error:
         return str(error)
     return None

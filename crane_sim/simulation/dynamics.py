@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.files.errors import SceneError, shortened
-from crane_sim.integrators import record, settled, start
+from crane_sim.files.errors import SceneError, shorten
+from crane_sim.integrators import apply_pending_events, record, start
 from crane_sim.numerics.jit import entry
 from crane_sim.scenes.scene import Scene, load_scene
 
@@ -22,7 +22,7 @@ SceneSource = Scene | str | Path | Mapping[str, Any]
 def joint_acceleration(p, t, q, v, u):
     """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
     switches = system.switching(p)
-    flow = settled(switches, p, u, start(p, t, system.state(p, t, q, v), record(switches)))
+    flow = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), record(switches)))
     return system.acceleration(p, t, flow.x, u)
 
 
@@ -42,13 +42,13 @@ def _numbers(name: str, values: Vector, n: int) -> tuple[float, ...]:
     if len(found) != n and len(found):
         raise SceneError(f"{name}: has {len(found)} values, {n} are needed")
     if len(found) != n or not all(map(isfinite, found)):
-        raise SceneError(f"{name} = {shortened(values)}: must be {n} finite numbers")
+        raise SceneError(f"{name} = {shorten(values)}: must be {n} finite numbers")
     return found
 
 
 def _time(t: Any) -> float:
     if isinstance(t, bool) or not isinstance(t, int | float | np.number) or not isfinite(t):
-        raise SceneError(f"t = {shortened(t)}: must be a finite number of seconds")
+        raise SceneError(f"t = {shorten(t)}: must be a finite number of seconds")
     return float(t)
 
 

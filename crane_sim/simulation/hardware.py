@@ -16,26 +16,26 @@ from crane_sim.hardware.brakes import CAPACITY, DAMPING, FOLLOWS, STIFFNESS
 from crane_sim.hardware.drives import DELAY as DRIVE_DELAY
 from crane_sim.hardware.drives import ORIGIN
 from crane_sim.hardware.faults import AS_PLANNED, Log
-from crane_sim.hardware.payloads import laden
+from crane_sim.hardware.payloads import with_payload
 from crane_sim.hardware.random import word
 from crane_sim.hardware.sensors import DELAY
 from crane_sim.hardware.settings import BrakeSettings, Equipment, no_equipment
-from crane_sim.scenes.averaging import averaged
+from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
 from crane_sim.stepping.hardware_periods import (
-    BOOKS,
     BRAKED,
     BRAKING,
+    COUNTERS,
     GIVEN,
     LIMITED,
     LOST_SAMPLES,
     MASS,
     Hardware,
-    Memory,
-    first_look,
-    given,
+    HardwareState,
+    first_sample,
     hardware_step,
+    read_inputs,
 )
 
 Array = npt.NDArray[np.float64]
@@ -88,7 +88,7 @@ def mechanics(scene: Scene) -> Mechanics:
     places = [scene.joint_names.index(name) for name in scene.actuated]
     q, v = np.array(scene.initial_q), np.zeros(len(scene.joint_names))
     v[places] = _SLIPPING
-    model = averaged(scene).model
+    model = average_scene(scene).model
 
     def answer(u: Any) -> Array:
         return np.array(joint_acceleration(model, 0.0, q, v, tuple(map(float, u))))[places]
@@ -119,7 +119,7 @@ SHOWN = 20
 """Changes of faults in the summary."""
 
 
-class Rig:
+class HardwareRun:
     """Drives, brakes, sensors and faults of one run.
 
     Attributes:
@@ -133,9 +133,9 @@ class Rig:
         self._scene, self.faults = scene, found.names
         self.hardware = Hardware(word(scene.seed), found.faults, found.reload)
         n, nu = len(found.names), found.drives.shape[1]
-        books = np.zeros(BOOKS)
+        books = np.zeros(COUNTERS)
         books[MASS] = found.reload.mass if found.reload is not None else 0.0
-        self.memory = Memory(
+        self.memory = HardwareState(
             drives=found.drives.copy(),
             queue=np.zeros((1 + int(found.drives[DRIVE_DELAY].max(initial=0.0)), nu)),
             signals=found.signals.copy(),
@@ -170,7 +170,7 @@ class Rig:
 
     def look(self, model: Any, flow: Any, period: float) -> tuple[Any, Any]:
         """Let the sensors see the first state; return (q, v) as they show them."""
-        return first_look(model, self.hardware, self.memory, flow, period)
+        return first_sample(model, self.hardware, self.memory, flow, period)
 
     def demand(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) that the scene's open-loop inputs demand at time t [s]; none while brakes hold."""
@@ -179,7 +179,7 @@ class Rig:
             return source
         if self.memory.books[BRAKING] or source is None:
             return (0.0,) * self.memory.drives.shape[1]
-        return given(source, t, q, v)
+        return read_inputs(source, t, q, v)
 
     def step(self, method: Any, model: Any, demand: tuple[float, ...], *here: Any) -> Any:
         """Pass a period; `here` and what is returned are as of `passing.hardware_step`."""
@@ -202,7 +202,7 @@ class Rig:
 
     def crane(self, model: Any, mass: float) -> Any:
         """Return the model with a payload of this mass [kg]."""
-        return laden(self.hardware.reload, model, mass)
+        return with_payload(self.hardware.reload, model, mass)
 
     def events(self) -> list[dict[str, Any]]:
         """Return when [s] which fault came or went."""

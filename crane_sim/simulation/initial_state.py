@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import STOPPED, Flow, settled, state_at
+from crane_sim.integrators import STOPPED, Integration, apply_pending_events, dense_output
 from crane_sim.numerics.jit import entry
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.hardware import Rig
+from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.stepping.periods import begin
-from crane_sim.system import held, switching
+from crane_sim.system import efforts_from_row, switching
 
 _CLOSE = 1e-9  # to what was asked for, which rounding may miss
 
@@ -26,40 +26,40 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
 @entry
 def first_status(p, flow, row):
     """Return the status of a flow once every guard that fails at its start under efforts `row` (nu,) is answered."""
-    return settled(switching(p), p, held(p, row), flow).status
+    return apply_pending_events(switching(p), p, efforts_from_row(p, row), flow).status
 
 
 @entry
-def cut(method, p, u, flow, t):
+def interpolate_flow(method, p, u, flow, t):
     """Return a flow at time t [s], within the last step of one under the source u."""
-    x = state_at(method, p, u, flow, t)
+    x = dense_output(method, p, u, flow, t)
     n, status = flow.evaluations, flow.status
-    return Flow(t, x, t, x, 0.0, n, flow.steps, flow.rejected, status, flow.seen, flow.scratch)
+    return Integration(t, x, t, x, 0.0, n, flow.steps, flow.rejected, status, flow.seen, flow.scratch)
 
 
-def begun(scene: Scene) -> tuple[Any, Any, Any, Any, Rig | None]:
+def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
     """Return (flow, q, v, (q, v) as sensors show them, the scene's hardware) at the start of a run."""
     flow, q, v = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
     q, v = as_tuple(q), as_tuple(v)
     if scene.hardware is None or scene.hardware.ideal:
         return flow, q, v, (q, v), None
-    rig = Rig(scene)
+    rig = HardwareRun(scene)
     shown = rig.look(scene.model, flow, scene.period)
     return flow, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), rig
 
 
-def resumed(scene: Scene, model: Any, metered: Any, flow: Any, k: int, at: Any) -> Any:
+def resume(scene: Scene, model: Any, metered: Any, flow: Any, k: int, at: Any) -> Any:
     """Return the flow of the metered model that goes on from period k, where the joints are `at` (q, v)."""
     t = k * scene.period
     if model.meter is not None:
-        return flow if scene.sampled else cut(scene.method, model, scene.source, flow, t)
+        return flow if scene.sampled else interpolate_flow(scene.method, model, scene.source, flow, t)
     q, v = at
     fresh, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
     counted = {"evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected}
     return fresh._replace(t0=t, t=t, **counted)
 
 
-def placed(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:
+def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:
     """Return the scene with another initial state; arguments as of `Plant.reset`.
 
     Raises:

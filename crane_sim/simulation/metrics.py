@@ -34,7 +34,7 @@ def tip_accelerations(p, t, q, v, u, look, out):
     points = np.empty((3, system.point_count(p), 3))
     tip = system.tip_index(p)
     for i in range(len(q)):
-        bent = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.held(p, u[i]))
+        bent = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.efforts_from_row(p, u[i]))
         for k in range(3):
             s, moved = (k - 1) * look, q[i].copy()
             for j in range(len(moved)):
@@ -73,7 +73,7 @@ class Tracking:
         """Take K instants: times (K,), joints (K, nq), efforts applied (K, nu), the payload in the world (K, 3)."""
         sizes = self._errors(t, q, payload)
         self._count += len(sizes)
-        self._squares, self._sizes = _added(self._squares, sizes**2), _added(self._sizes, sizes)
+        self._squares, self._sizes = _add_terms(self._squares, sizes**2), _add_terms(self._sizes, sizes)
         self._worst = max(self._worst, float(sizes.max()))
         rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
         accelerations = np.empty(len(t))
@@ -90,8 +90,8 @@ class Tracking:
         last = self._errors(t, q, payload)
         count = self._count + 1
         return {
-            "tracking_mse": _added(self._squares, last**2) / count,
-            "tracking_mae": _added(self._sizes, last) / count,
+            "tracking_mse": _add_terms(self._squares, last**2) / count,
+            "tracking_mae": _add_terms(self._sizes, last) / count,
             "tracking_peak": max(self._worst, float(last[0])),
             "peak_tip_acceleration": self._hardest,
         }
@@ -107,7 +107,7 @@ class Tracking:
         return np.sqrt(np.sum((found[:, : goal.shape[1]] - goal) ** 2, axis=1))
 
 
-def _added(total: float, terms: Array) -> float:
+def _add_terms(total: float, terms: Array) -> float:
     """Return the total with terms (K,) added one after another, so that it does not depend on where blocks end."""
     return float(np.cumsum(np.concatenate([[total], terms]))[-1])
 
@@ -169,13 +169,13 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
         scalars[i, 0] = system.kinetic(p, x)
         scalars[i, 1] = system.potential(p, x)
         scalars[i, 2], scalars[i, 3] = system.base_energy(p, t[i], x)
-        system.tensions(p, t[i], x, system.held(p, u[i]), tensions, i, 0)
+        system.tensions(p, t[i], x, system.efforts_from_row(p, u[i]), tensions, i, 0)
 
 
 @entry
 def energies(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
-    return system.kinetic(p, x) + system.potential(p, x), system.supplied(p, x)
+    return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
 
 
 @entry
@@ -186,7 +186,7 @@ def polyline(p, t, q, v):
     return points, system.tip_index(p)
 
 
-def derived(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
+def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
     points, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 4))
@@ -228,7 +228,7 @@ class Metrics:
         low, high = self._tension
         self._tension = min(low, float(tensions.min())), max(high, float(tensions.max()))
         self._pushed += int(np.count_nonzero(tensions.min(axis=1) < PUSHED))
-        now = derived(self._scene, t, q, v, u)
+        now = derive(self._scene, t, q, v, u)
         self._balance.extend(q[:, self._driven], u, supplied, now.kinetic_relative, now.potential_relative)
         self._watch(t, q, v, u, now)
 
@@ -283,7 +283,7 @@ class Metrics:
         } | self._further(t, q, final.payload)
 
     def _final(self, t: float, q: Vector, v: Vector) -> Derived:
-        return derived(self._scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
+        return derive(self._scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, and how well a path was followed."""

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.files.errors import SceneError, shortened, unknown_key
+from crane_sim.files.errors import SceneError, shorten, unknown_key
 from crane_sim.integrators import OK
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.hardware import Rig
-from crane_sim.simulation.initial_state import as_tuple, begun, placed, resumed
+from crane_sim.simulation.hardware import HardwareRun
+from crane_sim.simulation.initial_state import as_tuple, make_initial, resume, with_initial
 from crane_sim.simulation.metrics import Metrics, polyline
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.periods import free_step, held_step
@@ -41,7 +41,7 @@ class Plant:
             SceneError: there is something else than a Scene.
         """
         if not isinstance(scene, Scene):
-            raise SceneError(f"scene = {shortened(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
+            raise SceneError(f"scene = {shorten(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
         self.scene = scene
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
@@ -57,10 +57,10 @@ class Plant:
         Raises:
             SceneError: the crane cannot be in that state; the plant goes on as if nothing was asked.
         """
-        start = placed(self.scene, q, v)
+        start = with_initial(self.scene, q, v)
         self.model = self.scene.model
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
-        self._flow, self.q, self.v, self.seen, self._rig = begun(start)
+        self._flow, self.q, self.v, self.seen, self._rig = make_initial(start)
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
@@ -100,13 +100,13 @@ class Plant:
         rig.brake(on)
         self._braking, self._still = on, 0
 
-    def _equipped(self) -> Rig:
+    def _equipped(self) -> HardwareRun:
         """Return brakes to go on with; they do work within a period, so the model needs a meter."""
         self._flush()
         metered = self.model.metered(held=False)
-        self._flow = resumed(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
+        self._flow = resume(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
         self._metrics.change(self.scene, metered, self.q)
-        self.model, self._rig = metered, Rig(self.scene)
+        self.model, self._rig = metered, HardwareRun(self.scene)
         self._rig.drive(self.applied)
         return self._rig
 
@@ -157,7 +157,7 @@ class Plant:
     def _check_efforts(self, u: Sequence[float] | None) -> None:
         if u is not None and len(u) != len(self._driven):
             driven = ", ".join(self.scene.actuated) or "none"
-            raise ValueError(f"u = {shortened(u)}: has {len(u)} values; joints that take efforts: {driven}")
+            raise ValueError(f"u = {shorten(u)}: has {len(u)} values; joints that take efforts: {driven}")
         if u is None and self.scene.sampled and not self._braking:
             raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
 
@@ -174,7 +174,9 @@ class Plant:
             self._saturated += applied != u
         return flow, q, v, None, applied
 
-    def _passed_with(self, rig: Rig, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+    def _passed_with(
+        self, rig: HardwareRun, u: tuple[float, ...] | None
+    ) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
         demand = rig.demand(self.t, self.q, self.v) if u is None else u
         here = (self._flow, self.k, self.scene.period, self._rows, self._filled)
         mass, given = rig.mass, rig.given

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.files.errors import SceneError, shortened
-from crane_sim.laws import asked, fresh
+from crane_sim.files.errors import SceneError, shorten
+from crane_sim.laws import ask_law, fresh
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.hardware import Rig
-from crane_sim.simulation.metrics import Derived, Metrics, derived
+from crane_sim.simulation.hardware import HardwareRun
+from crane_sim.simulation.metrics import Derived, Metrics, derive
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.hardware_periods import hardware_rollout
@@ -27,17 +27,17 @@ from crane_sim.stepping.rows import row_width, split
 Array = npt.NDArray[np.float64]
 
 
-class Passage(NamedTuple):
+class RawRun(NamedTuple):
     """A run, up to where it ended."""
 
     rows: Array  # (periods + 1, width), as of `crane_sim.stepping.rows`
     samples: Array  # (m, width)
     flow: Any  # the integration as it ended
     saturated: int  # periods in which a demand was limited
-    rig: Rig | None = None  # the hardware, of a scene with some
+    rig: HardwareRun | None = None  # the hardware, of a scene with some
     loads: Array = np.empty((0, 2))  # (periods, 2) of the payload: kg, and J that its changes brought up to there
 
-    def stretches(self, scene: Scene) -> list[tuple[int, int, Any]]:
+    def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
         """Return (first period, the one after the last, model) of the stretches in which the payload keeps its mass."""
         periods = len(self.rows) - 1
         if self.rig is None or scene.hardware.reload is None:
@@ -54,7 +54,7 @@ class Passage(NamedTuple):
         return float(self.loads[k, 1] - (self.loads[k - 1, 1] if k else 0.0))
 
 
-def passage(scene: Scene, law: Any, times: Array) -> Passage:
+def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     """Run a scene.
 
     Args:
@@ -74,23 +74,23 @@ def passage(scene: Scene, law: Any, times: Array) -> Passage:
         return _with_hardware(scene, law, flow, times, rows, samples)
     if not scene.sampled:
         flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
-        return Passage(*_whole(scene, rows, times, samples, passed), flow, 0)
-    demands, law = np.empty((scene.steps, nu)), _compiled(scene, law)
+        return RawRun(*_whole(scene, rows, times, samples, passed), flow, 0)
+    demands, law = np.empty((scene.steps, nu)), _compile_law(scene, law)
     flow, passed = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
     limited = np.any(demands[:passed] != split(rows[:passed], nq, nu).u, axis=1)
-    return Passage(*_whole(scene, rows, times, samples, passed), flow, int(limited.sum()))
+    return RawRun(*_whole(scene, rows, times, samples, passed), flow, int(limited.sum()))
 
 
-def _with_hardware(scene: Scene, law: Any, flow: Any, times: Array, rows: Array, samples: Array) -> Passage:
+def _with_hardware(scene: Scene, law: Any, flow: Any, times: Array, rows: Array, samples: Array) -> RawRun:
     """Return the run of a scene with hardware, whose open-loop inputs are taken once a period as demands are."""
-    rig, nu = Rig(scene), len(scene.actuated)
+    rig, nu = HardwareRun(scene), len(scene.actuated)
     demands, loads = np.empty((scene.steps, nu)), np.empty((scene.steps, 2))
-    asked_for = _compiled(scene, law) if scene.sampled else scene.source
+    asked_for = _compile_law(scene, law) if scene.sampled else scene.source
     if type(asked_for) is tuple:
         asked_for = Replay(scene.model, scene.period, np.tile(asked_for, (scene.steps, 1)))
     here = (flow, scene.period, rows, demands, times, samples, loads)
     flow, passed = hardware_rollout(scene.method, scene.model, asked_for, rig.hardware, rig.memory, *here)
-    return Passage(*_whole(scene, rows, times, samples, passed), flow, rig.saturated, rig, loads[: passed + 1])
+    return RawRun(*_whole(scene, rows, times, samples, passed), flow, rig.saturated, rig, loads[: passed + 1])
 
 
 def _whole(scene: Scene, rows: Array, times: Array, samples: Array, passed: int) -> tuple[Array, Array]:
@@ -98,17 +98,17 @@ def _whole(scene: Scene, rows: Array, times: Array, samples: Array, passed: int)
     return rows[: passed + 1], samples[times <= passed * scene.period] if passed < scene.steps else samples
 
 
-def _compiled(scene: Scene, law: Any) -> Any:
+def _compile_law(scene: Scene, law: Any) -> Any:
     """Return the law, as a replay of what it demands where it is Python."""
-    return law if system.command.knows(type(law)) else Replay(scene.model, scene.period, _demanded(scene, law))
+    return law if system.command.knows(type(law)) else Replay(scene.model, scene.period, _collect_demands(scene, law))
 
 
-def _demanded(scene: Scene, law: Any) -> Array:
+def _collect_demands(scene: Scene, law: Any) -> Array:
     """Return the demands (steps, nu) of a law that is Python, asked every period."""
     plant = Plant(scene)
     demands = np.empty((scene.steps, len(scene.actuated)))
     for k in range(scene.steps):
-        demand = asked(law, plant.t, *plant.seen, demands.shape[1])
+        demand = ask_law(law, plant.t, *plant.seen, demands.shape[1])
         demands[k] = demand
         plant.advance(demand)
     return demands
@@ -215,7 +215,7 @@ def simulate(
     times = checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
-    run = passage(scene, fresh(law if callable(law) else scene.law), times)
+    run = run_raw(scene, fresh(law if callable(law) else scene.law), times)
     wall, (rows, samples, flow), model = time.perf_counter() - started, run[:3], scene.model
     counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
@@ -239,7 +239,7 @@ def _check_law(law: Any) -> None:
     """Raise SceneError for what is no law: changes of the scene are most likely to be given in its place."""
     if law is None or isinstance(law, str) or callable(law):
         return
-    line = f"law = {shortened(law)}: must be a name or a callable(t, q, v) -> efforts"
+    line = f"law = {shorten(law)}: must be a name or a callable(t, q, v) -> efforts"
     raise SceneError(f"{line}; changes of the scene go by name, overrides=..." if isinstance(law, Mapping) else line)
 
 
@@ -272,11 +272,11 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     return np.minimum(wanted, end)
 
 
-def _summary(scene: Scene, run: Passage) -> dict[str, Any]:
+def _summary(scene: Scene, run: RawRun) -> dict[str, Any]:
     model, rows, flow, nq = scene.model, run.rows, run.flow, len(scene.joint_names)
     metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
-    for first, last, laden in run.stretches(scene):
+    for first, last, laden in run.segments(scene):
         if laden is not model:
             metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.given(first))
         metrics.extend(t[first:last], rows[first:last])
@@ -286,14 +286,14 @@ def _summary(scene: Scene, run: Passage) -> dict[str, Any]:
     return head | figures | noted_events(flow, model, t[-1]) | further
 
 
-def _rollout(scene: Scene, run: Passage, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
+def _rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
     nq = len(scene.joint_names)
     q, v, u, _, tensions = split(rows, nq, len(scene.actuated))
-    parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.stretches(scene)]
+    parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.segments(scene)]
     parts[-1][1] = len(t)
     found = [
-        derived(replace(scene, model=laden), t[i:j], q[i:j], v[i:j], u[i:j])
-        for (i, j), (_, _, laden) in zip(parts, run.stretches(scene), strict=True)
+        derive(replace(scene, model=laden), t[i:j], q[i:j], v[i:j], u[i:j])
+        for (i, j), (_, _, laden) in zip(parts, run.segments(scene), strict=True)
     ]
     whole = found[0] if len(found) == 1 else Derived(*map(np.concatenate, zip(*found, strict=True)))
     return Rollout(scene, t, q, v, u, tensions, whole, stats, summary, events)

@@ -11,11 +11,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.integrators import NOT_FINITE, OK, Flow, horizon, record, settled, stages, start, state_at, step
-from crane_sim.integrators.integration import even_step
+from crane_sim.integrators import (
+    NOT_FINITE,
+    OK,
+    Integration,
+    apply_pending_events,
+    dense_output,
+    record,
+    stages,
+    start,
+    step,
+    step_bound,
+)
+from crane_sim.integrators.integration import equal_step
 from crane_sim.numerics.jit import entry, generic, kernel, routine
-from crane_sim.numerics.lanes import LANES, lane, picked, put_lane, use_wide_vectors
-from crane_sim.numerics.states import dimension, weighted_square
+from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
+from crane_sim.numerics.states import dimension, squared_error_norm
 from crane_sim.stepping.periods import finish, pass_period, write
 
 
@@ -56,14 +67,14 @@ class Places(NamedTuple):
 def pass_cranes(cranes, clock, places, first, last):
     """Pass the whole time of cranes `first` to `last` (not included), one after the other."""
     for i in range(first, last):
-        method, p, source = picked(cranes, i)
-        flow = start(p, 0.0, started(p, places, i), record(system.switching(p)))
+        method, p, source = tree_column(cranes, i)
+        flow = start(p, 0.0, initial_state(p, places, i), record(system.switching(p)))
         flow, passed = passed_through(source, method, p, flow, clock, places.rows[i])
         note(p, clock, places, i, flow, passed)
 
 
 @kernel
-def started(p, places, i):
+def initial_state(p, places, i):
     """Return the state in which crane i starts."""
     return system.project(p, system.state(p, 0.0, places.q[i], places.v[i]))
 
@@ -72,14 +83,14 @@ def started(p, places, i):
 def passed_through(source, method, p, flow, clock, rows):
     """Return (last flow, periods passed) of a run, its rows written on the way."""
     i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
-    flow = settled(system.switching(p), p, source, flow)
+    flow = apply_pending_events(system.switching(p), p, source, flow)
     for k in range(clock.steps):
         before, end = flow, (k + 1) * clock.period
-        limit = horizon(method, end)
+        limit = step_bound(method, end)
         flow, i = pass_period(method, p, source, flow, end, limit, clock.times, rows[:m], i)
         if flow.status != OK and flow.t < end:
             t = k * clock.period
-            write(rows, m, p, t, state_at(method, p, source, before, t), source)
+            write(rows, m, p, t, dense_output(method, p, source, before, t), source)
             return flow, k
     finish(method, p, source, flow, clock.steps * clock.period, rows, clock.times, rows[:m], i)
     return flow, clock.steps
@@ -88,10 +99,10 @@ def passed_through(source, method, p, flow, clock, rows):
 @passed_through.register(Sampled)
 def _(source, method, p, flow, clock, rows):
     i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
-    u = demanded(source, p, 0.0, flow.x)
+    u = sampled_efforts(source, p, 0.0, flow.x)
     for k in range(clock.steps):
-        u, end = demanded(source, p, k * clock.period, flow.x), (k + 1) * clock.period
-        before = settled(system.switching(p), p, u, flow)
+        u, end = sampled_efforts(source, p, k * clock.period, flow.x), (k + 1) * clock.period
+        before = apply_pending_events(system.switching(p), p, u, flow)
         flow, i = pass_period(method, p, u, before, end, end, clock.times, rows[:m], i)
         if flow.status != OK and flow.t < end:
             write(rows, m, p, before.t, before.x, u)
@@ -101,10 +112,10 @@ def _(source, method, p, flow, clock, rows):
 
 
 @kernel
-def demanded(sampled, p, t, x):
+def sampled_efforts(sampled, p, t, x):
     """Return the efforts (nu,) that actuators apply from time t on for what a sampled law demands."""
     q, v = system.joints(p, x)
-    return system.limited(p, system.command(sampled.law, t, q, v))
+    return system.saturate(p, system.command(sampled.law, t, q, v))
 
 
 @routine
@@ -141,47 +152,47 @@ def pass_lanes(method, cranes, clock, places, first, last):
         like = first_lane(cranes, places, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in range(LANES):
-            put_lane(xs, j, started(picked(cranes, block + j).model, places, block + j))
+            put_lane(xs, j, initial_state(tree_column(cranes, block + j).model, places, block + j))
         t, taken, i = 0.0, 0, 0
         for k in range(clock.steps):
             for j in range(LANES):
-                crane = picked(cranes, block + j)
-                put_lane(us, j, held(crane.source, crane.model, k * clock.period, lane(like[0], xs, j)))
+                crane = tree_column(cranes, block + j)
+                put_lane(us, j, held_efforts(crane.source, crane.model, k * clock.period, lane(like[0], xs, j)))
             end = (k + 1) * clock.period
             while t < end:
-                h, after = even_step(method.step, t, end)
+                h, after = equal_step(method.step, t, end)
                 while i < len(clock.times) and clock.times[i] < after:
                     for j in range(LANES):
-                        crane, x, u = picked(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
+                        crane, x, u = tree_column(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
                         sample(method, crane, x, u, t, clock.times[i], places.rows[block + j], i)
                     i += 1
                 for j in range(LANES):  # the loop that becomes vector instructions
-                    crane, x = picked(cranes, block + j), lane(like[0], xs, j)
+                    crane, x = tree_column(cranes, block + j), lane(like[0], xs, j)
                     x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
                     put_lane(xs, j, x)
                 t, taken = after, taken + 1
         for j in range(LANES):
-            crane, x, u = picked(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
+            crane, x, u = tree_column(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
             end_lane(method, crane, x, u, clock, places, block + j, taken, i)
 
 
 @kernel
 def first_lane(cranes, places, block):
     """Return (state, held efforts) of the first crane of a block: what the lanes look like."""
-    crane = picked(cranes, block)
-    x = started(crane.model, places, block)
-    return x, held(crane.source, crane.model, 0.0, x)
+    crane = tree_column(cranes, block)
+    x = initial_state(crane.model, places, block)
+    return x, held_efforts(crane.source, crane.model, 0.0, x)
 
 
 @generic
-def held(source, p, t, x):
+def held_efforts(source, p, t, x):
     """Return the efforts that are held from time t on as a tuple; empty where the equations evaluate the source."""
     return ()
 
 
-@held.register(Sampled)
+@held_efforts.register(Sampled)
 def _(source, p, t, x):
-    return demanded(source, p, t, x)
+    return sampled_efforts(source, p, t, x)
 
 
 @generic
@@ -199,14 +210,14 @@ def _(source, efforts):
 def sample(method, crane, x, efforts, t, time, rows, i):
     """Write row i, the state at `time`, of a crane that is in state x at time t."""
     u, flow = driving(crane.source, efforts), start(crane.model, t, x, None)
-    write(rows, i, crane.model, time, state_at(method, crane.model, u, flow, time), u)
+    write(rows, i, crane.model, time, dense_output(method, crane.model, u, flow, time), u)
 
 
 @routine
 def end_lane(method, crane, x, efforts, clock, places, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and note how its run went."""
     end, rows, u = clock.steps * clock.period, places.rows[i], driving(crane.source, efforts)
-    status = OK if isfinite(weighted_square(x, x, x, 0.0, 1.0)) else NOT_FINITE
-    flow = Flow(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None, None)
+    status = OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
+    flow = Integration(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None, None)
     finish(method, crane.model, u, flow, end, rows, clock.times, rows[: len(clock.times)], sampled)
     note(crane.model, clock, places, i, flow, clock.steps)

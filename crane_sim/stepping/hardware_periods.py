@@ -10,20 +10,20 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.hardware.brakes import POSITION, slip
-from crane_sim.hardware.drives import Drives, arrive, next_kink, take
-from crane_sim.hardware.faults import Faults, Log, disturb, hung, seize, strike
-from crane_sim.hardware.payloads import Reload, laden
+from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakpoint
+from crane_sim.hardware.faults import Faults, Log, apply_to_drives, apply_to_sensors, payload_mass, update_active
+from crane_sim.hardware.payloads import PayloadFault, with_payload
 from crane_sim.hardware.sensors import SHOWN, sense
-from crane_sim.integrators import OK, reach, settled
+from crane_sim.integrators import OK, apply_pending_events, reach
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, generic, kernel, routine
-from crane_sim.numerics.states import replaced
+from crane_sim.numerics.states import replace_entry
 from crane_sim.stepping.periods import finish, pass_period, write
 
 BRAKING, LIMITED, LOST_SAMPLES, GIVEN, MASS, BRAKED = 0, 1, 2, 3, 4, 5
 """Places in the books: 1 while all brakes are to hold; periods in which a demand was limited; samples lost; energy [J]
 that changes of the payload brought; the payload's mass [kg]; periods in which all brakes held."""
-BOOKS = 6
+COUNTERS = 6
 
 
 class Hardware(NamedTuple):
@@ -31,10 +31,10 @@ class Hardware(NamedTuple):
 
     seed: Any  # a word
     faults: Faults
-    reload: Reload | None = None
+    reload: PayloadFault | None = None
 
 
-class Memory(NamedTuple):
+class HardwareState(NamedTuple):
     """What the hardware of one run remembers: arrays that kernels change."""
 
     drives: Any  # (DRIVE_ROWS, nu)
@@ -51,7 +51,7 @@ class Memory(NamedTuple):
 def like(q, row, first):
     """Return as many floats of the array `row`, from index `first` on, as q has, and as q has them: tuple or array."""
     for j in range(len(q)):
-        q = replaced(q, j, row[first + j])
+        q = replace_entry(q, j, row[first + j])
     return q
 
 
@@ -61,37 +61,37 @@ def _(q, row, first):
 
 
 @routine
-def look(p, h, m, flow, k, period):
+def sample_sensors(p, h, m, flow, k, period):
     """Let the sensors see the state at the begin of period k, with the faults that are there by then."""
-    strike(h.faults, m.orders, m.present, m.log, k * period, 1e-9 * period)
-    disturb(h.faults, m.present, m.signals)
+    update_active(h.faults, m.orders, m.present, m.log, k * period, 1e-9 * period)
+    apply_to_sensors(h.faults, m.present, m.signals)
     q, v = system.joints(p, flow.x)
     m.books[LOST_SAMPLES] += sense(h.seed, m.signals, m.ring, k, q, v)
 
 
 @kernel
-def seen(p, m, flow):
+def read_sensors(p, m, flow):
     """Return (q, v) as the sensors show them, of the kind that `system.joints` returns."""
     q, v = system.joints(p, flow.x)
     return like(q, m.signals[SHOWN], 0), like(v, m.signals[SHOWN], len(q))
 
 
 @entry
-def first_look(p, h, m, flow, period):
+def first_sample(p, h, m, flow, period):
     """Let the sensors see the first state; return (q, v) as they show them."""
-    look(p, h, m, flow, 0, period)
-    return seen(p, m, flow)
+    sample_sensors(p, h, m, flow, 0, period)
+    return read_sensors(p, m, flow)
 
 
 @routine
-def hang(p, h, m, flow):
+def update_payload(p, h, m, flow):
     """Return the crane with the payload that hangs from it now, and keep the books of what the change brought."""
-    now = laden(h.reload, p, m.books[MASS])
-    mass = hung(h.faults, m.present, base_mass(h.reload))
+    now = with_payload(h.reload, p, m.books[MASS])
+    mass = payload_mass(h.faults, m.present, base_mass(h.reload))
     if mass != m.books[MASS]:
         before = system.kinetic(now, flow.x) + system.potential(now, flow.x)
         m.books[MASS] = mass
-        now = laden(h.reload, p, mass)
+        now = with_payload(h.reload, p, mass)
         m.books[GIVEN] += system.kinetic(now, flow.x) + system.potential(now, flow.x) - before
     return now
 
@@ -102,21 +102,21 @@ def base_mass(reload):
     return 0.0
 
 
-@base_mass.register(Reload)
+@base_mass.register(PayloadFault)
 def _(reload):
     return reload.mass
 
 
 @routine
-def driven_by(p, h, m, flow, k, period, demand):
+def apply_command(p, h, m, flow, k, period, demand):
     """Return the source of period k, in which the drives take `demand` (nu,)."""
-    strike(h.faults, m.orders, m.present, m.log, k * period, 1e-9 * period)
+    update_active(h.faults, m.orders, m.present, m.log, k * period, 1e-9 * period)
     braking = m.books[BRAKING] > 0.0
-    limited = take(p, m.drives, m.queue, k, demand)
+    limited = accept_command(p, m.drives, m.queue, k, demand)
     m.books[LIMITED] += 1.0 if limited and not braking else 0.0
     m.books[BRAKED] += 1.0 if braking else 0.0
-    store(m.drives, POSITION, 0, system.actuated(p, flow.x)[0])
-    seize(h.faults, m.present, m.drives, braking)
+    store(m.drives, POSITION, 0, system.actuated_joints(p, flow.x)[0])
+    apply_to_drives(h.faults, m.present, m.drives, braking)
     return Drives(k * period, m.drives)
 
 
@@ -124,18 +124,18 @@ def driven_by(p, h, m, flow, k, period, demand):
 def pass_driven(method, p, u, flow, end, times, samples, i):
     """Return as `pass_period` does, by steps that also end where a drive's effort has a kink."""
     while flow.status == OK and flow.t < end:
-        kink = next_kink(u, flow.t, end)
+        kink = next_breakpoint(u, flow.t, end)
         flow, i = pass_period(method, p, u, flow, kink, kink, times, samples, i)
     return flow, i
 
 
 @routine
-def leave(p, h, m, u, flow, k, period):
+def end_period(p, h, m, u, flow, k, period):
     """Note at the end of period k where drives and brakes are, and let the sensors see the state."""
-    arrive(p, u, flow.t, flow.x)
+    latch(p, u, flow.t, flow.x)
     for i in range(m.drives.shape[1]):
         slip(m.drives, i)
-    look(p, h, m, flow, k + 1, period)
+    sample_sensors(p, h, m, flow, k + 1, period)
 
 
 @entry
@@ -145,17 +145,17 @@ def hardware_step(method, p, h, m, demand, flow, k, period, rows, i):
     Returns:
         (flow, (q, v), (q, v) as the sensors show them, effort applied at the begin of the period)
     """
-    u = driven_by(p, h, m, flow, k, period, demand)
-    now = hang(p, h, m, flow)
-    flow = settled(system.switching(now), now, u, flow)
+    u = apply_command(p, h, m, flow, k, period, demand)
+    now = update_payload(p, h, m, flow)
+    flow = apply_pending_events(system.switching(now), now, u, flow)
     applied = system.effort(u, now, flow.t, flow.x)
     write(rows, i, now, flow.t, flow.x, u)
     while flow.status == OK and flow.t < (k + 1) * period:
-        kink = next_kink(u, flow.t, (k + 1) * period)
+        kink = next_breakpoint(u, flow.t, (k + 1) * period)
         flow = reach(method, now, u, flow, kink, kink)
     if flow.status == OK or flow.t >= (k + 1) * period:
-        leave(now, h, m, u, flow, k, period)
-    return flow, system.joints(now, flow.x), seen(now, m, flow), applied
+        end_period(now, h, m, u, flow, k, period)
+    return flow, system.joints(now, flow.x), read_sensors(now, m, flow), applied
 
 
 @entry
@@ -173,15 +173,15 @@ def hardware_rollout(method, p, law, h, m, flow, period, rows, demands, times, s
     """
     steps = len(rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    look(p, h, m, flow, i, period)
+    sample_sensors(p, h, m, flow, i, period)
     for k in range(steps):
-        q, v = seen(p, m, flow)
+        q, v = read_sensors(p, m, flow)
         demand = system.command(law, k * period, q, v)
         store(demands, k, 0, demand)
-        u = driven_by(p, h, m, flow, k, period, demand)
-        now = hang(p, h, m, flow)
+        u = apply_command(p, h, m, flow, k, period, demand)
+        now = update_payload(p, h, m, flow)
         loads[k, 0], loads[k, 1] = m.books[MASS], m.books[GIVEN]
-        flow = settled(system.switching(now), now, u, flow)
+        flow = apply_pending_events(system.switching(now), now, u, flow)
         write(rows, k, now, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_driven(method, now, u, flow, end, times, samples, i)
@@ -189,11 +189,11 @@ def hardware_rollout(method, p, law, h, m, flow, period, rows, demands, times, s
             return flow, k
         if k == steps - 1:
             finish(method, now, u, flow, flow.t, rows, times, samples, i)
-        leave(now, h, m, u, flow, k, period)
+        end_period(now, h, m, u, flow, k, period)
     return flow, steps
 
 
 @entry
-def given(source, t, q, v):
+def read_inputs(source, t, q, v):
     """Return the demand (nu,) of open-loop inputs at time t [s]."""
     return system.command(source, t, q, v)

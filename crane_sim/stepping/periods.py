@@ -8,7 +8,7 @@ Within a period the demanded efforts are held; `u` may instead be a source that 
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.integrators import OK, horizon, reach, record, settled, start, state_at
+from crane_sim.integrators import OK, apply_pending_events, dense_output, reach, record, start, step_bound
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, routine
 
@@ -23,7 +23,7 @@ class Replay(NamedTuple):
 
 @system.command.register(Replay)
 def _(law, t, q, v):
-    return system.held(law.model, law.demands[round(t / law.period)])
+    return system.efforts_from_row(law.model, law.demands[round(t / law.period)])
 
 
 @entry
@@ -43,7 +43,7 @@ def write(rows, i, p, t, x, u):
         rows[i, j + len(q)] = v[j]
     store(rows, i, 2 * len(q), tau)
     after = 2 * len(q) + len(tau)
-    rows[i, after] = system.supplied(p, x)
+    rows[i, after] = system.energy_supplied(p, x)
     system.tensions(p, t, x, tau, rows, i, after + 1)
 
 
@@ -61,7 +61,7 @@ def pass_period(method, p, u, flow, end, horizon, times, samples, i):
     """
     while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
         flow = reach(method, p, u, flow, times[i], horizon)
-        write(samples, i, p, times[i], state_at(method, p, u, flow, times[i]), u)
+        write(samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
         i += 1
     return reach(method, p, u, flow, end, horizon), i
 
@@ -73,8 +73,8 @@ def held_step(method, p, demand, flow, end, rows, i):
     Returns:
         (flow, q, v, effort applied)
     """
-    u = system.limited(p, demand)
-    flow = settled(system.switching(p), p, u, flow)
+    u = system.saturate(p, demand)
+    flow = apply_pending_events(system.switching(p), p, u, flow)
     write(rows, i, p, flow.t, flow.x, u)
     flow = reach(method, p, u, flow, end, end)
     q, v = system.joints(p, flow.x)
@@ -84,19 +84,19 @@ def held_step(method, p, demand, flow, end, rows, i):
 @entry
 def free_step(method, p, source, flow, begin, end, rows, i):
     """Write row i, then pass one period with efforts that the equations evaluate; results as of `held_step`."""
-    flow = settled(system.switching(p), p, source, flow)
-    x = state_at(method, p, source, flow, begin)
+    flow = apply_pending_events(system.switching(p), p, source, flow)
+    x = dense_output(method, p, source, flow, begin)
     u = system.effort(source, p, begin, x)
     write(rows, i, p, begin, x, u)
-    flow = reach(method, p, source, flow, end, horizon(method, end))
-    q, v = system.joints(p, state_at(method, p, source, flow, end))
+    flow = reach(method, p, source, flow, end, step_bound(method, end))
+    q, v = system.joints(p, dense_output(method, p, source, flow, end))
     return flow, q, v, u
 
 
 @routine
 def finish(method, p, u, flow, end, rows, times, samples, i):
     """Write the row and the samples at the very end of a run."""
-    x = state_at(method, p, u, flow, end)
+    x = dense_output(method, p, u, flow, end)
     write(rows, len(rows) - 1, p, end, x, u)
     while i < len(times):
         write(samples, i, p, end, x, u)
@@ -120,13 +120,13 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
     steps = len(rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     q, v = system.joints(p, flow.x)
-    u = system.limited(p, system.command(law, 0.0, q, v))
+    u = system.saturate(p, system.command(law, 0.0, q, v))
     for k in range(steps):
         q, v = system.joints(p, flow.x)
         demand = system.command(law, k * period, q, v)
         store(demands, k, 0, demand)
-        u = system.limited(p, demand)
-        flow = settled(system.switching(p), p, u, flow)
+        u = system.saturate(p, demand)
+        flow = apply_pending_events(system.switching(p), p, u, flow)
         write(rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_period(method, p, u, flow, end, end, times, samples, i)
@@ -141,11 +141,11 @@ def free_rollout(method, p, source, flow, period, rows, times, samples):
     """Run under a source that the equations evaluate; arguments and results as of `held_rollout`."""
     steps = len(rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    flow = settled(system.switching(p), p, source, flow)
+    flow = apply_pending_events(system.switching(p), p, source, flow)
     for k in range(steps):
         end = (k + 1) * period
-        write(rows, k, p, k * period, state_at(method, p, source, flow, k * period), source)
-        flow, i = pass_period(method, p, source, flow, end, horizon(method, end), times, samples, i)
+        write(rows, k, p, k * period, dense_output(method, p, source, flow, k * period), source)
+        flow, i = pass_period(method, p, source, flow, end, step_bound(method, end), times, samples, i)
         if flow.status != OK and flow.t < end:
             return flow, k
     finish(method, p, source, flow, steps * period, rows, times, samples, i)

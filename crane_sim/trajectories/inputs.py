@@ -109,7 +109,7 @@ def _(inputs, t):
 
 @system.effort.register(Inputs)
 def _(u, p, t, x):
-    return system.limited(p, values_at(u, t))
+    return system.saturate(p, values_at(u, t))
 
 
 @system.command.register(Inputs)

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Coordinate, Positive, Real
-from crane_sim.trajectories.polynomials import BRIEFEST, Array, Pieces, at_rest_around, shifted
+from crane_sim.trajectories.polynomials import BRIEFEST, Array, Pieces, at_rest_around, shift_origin
 
 Coordinates = Annotated[tuple[Coordinate, ...], Field(min_length=1)]
 Profile = Literal["sine", "smooth"]
@@ -92,7 +92,7 @@ def profile(kind: Profile, start: float, duration: float, count: int) -> tuple[A
     way = np.zeros((count, DEGREE + 1))
     if kind == "smooth":
         way[:, 3:6] = [10.0, -15.0, 6.0]
-        way = shifted(way[:, None, :], knots[:-1])[:, 0]
+        way = shift_origin(way[:, None, :], knots[:-1])[:, 0]
     else:
         for k in range(DEGREE + 1):  # the k-th derivative of a sine is the sine a quarter turn on
             way[:, k] = -(tau ** (k - 1)) * np.sin(tau * knots[:-1] + 0.5 * pi * k) / factorial(k)

@@ -49,7 +49,7 @@ class PointToPoint(NamedTuple):
         durations, jerks, accelerations = phases(
             velocity, acceleration, None if self.jerk is None else tightest(self.jerk, way)
         )
-        times, profile = integrated(durations, jerks, accelerations)
+        times, profile = integrate_phases(durations, jerks, accelerations)
         coefficients = profile[:, None, :] * way[None, :, None]
         coefficients[:, :, 0] += first
         return at_rest_around(self.start + times, coefficients)
@@ -82,7 +82,7 @@ def phases(velocity: float, acceleration: float, jerk: float | None) -> tuple[Ar
     return durations, jerks, steepest * np.array([0.0, 1.0, 1.0, 0.0, 0.0, -1.0, -1.0])
 
 
-def integrated(durations: Array, jerks: Array, accelerations: Array) -> tuple[Array, Array]:
+def integrate_phases(durations: Array, jerks: Array, accelerations: Array) -> tuple[Array, Array]:
     """Return (times (K + 1,) [s], cubics (K, 4)) of the phases that last; the profile begins at 0, at rest.
 
     Raises:

@@ -44,14 +44,14 @@ def lasting(times: Array) -> Array:
 def values(pieces: Pieces, t: Array, derivative: int = 0) -> Array:
     """Return the derivative of that order (K, n) at times t (K,) [s]."""
     piece = np.clip(np.searchsorted(pieces.starts, t, side="right") - 1, 0, None)
-    rows, s = differentiated(pieces.coefficients, derivative)[piece], t - pieces.starts[piece]
+    rows, s = differentiate(pieces.coefficients, derivative)[piece], t - pieces.starts[piece]
     out = np.zeros(rows.shape[:2])
     for k in reversed(range(rows.shape[2])):
         out = out * s[:, None] + rows[:, :, k]
     return out
 
 
-def differentiated(coefficients: Array, order: int = 1) -> Array:
+def differentiate(coefficients: Array, order: int = 1) -> Array:
     """Return the coefficients of the derivative of that order, at least one of them."""
     for _ in range(order):
         powers = np.arange(1, coefficients.shape[-1])
@@ -65,22 +65,22 @@ def peaks(pieces: Pieces, derivative: int) -> Array:
     The first and the last piece are rest.
     """
     n = pieces.coefficients.shape[1]
-    rows, found = differentiated(pieces.coefficients, derivative), np.zeros(n)
+    rows, found = differentiate(pieces.coefficients, derivative), np.zeros(n)
     for row, span in zip(rows[1:-1], np.diff(pieces.starts)[1:], strict=True):
         for k in range(n):
-            roots = np.roots(np.trim_zeros(differentiated(row[k])[::-1], "f"))
+            roots = np.roots(np.trim_zeros(differentiate(row[k])[::-1], "f"))
             turning = roots.real[(np.abs(roots.imag) < 1e-9 * span) & (roots.real > 0.0) & (roots.real < span)]
             at = np.concatenate([[0.0, span], turning])
             found[k] = max(found[k], np.max(np.abs(np.polyval(row[k][::-1], at))))
     return found
 
 
-def delayed(pieces: Pieces, delay: float) -> Pieces:
+def delay_path(pieces: Pieces, delay: float) -> Pieces:
     """Return the same motion, `delay` seconds later."""
     return pieces._replace(starts=pieces.starts + delay)
 
 
-def reordered(pieces: Pieces, order: Sequence[int]) -> Pieces:
+def reorder(pieces: Pieces, order: Sequence[int]) -> Pieces:
     """Return the coordinates of these numbers, in this order."""
     return pieces._replace(coefficients=pieces.coefficients[:, list(order)])
 
@@ -93,12 +93,12 @@ def weighted_sum(weights: Sequence[float], parts: Sequence[Pieces]) -> Pieces:
     total = np.zeros((len(starts), parts[0].coefficients.shape[1], degree))
     for weight, part in zip(weights, parts, strict=True):
         piece = np.clip(np.searchsorted(part.starts, starts + BRIEFEST, side="right") - 1, 0, None)
-        moved = shifted(part.coefficients[piece], starts - part.starts[piece])
+        moved = shift_origin(part.coefficients[piece], starts - part.starts[piece])
         total[:, :, : moved.shape[2]] += weight * moved
     return Pieces(starts, total)
 
 
-def shifted(coefficients: Array, s: Array) -> Array:
+def shift_origin(coefficients: Array, s: Array) -> Array:
     """Return polynomials (K, n, degree + 1) in powers of what exceeds s (K,)."""
     out, size = np.zeros_like(coefficients), coefficients.shape[2]
     for k in range(size):

@@ -7,27 +7,27 @@ import numpy as np
 
 from crane_sim.trajectories.joint_trajectory import Point, Trajectory
 from crane_sim.trajectories.path import Path, path_of
-from crane_sim.trajectories.polynomials import BRIEFEST, Pieces, reordered, values
+from crane_sim.trajectories.polynomials import BRIEFEST, Pieces, reorder, values
 
 
-def followed(law: Any) -> Path | None:
+def path_of_law(law: Any) -> Path | None:
     """Return the path within a law, None where it follows none."""
     if isinstance(law, Path):
         return law
     fields = law if isinstance(law, tuple) else ()
-    return next((path for path in map(followed, fields) if path is not None), None)
+    return next((path for path in map(path_of_law, fields) if path is not None), None)
 
 
-def redirected(law: Any, path: Path) -> Any:
+def with_path(law: Any, path: Path) -> Any:
     """Return the law with the path within it replaced; what it has learnt stays."""
     if isinstance(law, Path):
         return path
     if not (isinstance(law, tuple) and hasattr(law, "_fields")):
         return law
-    return type(law)(*(redirected(value, path) for value in law))
+    return type(law)(*(with_path(value, path) for value in law))
 
 
-def joined(trajectory: Trajectory, path: Path, names: Sequence[str], t: float) -> Path:
+def join_path(trajectory: Trajectory, path: Path, names: Sequence[str], t: float) -> Path:
     """Return a path that goes on from `path` at time t [s] to what is still to come of the trajectory.
 
     Args:
@@ -53,11 +53,11 @@ def joined(trajectory: Trajectory, path: Path, names: Sequence[str], t: float) -
     ]
     if not points:
         raise ValueError(f"its last point is {-ahead[-1]:g} s ago")
-    old = reordered(pieces_of(path), np.argsort(order).tolist())
+    old = reorder(pieces_of(path), np.argsort(order).tolist())
     x, v, a = (tuple(values(old, np.array([t]), k)[0].tolist()) for k in range(3))
     begin = Point(x, 0.0, v if points[0].velocities else (), a if points[0].accelerations else ())
     pieces = trajectory._replace(points=(begin, *points), start=t).pieces()
-    return path_of(reordered(pieces, order), path.of_joints)
+    return path_of(reorder(pieces, order), path.of_joints)
 
 
 def pieces_of(path: Path) -> Pieces:

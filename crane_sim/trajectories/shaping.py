@@ -13,7 +13,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.trajectories.polynomials import Pieces, delayed, weighted_sum
+from crane_sim.trajectories.polynomials import Pieces, delay_path, weighted_sum
 
 
 class Shaping(NamedTuple):
@@ -39,7 +39,7 @@ def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tu
     return [size / sum(sizes) for size in sizes], [half * k for k in range(len(sizes))]
 
 
-def shaped(pieces: Pieces, kind: Literal["zv", "zvd"], frequency: float, damping: float) -> Pieces:
+def shape_path(pieces: Pieces, kind: Literal["zv", "zvd"], frequency: float, damping: float) -> Pieces:
     """Return the reference shaped for a swing, at rest later by the last delay; arguments as of `impulses`."""
     weights, delays = impulses(kind, frequency, damping)
-    return weighted_sum(weights, [delayed(pieces, delay) for delay in delays])
+    return weighted_sum(weights, [delay_path(pieces, delay) for delay in delays])

@@ -75,7 +75,7 @@ def density(sea: Sea, frequencies: Array) -> Array:
     return sea.significant_height**2 / 16.0 * _form(np.asarray(frequencies) / peak, sea.gamma) / (total * peak)
 
 
-def sampled(sea: Sea, count: int, seed: int) -> Waves:
+def sample_sea(sea: Sea, count: int, seed: int) -> Waves:
     """Return `count` sinusoids of equal energy, the same ones for the same seed, whose variance is the spectrum's.
 
     Each frequency is drawn from its own share of the energy: no two have a common period, and the sum does not repeat.
@@ -88,7 +88,7 @@ def sampled(sea: Sea, count: int, seed: int) -> Waves:
     return Waves(np.full(count, amplitude), frequencies, rng.uniform(0.0, 2.0 * np.pi, count))
 
 
-def answered(waves: Waves, response: Response | float) -> Waves:
+def apply_response(waves: Waves, response: Response | float) -> Waves:
     """Return the vessel's motion, in m or rad, to waves: by a table, its ends held, or by one number per metre.
 
     Amplitudes are interpolated linearly, phases the short way round.

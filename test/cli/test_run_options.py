@@ -9,7 +9,7 @@ import pytest
 from crane_sim.cli import run_options
 from crane_sim.cli.run_options import RunOptions
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.files import held
+from crane_sim.recording.files import lock_file
 
 OPTIONS = RunOptions(
     mode="lockstep",
@@ -51,7 +51,7 @@ def test_impossible_options_are_refused(
     monkeypatch.chdir(tmp_path)
     Path("busy.mcap.part").mkdir()
     Path("odd.mcap.part").touch()
-    with held(Path("busy.mcap.part")), pytest.raises(SceneError, match=line):
+    with lock_file(Path("busy.mcap.part")), pytest.raises(SceneError, match=line):
         OPTIONS._replace(**options).check()
 
 

@@ -13,7 +13,7 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.path import path_of
-from crane_sim.trajectories.replanning import redirected
+from crane_sim.trajectories.replanning import with_path
 
 BOOM, JIB, LENGTH = 1.0, 0.85, 1.255
 EVERYTHING = {
@@ -140,7 +140,7 @@ def test_a_path_beyond_reach_is_followed_as_far_as_it_goes() -> None:
     """Sent 2.5 m out while running, the tip waits at the edge of its reach, and tracks again from where it can."""
     scene = load_scene("knuckle_tracking", STILL | {"control.law": "cartesian", "duration": 40.0})
     way = MinimumJerk(((1.35, 0.0), (2.5, 0.0), (1.35, 0.0)), (1.0, 8.0, 15.0)).pieces()
-    run = simulate(scene, redirected(scene.law, path_of(way)))
+    run = simulate(scene, with_path(scene.law, path_of(way)))
     stretched = BOOM**2 + JIB**2 + 2.0 * BOOM * JIB * np.sqrt(1.0 - 0.3**2)
     edge, out = np.sqrt(stretched - HEIGHT**2), np.hypot(run.tip[:, 0], run.tip[:, 1])
     # a servo of 0.7 of critical damping that is stopped at 0.3 m/s overshoots by 0.3 / 26 e^-0.8 m at most

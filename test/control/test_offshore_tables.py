@@ -77,7 +77,7 @@ def test_the_harmonic_law_finds_out_how_long_the_rope_is(part: float) -> None:
 def test_held_out_disturbances_are_compared_run_by_run() -> None:
     """A row of one seed is what the three runs of its scene give, and a law that fails has no ratio."""
     sway = observer.disturbances(300)["sine, 0.85 .. 1.2 of it"]
-    row = observer.compared("sine, 0.85 .. 1.2 of it", "every state", (300,))
+    row = observer.compare("sine, 0.85 .. 1.2 of it", "every state", (300,))
     found = simulate(load_scene("offshore_resonant", {"base_motion": sway, "control.law": "harmonic"})).summary
     assert row.harmonic == found["tracking_mse"] and row.failed == 0
     assert row.times_less == row.least == row.adaptive / row.harmonic

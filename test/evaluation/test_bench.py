@@ -11,12 +11,12 @@ from click.testing import CliRunner
 from crane_sim.cli.bench import bench
 from crane_sim.evaluation.bench import scenes
 from crane_sim.evaluation.bench.cases import CASES, LEVELS, scene_of, truth_of
-from crane_sim.evaluation.bench.crane_sim_engine import NAME, Ours
-from crane_sim.evaluation.bench.engine import Outcome, Run, ladder
+from crane_sim.evaluation.bench.crane_sim_engine import NAME, CraneSimEngine
+from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
 from crane_sim.evaluation.bench.page import page
 from crane_sim.evaluation.bench.results import Target, best, points_of, targets
-from crane_sim.evaluation.bench.store import merged, rounded, save, stored
-from crane_sim.evaluation.bench.sweep import Point, cheapest, measured, promising, swept, tried
+from crane_sim.evaluation.bench.store import merge_part, read_store, round_floats, save
+from crane_sim.evaluation.bench.sweep import Point, cheapest, measure_points, run_trial, select_candidates, sweep_method
 from crane_sim.files.errors import SceneError
 
 TRUTH = truth_of(CASES[0])._replace(payload=np.zeros(3), trusted=0.0)
@@ -44,8 +44,8 @@ def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
 @pytest.mark.parametrize(("method", "order", "finest", "coarsest"), [("rk4", 4, 1e-3, 6e-3), ("rk8", 8, 0.03, 0.12)])
 def test_our_runs_converge_at_their_order(method: str, order: int, finest: float, coarsest: float) -> None:
     """On S1 the error falls with the step as the method's order says, and evaluations are stages times steps."""
-    runs = [r for r in Ours(scene_of(CASES[0])).runs(method) if finest < r.setting < coarsest]
-    trials = [tried(r, truth_of(CASES[0])) for r in runs]
+    runs = [r for r in CraneSimEngine(scene_of(CASES[0])).runs(method) if finest < r.setting < coarsest]
+    trials = [run_trial(r, truth_of(CASES[0])) for r in runs]
     steps = [10.0 / (t.steps or 1) for t in trials]
     slope = np.polyfit(np.log(steps), np.log([t.error for t in trials]), 1)[0]
     assert slope == pytest.approx(order, abs=0.5)  # a swing of 60° nears the limit at these steps
@@ -54,7 +54,7 @@ def test_our_runs_converge_at_their_order(method: str, order: int, finest: float
 
 def test_a_sweep_ends_where_finer_settings_are_no_use() -> None:
     """Once a run is as good as its reference allows, finer ones are not tried; failures stay in the sweep."""
-    found = swept([run(np.nan), run(1e-3), run(0.0), run(0.0)], TRUTH)
+    found = sweep_method([run(np.nan), run(1e-3), run(0.0), run(0.0)], TRUTH)
     assert [t.error for t in found] == [np.inf, 1e-3, 0.0]
 
 
@@ -68,9 +68,11 @@ def test_the_cheapest_point_reaches_the_error() -> None:
 
 def test_rounds_go_to_what_may_be_the_cheapest() -> None:
     """Only runs near the cheapest at one of the errors are timed in rounds; every run is timed once."""
-    trials = [tried(run(e), TRUTH)._replace(seconds=s) for e, s in ((1e-3, 0.1), (1e-3, 1.0), (1e-7, 2.0), (1.0, 0.01))]
-    assert promising(trials) == {0, 2}
-    points = measured({"toy": trials}, 1.0, lambda what: None)
+    trials = [
+        run_trial(run(e), TRUTH)._replace(seconds=s) for e, s in ((1e-3, 0.1), (1e-3, 1.0), (1e-7, 2.0), (1.0, 0.01))
+    ]
+    assert select_candidates(trials) == {0, 2}
+    points = measure_points({"toy": trials}, 1.0, lambda what: None)
     assert [p.timings > 1 for p in points].count(True) >= 1 and all(p.timings >= 1 for p in points)
 
 
@@ -94,18 +96,18 @@ def part(date: str, engine: str, case: str, *points: Point) -> dict[str, Any]:
 
 def test_data_survive_the_file(tmp_path: Path) -> None:
     """What is measured anew replaces its own engine and method only; infinite errors come back as such."""
-    data = merged({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
-    data = merged(data, "scenes", part("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
-    data = merged(data, "scenes", part("3", "a", "S1", point("a", 1e-4, 3.0)))
-    data = merged(data, "scenes", part("4", "b", "S5"))
+    data = merge_part({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
+    data = merge_part(data, "scenes", part("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
+    data = merge_part(data, "scenes", part("3", "a", "S1", point("a", 1e-4, 3.0)))
+    data = merge_part(data, "scenes", part("4", "b", "S5"))
     save(data, tmp_path)
-    again = stored(tmp_path)
+    again = read_store(tmp_path)
     assert again == data and again["scenes"]["date"] == "4" and again["scenes"]["engines"] == {"a": "1", "b": "1"}
     found = points_of(again["scenes"]["scenes"]["S1"])
     assert [(p.engine, p.error) for p in found] == [("a", 1e-4), ("b", 1.2346e-3)]
-    infinite = merged({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0)))
+    infinite = merge_part({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0)))
     assert points_of(infinite["scenes"]["scenes"]["S1"])[0].error == float("inf")
-    assert rounded({"a": (1, 2.0000001)}) == {"a": [1, 2.0]}
+    assert round_floats({"a": (1, 2.0000001)}) == {"a": [1, 2.0]}
 
 
 @pytest.mark.parametrize("text", ["{", "[1]", '{"scenes": {}}'])
@@ -113,7 +115,7 @@ def test_a_file_that_is_none_of_ours_is_told(text: str, tmp_path: Path) -> None:
     """A data file that is no JSON, or not the benchmark's, is named in one line."""
     (tmp_path / "performance.json").write_text(text)
     with pytest.raises(SceneError, match="performance.json: cannot be read"):
-        stored(tmp_path)
+        read_store(tmp_path)
 
 
 def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
@@ -146,7 +148,7 @@ def test_bad_arguments_are_told(arguments: list[str], told: str, tmp_path: Path)
 
 def test_ladders_are_geometric() -> None:
     """A ladder begins and ends where it is told, with equal ratios."""
-    found = ladder(1.0, 1e-2, 4)
+    found = sweep_values(1.0, 1e-2, 4)
     assert found[0] == 1.0 and found[-1] == pytest.approx(1e-2) and len(found) == 9
     assert np.ptp(np.diff(np.log(found))) < 1e-12  # rounding
 

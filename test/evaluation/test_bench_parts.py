@@ -10,7 +10,7 @@ import pytest
 from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recording, start
 from crane_sim.evaluation.bench.group_cases import CASES
 from crane_sim.evaluation.bench.measurement import machine, ratio, spread
-from crane_sim.ros.common.timing import Punctuality
+from crane_sim.ros.common.timing import StepTiming
 from crane_sim.scenes.scene import load_scene
 
 SPREAD = {"median", "least", "most", "rounds"}
@@ -101,7 +101,7 @@ def test_quantiles_of_period_errors() -> None:
     """Quantiles over bins of 1 µs are those of the errors themselves, rounded up, and a pause breaks the chain."""
     random.seed(1)
     late = [random.uniform(0.0, 2e-3) for _ in range(1001)]  # s
-    punctuality = Punctuality()
+    punctuality = StepTiming()
     for k, by in enumerate(late):
         punctuality.note(0.001 * k, 0.001 * k + by)
     errors = sorted(1e6 * abs(b - a) for a, b in zip(late, late[1:], strict=False))

@@ -8,7 +8,7 @@ from command_line import crane
 from crane_sim.cli.commands import app
 from crane_sim.cli.report import WITHOUT_ROS
 from crane_sim.evaluation.bench.page import page as performance
-from crane_sim.evaluation.bench.store import stored
+from crane_sim.evaluation.bench.store import read_store
 from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
 from crane_sim.ros.plant_node import PARAMETERS
 from crane_sim.simulation.rollout import simulate
@@ -41,7 +41,7 @@ def test_a_page_has_the_rows_of_its_command(name: str) -> None:
 
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
     """The page of the benchmark is, to the last letter, what its command makes of the data beside it."""
-    assert text("performance") == performance(stored(DOCS))
+    assert text("performance") == performance(read_store(DOCS))
 
 
 def test_commands_and_their_options_are_described() -> None:

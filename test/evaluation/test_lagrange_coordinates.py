@@ -5,7 +5,7 @@ import pytest
 
 from crane_sim.evaluation.reproduce.lagrange import chain, coordinates, properties
 from crane_sim.evaluation.reproduce.lagrange.chain import LumpedCrane
-from crane_sim.evaluation.reproduce.lagrange.linearisation import collocated
+from crane_sim.evaluation.reproduce.lagrange.linearisation import collocate
 from crane_sim.evaluation.reproduce.overhead_erratum import apart, example, payload_only
 
 SIZES = (1, 2, 3, 5)
@@ -25,7 +25,9 @@ def test_maps_between_coordinates(n: int) -> None:
     assert np.linalg.det(jacobian) == pytest.approx(np.prod(sines), rel=1e-10)  # as (189); elimination of up to 11 rows
     for matrix in (coordinates.absolute_map(n), jacobian):
         rates = matrix @ v
-        assert 0.5 * rates @ coordinates.transformed(mass, matrix) @ rates == pytest.approx(energy, rel=1e-8)  # / sin²
+        assert 0.5 * rates @ coordinates.transform_mass(mass, matrix) @ rates == pytest.approx(
+            energy, rel=1e-8
+        )  # / sin²
 
 
 def test_hanging_links_by_their_positions() -> None:
@@ -57,7 +59,7 @@ def test_collocated_linearisation(n: int) -> None:
     """Under the inputs of (176)-(177) trolley and hoist accelerate as wanted, and the angles follow by (179)."""
     crane, q, v = example(n)
     v[n + 2 :] = 0.0
-    reduced, wanted, forces = collocated(crane, q, v), np.array([1.3, -0.7]), np.zeros(2 * n + 1)
+    reduced, wanted, forces = collocate(crane, q, v), np.array([1.3, -0.7]), np.zeros(2 * n + 1)
     assert properties.smallest_eigenvalue(reduced.mass) > 0.0
     forces[[0, n + 1]] = reduced.forces(wanted)
     found = chain.acceleration(crane, q, v, forces, (1,))

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from crane_sim.cli.league import save
-from crane_sim.evaluation.league.cases import COLUMNS, GROUPS, LOOKING, OF_KNUCKLE, PENDULUM, Group, Trial
-from crane_sim.evaluation.league.cells import Cell, Figures, cells, middle, played
+from crane_sim.evaluation.league.cases import COLUMNS, GROUPS, LOOKING, OF_KNUCKLE, PENDULUM, Group, Task
+from crane_sim.evaluation.league.cells import Cell, Figures, cells, evaluate, middle
 from crane_sim.evaluation.league.scenes import scene_of
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
@@ -17,7 +17,7 @@ ANGULAR, CARTESIAN = LOOKING[:2]
 FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, 0.0)
 
 
-def trial_of(column: str) -> Trial:
+def trial_of(column: str) -> Task:
     """Return the pendulum's trial in a column."""
     return next(trial for trial in PENDULUM if trial.column == column)
 
@@ -51,8 +51,8 @@ def test_settings_are_those_of_the_catalogue() -> None:
 
 def test_a_cell_says_what_the_run_says() -> None:
     """Errors and swing of a cell are those that the run's own summary gathers, block by block."""
-    trial = Trial("obstacle", "offshore_obstacle")
-    cell = played(Group("pendulum", "path", (), ()), ANGULAR, trial)
+    trial = Task("obstacle", "offshore_obstacle")
+    cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
     told = simulate(load_scene(scene_of(trial, ANGULAR, 0))).summary
     assert cell.figures is not None and not cell.refused and not cell.failed and cell.runs == 1
     assert cell.figures.mse == pytest.approx(told["tracking_mse"], rel=1e-9)  # the same sum in another order
@@ -64,7 +64,7 @@ def test_a_cell_says_what_the_run_says() -> None:
 
 def test_a_law_that_does_not_apply_is_left_out_with_its_reason() -> None:
     """The angular law has no camera: the cell has no figures, and says why."""
-    cell = played(GROUPS[0], ANGULAR, trial_of("30 Hz vision"))
+    cell = evaluate(GROUPS[0], ANGULAR, trial_of("30 Hz vision"))
     assert cell.figures is None and "vision" in cell.refused and not cell.failed
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from process_helpers import completed
 
-from crane_sim.evaluation.reproduce import reproduced
+from crane_sim.evaluation.reproduce import measure_items
 from crane_sim.evaluation.reproduce.hardcases import Case
 from crane_sim.evaluation.reproduce.overhead import erratum_row
 from crane_sim.evaluation.reproduce.overhead_erratum import erratum
@@ -26,14 +26,14 @@ def crane(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def test_every_claim_holds_or_is_an_erratum() -> None:
     """No row of the paper says that a claim fails without the correction that first principles confirm."""
-    rows = reproduced("overhead")["overhead"]
+    rows = measure_items("overhead")["overhead"]
     assert len({row.claim for row in rows}) == len(rows) > 0
     assert not [row for row in rows if row.verdict != "holds" and not row.verdict.startswith("erratum: ")]
 
 
 def test_overhead_has_all_errata_and_properties() -> None:
     """The rows of the overhead crane cover the properties of the report and every place that is misprinted."""
-    rows = {row.claim: row.verdict for row in reproduced("overhead")["overhead"]}
+    rows = {row.claim: row.verdict for row in measure_items("overhead")["overhead"]}
     wrong = " ".join(claim for claim, verdict in rows.items() if verdict.startswith("erratum"))
     for place in ("(145)", "(174), m22", "(174), m23", "1.3", "1.8", "(182)", "(184)", "(73)", "after (83), large"):
         assert place in wrong
@@ -65,7 +65,7 @@ def test_json_is_one_object_with_the_measured_rows() -> None:
     done = crane("overhead", "--json")
     found = json.loads(done.stdout)
     assert done.returncode == 0 and list(found) == ["overhead"]
-    rows = reproduced("overhead")["overhead"]
+    rows = measure_items("overhead")["overhead"]
     assert [list(row) for row in found["overhead"]] == [FIELDS] * len(rows)
     assert [(row["claim"], row["verdict"]) for row in found["overhead"]] == [(row.claim, row.verdict) for row in rows]
 
@@ -73,11 +73,11 @@ def test_json_is_one_object_with_the_measured_rows() -> None:
 def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     """Rows become a Markdown page with one line each, hard cases with a picture beside it."""
     cases = [Case("a", "nodes, m", "dop853", 1e-12, 1e-9, None, 10, 0.1, "holds")]
-    save({"hardcases": cases, "overhead": reproduced("overhead")["overhead"]}, str(tmp_path))
+    save({"hardcases": cases, "overhead": measure_items("overhead")["overhead"]}, str(tmp_path))
     page = (tmp_path / "hardcases.md").read_text()
     assert "| a | nodes, m | dop853 | 1e-12 | 1e-09 | - | 10 | 0.1 | holds |" in page and "(hardcases.png)" in page
     assert (tmp_path / "hardcases.png").read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / "overhead.md").read_text().count("\n| ") == len(reproduced("overhead")["overhead"]) + 1
+    assert (tmp_path / "overhead.md").read_text().count("\n| ") == len(measure_items("overhead")["overhead"]) + 1
 
 
 def test_digits_that_vary_are_told_apart(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_the_table_has_a_line_for_each_row() -> None:
     done = crane("overhead")
     lines = done.stdout.splitlines()
     assert done.returncode == 0 and "\x1b" not in done.stdout
-    for row in reproduced("overhead")["overhead"]:
+    for row in measure_items("overhead")["overhead"]:
         assert any(row.claim in line and row.verdict in line for line in lines), row.claim
 
 

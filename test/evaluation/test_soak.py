@@ -12,7 +12,7 @@ from crane_sim.cli.soak import soak
 from crane_sim.evaluation.soak import inprocess, memory, realtime
 from crane_sim.evaluation.soak.drift import FALL, drift, drift_figures
 from crane_sim.evaluation.soak.figures import Figure, at_least, at_most, equal
-from crane_sim.evaluation.soak.store import save, thinned, write_page
+from crane_sim.evaluation.soak.store import save, thin_lists, write_page
 from crane_sim.files.errors import SceneError
 
 STEPS = 20_000
@@ -128,7 +128,7 @@ def test_what_is_drawn_is_kept(part: str, data: dict[str, Any], tmp_path: Path) 
 
 def test_long_series_are_thinned_alike() -> None:
     """Of lists of one length the same entries are kept, first and last among them; short ones stay as they are."""
-    found = thinned({"a": series(1800), "b": {"c": series(1800)}, "d": series(5)})
+    found = thin_lists({"a": series(1800), "b": {"c": series(1800)}, "d": series(5)})
     assert found["a"] == found["b"]["c"] and len(found["a"]) == 100
     assert (found["a"][0], found["a"][-1]) == (0.0, 1799.0) and found["a"] == sorted(set(found["a"]))
     assert found["d"] == series(5)

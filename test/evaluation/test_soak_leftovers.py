@@ -74,8 +74,8 @@ def test_the_last_effort_of_a_run_that_is_cut_short_is_zero(efforts: tuple[float
 
 def test_the_zero_effort_belongs_to_no_step() -> None:
     """Of a run that is cut short the last effort counts as none of the steps; of a complete one each is one."""
-    assert signals._taken(heard(1.0, 2.0, 0.0), 4) == 2
-    assert signals._taken(heard(1.0, 2.0, 3.0, 4.0), 4) == 4
+    assert signals._count_steps(heard(1.0, 2.0, 0.0), 4) == 2
+    assert signals._count_steps(heard(1.0, 2.0, 3.0, 4.0), 4) == 4
 
 
 def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:

@@ -25,8 +25,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 from std_srvs.srv import SetBool, Trigger
 
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
-from crane_sim.process_signals import tie
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
+from crane_sim.process_signals import set_parent_death_signal
 
 _END = 10.0  # s for a thread of a test to end
 JOINTS = ["slew", "boom", "jib", "rope"]
@@ -48,7 +48,7 @@ class NodeProcess:
         command = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
         command += [part for argument in given for part in ("-p", argument)]
         self.process = subprocess.Popen(
-            command, env=domain_env, pass_fds=(control, report), process_group=0, preexec_fn=tie()
+            command, env=domain_env, pass_fds=(control, report), process_group=0, preexec_fn=set_parent_death_signal()
         )
         os.close(control)
         os.close(report)
@@ -192,8 +192,8 @@ class Remote:
 @contextmanager
 def graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield a domain that nobody else uses, and the environment of its nodes; this process is in it, too."""
-    with reserved_domain() as domain:
-        env = environment(domain, folder)
+    with reserve_domain() as domain:
+        env = node_environment(domain, folder)
         for key, value in env.items():
             monkeypatch.setenv(key, value)
         yield domain, env

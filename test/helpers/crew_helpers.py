@@ -6,7 +6,7 @@ from pathlib import Path
 
 from process_helpers import LIMIT as PATIENCE
 
-from crane_sim.orchestration.process_group import Crew
+from crane_sim.orchestration.process_group import ProcessGroup
 
 LIMIT = 3.0  # s from an interruption to the end, as promised
 STUBBORN = """
@@ -18,13 +18,13 @@ time.sleep(600)
 """
 
 
-def crew_of(folder: Path, program: str, env: dict[str, str], interrupts: Sequence[int] = ()) -> Crew:
+def crew_of(folder: Path, program: str, env: dict[str, str], interrupts: Sequence[int] = ()) -> ProcessGroup:
     """Return a crew whose nodes can be of a module `node` that is this program."""
     (folder / "node.py").write_text(program)
-    return Crew(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"}, interrupts)
+    return ProcessGroup(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"}, interrupts)
 
 
-def listen_until(crew: Crew, done: Callable[[], bool]) -> None:
+def listen_until(crew: ProcessGroup, done: Callable[[], bool]) -> None:
     """Take in what the children report until it is done; fails where that takes too long."""
     deadline = time.monotonic() + PATIENCE
     while not done():

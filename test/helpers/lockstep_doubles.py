@@ -9,7 +9,7 @@ import pytest
 
 from crane_sim import load_scene
 from crane_sim.ros.plant.lockstep import Lockstep
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 SCENE = load_scene("knuckle_setpoint")
 
@@ -113,14 +113,14 @@ def topics() -> QuietTopics:
 
 
 @pytest.fixture
-def stepper(topics: QuietTopics) -> Stepper:
+def stepper(topics: QuietTopics) -> SimulationRun:
     """Return a stepper without ROS."""
     plant: Any = CountingPlant()
     heard: Any = topics
     pipes: Any = SimpleNamespace(report=lambda *_, **__: None)
-    return Stepper(SCENE, plant, heard, pipes, (1e9,) * len(ZERO))
+    return SimulationRun(SCENE, plant, heard, pipes, (1e9,) * len(ZERO))
 
 
-def lockstep(host: Any, stepper: Stepper, beside: str = "") -> Lockstep:
+def lockstep(host: Any, stepper: SimulationRun, beside: str = "") -> Lockstep:
     """Return a lockstep whose patience is 0.3 s."""
     return Lockstep(host, stepper, SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3))

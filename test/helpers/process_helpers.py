@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from crane_sim.process_signals import tie
+from crane_sim.process_signals import set_parent_death_signal
 
 LIMIT = 300.0  # s for a program or a wait, only so that a failure ends: the first of a scene compiles
 _GONE = 20.0  # s for a process that was killed, and for what is left in its pipes
@@ -35,7 +35,9 @@ def started_program(
     Raises:
         AssertionError: the program ran into the limit.
     """
-    process = subprocess.Popen(command, **{"text": True, "process_group": 0, "preexec_fn": tie()} | options)
+    process = subprocess.Popen(
+        command, **{"text": True, "process_group": 0, "preexec_fn": set_parent_death_signal()} | options
+    )
     late: list[str] = []
 
     def expire() -> None:

@@ -5,7 +5,7 @@ from collections import deque
 from contextlib import nullcontext
 from types import SimpleNamespace
 
-from crane_sim.ros.common.command_filter import CommandGate
+from crane_sim.ros.common.command_filter import CommandValidator
 
 JOINTS = ("slew", "boom")
 
@@ -22,7 +22,7 @@ class NotingStepper:
     def __init__(self) -> None:
         """Begin at the first state."""
         self.scene = SimpleNamespace(actuated=JOINTS, period=PERIOD, sampled=True)
-        self.gate = CommandGate(JOINTS, (1e9, 1e9))
+        self.gate = CommandValidator(JOINTS, (1e9, 1e9))
         self.plant = SimpleNamespace(braking=False)
         self.efforts: list[tuple[float, ...]] = []
         self.times: list[float] = []  # s, of the steps

@@ -6,7 +6,7 @@ from typing import Any
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.controller.setpoints import Demands
+from crane_sim.ros.controller.setpoints import Setpoints
 from crane_sim.ros.controller.states import State
 
 PERIOD = 0.004  # s
@@ -60,7 +60,7 @@ def state(step: int) -> State:
     return State((step + 1) * 4_000_000, step * PERIOD, (), ())
 
 
-def heard(patient: bool) -> tuple[OneTopicNode, list[State], Demands, Half]:
+def heard(patient: bool) -> tuple[OneTopicNode, list[State], Setpoints, Half]:
     """Return a node, the states whose answers were asked for, the demands, and who takes them."""
     node, answered = OneTopicNode(), []
-    return node, answered, Demands(node, Half.names, patient, answered.append), Half()  # type: ignore[arg-type]
+    return node, answered, Setpoints(node, Half.names, patient, answered.append), Half()  # type: ignore[arg-type]

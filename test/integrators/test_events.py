@@ -9,7 +9,7 @@ import crane_sim
 from crane_sim import system
 from crane_sim.integrators import STOPPED, reach, record, start
 from crane_sim.integrators.dop853 import RK8
-from crane_sim.integrators.events import LOOKS
+from crane_sim.integrators.events import GUARD_SAMPLES
 from crane_sim.numerics.jit import entry
 from crane_sim.simulation.rollout import simulate
 
@@ -35,7 +35,7 @@ def _(p, t, x, u):
     return x[1], -1.0
 
 
-@system.fill.register(ThrowArray)
+@system.rhs_into.register(ThrowArray)
 def _(p, t, x, u, out, work):
     out[0], out[1] = x[1], -1.0
 
@@ -52,8 +52,8 @@ def _(p, t, x, u, work):
     return p.ceiling - x[0], 3, int(p.forced)
 
 
-@system.switched.register(Throw)
-@system.switched.register(ThrowArray)
+@system.apply_reset_map.register(Throw)
+@system.apply_reset_map.register(ThrowArray)
 def _(p, t, x, u, which):
     return x, which, False
 
@@ -73,14 +73,14 @@ def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:
 @pytest.mark.parametrize("top", np.linspace(0.3, 1.7, 8))
 def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
     """A guard that is negative for little more than 1 / LOOKS of a step, and not at its ends, ends the run on time."""
-    half = 0.51 * STEP / LOOKS
+    half = 0.51 * STEP / GUARD_SAMPLES
     for p, x in cases(0.5 * top**2 - 0.5 * half**2, forced, top):
         flow = thrown(p, x, STEP)
         assert flow.status == STOPPED + 3 and flow.seen.total == 1
         assert flow.t == pytest.approx(top - half, abs=1e-13)  # the method is exact for a parabola
 
 
-@pytest.mark.parametrize(("forced", "each"), [(0.0, 12), (1.0, 12 + 2 + LOOKS)])
+@pytest.mark.parametrize(("forced", "each"), [(0.0, 12), (1.0, 12 + 2 + GUARD_SAMPLES)])
 def test_what_looking_costs_is_counted(forced: float, each: int) -> None:
     """Guards of positions alone cost no evaluation; others cost both ends' derivatives and what each of them takes."""
     for p, x in cases(1.0, forced, 1.0):
@@ -98,8 +98,8 @@ def test_a_guard_that_is_only_touched_does_not_fail() -> None:
     ("groups", "each"),
     [
         ({"trolley.limits": [-100.0, 100.0]}, 12),
-        ({"friction": {"trolley": {"coulomb": 10.0, "static": 1e4}}}, 12 + 2 + LOOKS),
-        ({"cable.slack": "stop"}, 12 + 2 + LOOKS),
+        ({"friction": {"trolley": {"coulomb": 10.0, "static": 1e4}}}, 12 + 2 + GUARD_SAMPLES),
+        ({"cable.slack": "stop"}, 12 + 2 + GUARD_SAMPLES),
     ],
     ids=["limits", "sticking", "slack"],
 )

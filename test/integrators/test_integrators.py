@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crane_sim import system
-from crane_sim.integrators import NOT_FINITE, OK, dop853, dopri5, gauss, reach, rk4, scratch, start, state_at, step
+from crane_sim.integrators import NOT_FINITE, OK, dense_output, dop853, dopri5, gauss, reach, rk4, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -70,7 +70,7 @@ def one_step(method, p, x, t, h):
 def look_back(method, p, x, end, t):
     """Return (state at a time within the last step, flow)."""
     flow = reach(method, p, (), start(p, 0.0, x, None), end, 1e9)
-    return state_at(method, p, (), flow, t), flow
+    return dense_output(method, p, (), flow, t), flow
 
 
 def dense(rows: Any, n: int) -> np.ndarray:

@@ -10,7 +10,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import OK, reach, rodas, scratch, start, state_at, step
+from crane_sim.integrators import OK, dense_output, reach, rodas, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.runge_kutta import dense
@@ -25,7 +25,7 @@ class Pendulum(NamedTuple):
     rate: float
 
 
-@system.fill.register(Pendulum)
+@system.rhs_into.register(Pendulum)
 def _(p, t, x, u, out, work):
     out[0], out[1], out[2] = x[1], p.f * sin(2.0 * t) - sin(x[0]), p.rate * (sin(2.0 * t) - x[2]) + x[0] * x[2]
 
@@ -45,7 +45,7 @@ def steps(method, p, x, n, h):
 def integrate(method, p, x, end):
     """Return the flow from (0, x) to `end`, and the state in the middle of its last step."""
     flow = reach(method, p, (), start(p, 0.0, x, None), end, end)
-    return flow, state_at(method, p, (), flow, 0.5 * (flow.t0 + flow.t))
+    return flow, dense_output(method, p, (), flow, 0.5 * (flow.t0 + flow.t))
 
 
 Tree = tuple[Any, ...]

@@ -16,7 +16,7 @@ import crane_sim
 from crane_sim import system
 from crane_sim.numerics.jit import entry
 from crane_sim.numerics.states import add_scaled
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())
 
@@ -179,7 +179,7 @@ def test_imposed_rope_motion_is_the_force_driven_one_at_that_tension(drive: str)
     for q, v, u in random_states(10):
         v[3] = 0.0 if drive == "locked" else v[3]
         u = u[: len(scene.actuated)]
-        tension = derived(scene, np.zeros(1), q[None], v[None], u[None]).tension[0]
+        tension = derive(scene, np.zeros(1), q[None], v[None], u[None]).tension[0]
         found = crane_sim.acceleration(scene, q, v, u)
         expected_rope = {"rate": u[-1], "lagging rate": (u[-1] - v[3]) / 0.2, "locked": 0.0}[drive]
         # the tension is formed from terms up to 1e2 times the result

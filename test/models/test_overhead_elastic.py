@@ -9,7 +9,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import reach, record, settled, start, state_at
+from crane_sim.integrators import apply_pending_events, dense_output, reach, record, start
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.models.energy_meter import Meter
@@ -58,12 +58,12 @@ def scene_of_case(spec: Any) -> crane_sim.Scene:
 def passed(method, p, q, v, u, times, nodes):
     """Return (flow at the last of the times, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
     x = system.state(p, 0.0, q, v)
-    flow = settled(system.switching(p), p, u, start(p, 0.0, x, record(system.switching(p))))
+    flow = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, record(system.switching(p))))
     for i in range(len(times)):
         flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
-        system.points(p, times[i], state_at(method, p, u, flow, times[i]), nodes[i])
+        system.points(p, times[i], dense_output(method, p, u, flow, times[i]), nodes[i])
     gained = system.kinetic(p, flow.x) + system.potential(p, flow.x) - system.kinetic(p, x) - system.potential(p, x)
-    return flow, gained - system.supplied(p, flow.x)
+    return flow, gained - system.energy_supplied(p, flow.x)
 
 
 def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:

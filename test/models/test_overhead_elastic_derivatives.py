@@ -53,14 +53,14 @@ def state_of(p, q, v):
 def derivative(p, x, u):
     """Return (dx/dt, power, kinetic + potential energy) at t = 0.37 s."""
     out = np.empty_like(x)
-    system.fill(p, 0.37, x, u, out, system.workspace(p))
+    system.rhs_into(p, 0.37, x, u, out, system.workspace(p))
     return out, system.power(p, 0.37, x, u), system.kinetic(p, x) + system.potential(p, x)
 
 
 @entry
 def solved(p, x, u, shift, b):
     """Overwrite b with the solution of (shift I - J) y = b at t = 0.37 s."""
-    system.solve_shifted(p, system.factored(p, system.linearised(p, 0.37, x, u), shift), b)
+    system.solve_shifted(p, system.factor_shifted(p, system.compute_jacobian(p, 0.37, x, u), shift), b)
 
 
 @pytest.mark.parametrize("groups", [SPACE, IMPOSED], ids=["space", "imposed"])

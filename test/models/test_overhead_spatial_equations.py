@@ -101,13 +101,13 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
 @entry
 def balance(p, t, q, v, row, h):
     """Return (accelerations, dE/dt by central differences, power, actuated coordinates) under the efforts in `row`."""
-    u = system.held(p, row)
+    u = system.efforts_from_row(p, row)
     x = system.project(p, system.state(p, t, q, v))
     dx = system.rhs(p, t, x, u)
     ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
     gained = system.kinetic(p, ahead) - system.kinetic(p, behind)
     gained += system.potential(p, ahead) - system.potential(p, behind)
-    return system.acceleration(p, t, x, u), gained / (2.0 * h), system.power(p, t, x, u), system.actuated(p, x)
+    return system.acceleration(p, t, x, u), gained / (2.0 * h), system.power(p, t, x, u), system.actuated_joints(p, x)
 
 
 WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}

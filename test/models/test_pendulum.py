@@ -16,7 +16,7 @@ from urdf_kinematics import forward
 import crane_sim
 from crane_sim.description import urdf
 from crane_sim.files.errors import SceneError
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 from crane_sim.trajectories.base_motion import AXES, SplineBase
 
 LENGTH, MASS, GRAVITY = 1.255, 4.0, 9.81
@@ -193,7 +193,7 @@ def test_joint_states_place_the_payload() -> None:
     """The URDF puts the payload where the model does, from the joint positions alone."""
     scene = scene_of()
     q = np.array([0.3, -0.2, 0.9, 0.48, 0.6, -0.64])
-    shown = derived(scene, np.zeros(1), q[None], np.zeros((1, 6)), np.zeros((1, 2)))
+    shown = derive(scene, np.zeros(1), q[None], np.zeros((1, 6)), np.zeros((1, 2)))
     found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
     assert found == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
     assert shown.payload[0] - shown.tip[0] == pytest.approx(LENGTH * q[3:], abs=1e-15)  # one product

@@ -8,7 +8,7 @@ import pytest
 import crane_sim
 from crane_sim.cli.report import print_summary
 from crane_sim.recording.layout import of_scene
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 
 NODES = {"lengths": [0.5, 0.4, 0.3, 0.2, 0.1], "node_masses": [0.1, 0.2, 0.3, 0.4, 60.0]}
 FIXED: dict[str, Any] = {"crane": "overhead", "duration": 1.0, "trolley": {"drive": "fixed"}}
@@ -24,7 +24,7 @@ def tensions(scene: crane_sim.Scene, q: Any = None, v: Any = None) -> Any:
     """Return the tensions (L,) [N] of a scene at joints q, v, those of its start if none are given."""
     at = (scene.initial_q if q is None else q, scene.initial_v if v is None else v)
     q, v = (np.array([part], dtype=float) for part in at)
-    return derived(scene, np.zeros(1), q, v, np.zeros((1, len(scene.actuated)))).tensions[0]
+    return derive(scene, np.zeros(1), q, v, np.zeros((1, len(scene.actuated)))).tensions[0]
 
 
 def weights(masses: Any) -> Any:

@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim.models.effects import PayloadDrag, add_drag
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.numerics import jit
-from crane_sim.numerics.states import add, add_scaled, combine, dimension, leaves, scale, weighted_square
+from crane_sim.numerics.states import add, add_scaled, dimension, leaves, scale, squared_error_norm, weighted_sum
 from crane_sim.simulation.rollout import simulate
 
 ROOT = Path(__file__).parents[2]
@@ -94,13 +94,13 @@ def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
 def compiled_algebra(x, y, h, ks):
     """Return everything that the state algebra computes."""
     row = (0.5, None, 0.25)
-    total = combine(h, row, ks)
+    total = weighted_sum(h, row, ks)
     return (
         add(x, y),
         scale(h, x),
         add_scaled(x, h, y),
         total,
-        weighted_square(x, x, y, 1e-3, 1e-6),
+        squared_error_norm(x, x, y, 1e-3, 1e-6),
         dimension(x),
         leaves(x),
     )
@@ -119,8 +119,8 @@ def test_state_algebra_is_the_same_in_python() -> None:
         add(x, y),
         scale(h, x),
         add_scaled(x, h, y),
-        combine(h, (0.5, None, 0.25), ks),
-        weighted_square(x, x, y, 1e-3, 1e-6),
+        weighted_sum(h, (0.5, None, 0.25), ks),
+        squared_error_norm(x, x, y, 1e-3, 1e-6),
         4,
         leaves(x),
     )
@@ -170,7 +170,7 @@ def test_only_compilation_is_told() -> None:
     def double(x):
         return 2.0 * x
 
-    with jit.watched(lambda: begun.append("compiling")):
+    with jit.watch_compiling(lambda: begun.append("compiling")):
         assert double(1.0) == 2.0 and begun
         begun.clear()
         assert double(2.0) == 4.0 and not begun

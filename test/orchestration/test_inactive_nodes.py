@@ -10,8 +10,8 @@ import pytest
 
 from crane_sim.orchestration import supervisor as conductor_module
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.supervisor import Conductor, Telling
-from crane_sim.ros.controller.responder import attend
+from crane_sim.orchestration.supervisor import Callbacks, Supervisor
+from crane_sim.ros.controller.responder import serve_responder
 
 
 def test_a_node_reports_whether_it_is_active() -> None:
@@ -26,7 +26,7 @@ def test_a_node_reports_whether_it_is_active() -> None:
 
     host.manage = manage
     node: Any = SimpleNamespace(activate=obeyed.append, missing=lambda: "", finish=dict)
-    attend(host, node, True)
+    serve_responder(host, node, True)
     assert obeyed == [True, False, True]
     assert [fields["active"] for event, fields in heard if event == "active"] == obeyed
 
@@ -47,7 +47,7 @@ def test_the_orchestrator_knows_it() -> None:
         seen.append(child.active)
     os.close(pipes[0])
     os.close(child.reports)
-    child.let_go()
+    child.close_control_pipe()
     assert seen == [True, False, True]
 
 
@@ -69,11 +69,11 @@ def test_who_was_deactivated_is_not_killed(silent: str | None, killed: bool, mon
             plant.summary = {}
         return True
 
-    posts: list[Any] = [SimpleNamespace(name="plant", holder=plant)]
+    posts: list[Any] = [SimpleNamespace(name="plant", active=plant)]
     for name in ("controller", "tracker"):
         holder = SimpleNamespace(pid=1, ready=True, fault="", active=silent != name, send_signal=signals.append)
-        posts.append(SimpleNamespace(name=name, holder=holder, vacant="", look_after_reserves=lambda: ""))
+        posts.append(SimpleNamespace(name=name, active=holder, failed="", maintain_standbys=lambda: ""))
     crew: Any = SimpleNamespace(listen=listen)
-    telling = Telling(lambda step: None, lambda news: None, lambda name, pid: None)
-    Conductor(crew, posts, [], telling, 60.0).play()
+    telling = Callbacks(lambda step: None, lambda news: None, lambda name, pid: None)
+    Supervisor(crew, posts, [], telling, 60.0).play()
     assert (signal.SIGKILL in signals) == killed

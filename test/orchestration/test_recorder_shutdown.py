@@ -14,10 +14,10 @@ from process_helpers import ends_soon
 
 from crane_sim.orchestration import shutdown
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process_group import Crew
-from crane_sim.orchestration.roles import Place, RecorderPost
-from crane_sim.orchestration.shutdown import recorded
-from crane_sim.orchestration.supervisor import Conductor, Telling
+from crane_sim.orchestration.process_group import ProcessGroup
+from crane_sim.orchestration.roles import RecorderRole, RoleSpec
+from crane_sim.orchestration.shutdown import finish_recording
+from crane_sim.orchestration.supervisor import Callbacks, Supervisor
 from crane_sim.recording.rerun import repair
 
 RECORDER = """
@@ -42,7 +42,7 @@ for line in os.fdopen(control):
 """
 
 
-class Unforked(Crew):
+class Unforked(ProcessGroup):
     """A crew that starts whoever stands by as it starts all others."""
 
     def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
@@ -55,11 +55,13 @@ def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_env
     (tmp_path / "node.py").write_text(RECORDER)
     news: list[str] = []
     with Unforked(ros_environment | {"PYTHONPATH": str(tmp_path)}) as crew:
-        post = RecorderPost(crew, Place("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True)
-        listen_until(crew, lambda: post.holder.ready and post.reserves_ready)
-        plant: Any = SimpleNamespace(name="plant", holder=SimpleNamespace(step=64, pid=1))
-        telling = Telling(lambda step: None, news.append, lambda name, pid: None)
-        summary = recorded(Conductor(crew, [plant, post], [], telling, 0.0), post, {"steps": 70})
+        post = RecorderRole(
+            crew, RoleSpec("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True
+        )
+        listen_until(crew, lambda: post.active.ready and post.standbys_ready)
+        plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=64, pid=1))
+        telling = Callbacks(lambda step: None, news.append, lambda name, pid: None)
+        summary = finish_recording(Supervisor(crew, [plant, post], [], telling, 0.0), post, {"steps": 70})
     assert news == ["recorder: it was killed by SIGKILL; replaced"]
     assert summary.pop("restarts") == {"recorder": 1}
     assert summary == {"steps": 70, "recording": "run.rrd", "recorded_steps": 70, "lost_steps": 0}
@@ -72,19 +74,19 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     slow.chmod(0o755)
     monkeypatch.setattr(repair, "viewer_program", lambda: slow)
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
-    with Crew({}, interrupts) as crew:
+    with ProcessGroup({}, interrupts) as crew:
         dead: Any = SimpleNamespace(
             ready=True, gone=True, summary=None, recorded=5, fault="it was killed by SIGKILL", order=lambda line: None
         )
         dead.send_signal, dead.ended_by = (lambda number: None), (lambda instant: True)
-        post: Any = SimpleNamespace(name="recorder", holder=dead, restarts=0, vacant=why)
-        vars(post).update(path=str(tmp_path / "run.rrd"), mcap="", began=0.0, relieve=lambda step: False)
+        post: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failed=why)
+        vars(post).update(path=str(tmp_path / "run.rrd"), mcap="", began=0.0, fail_over=lambda step: False)
         part.touch()
-        plant: Any = SimpleNamespace(name="plant", holder=SimpleNamespace(step=7))
+        plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=7))
         nobody: Any = SimpleNamespace()
         threading.Timer(0.3, interrupts.append, [signal.SIGTERM]).start()
         began = time.monotonic()
-        summary = recorded(Conductor(crew, [plant, post], interrupts, nobody, 0.0), post, {"steps": 7})
+        summary = finish_recording(Supervisor(crew, [plant, post], interrupts, nobody, 0.0), post, {"steps": 7})
     assert time.monotonic() - began < 0.3 + LIMIT
     ends_soon(int(pid.read_text()))
     assert summary["error"] == f"{why}; {part} is incomplete, it has 5 of 7 steps"
@@ -103,12 +105,14 @@ def test_a_signal_hurries_processes_that_do_not_end(tmp_path: Path, ros_environm
 
 def last_line(monkeypatch: pytest.MonkeyPatch, first: str, own: dict[str, Any] | None, vacant: str = "") -> str:
     """Return the error of a run that has this one itself, and whose recorder says this."""
-    monkeypatch.setattr(shutdown, "_finished", lambda *_: own)
-    monkeypatch.setattr(shutdown, "recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5})
+    monkeypatch.setattr(shutdown, "_wait_finished", lambda *_: own)
+    monkeypatch.setattr(
+        shutdown, "recover_recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5}
+    )
     conductor: Any = SimpleNamespace(left=1.0, plant=SimpleNamespace(step=9))
-    post: Any = SimpleNamespace(path="run.rrd", mcap="", vacant=vacant, holder=SimpleNamespace(fault=""), began=0.0)
+    post: Any = SimpleNamespace(path="run.rrd", mcap="", failed=vacant, active=SimpleNamespace(fault=""), began=0.0)
     summary = {"steps": 9} | ({"error": first} if first else {})
-    return recorded(conductor, post, summary).get("error", "")
+    return finish_recording(conductor, post, summary).get("error", "")
 
 
 def test_what_the_recorder_says_stands_behind_what_ended_the_run(monkeypatch: pytest.MonkeyPatch) -> None:

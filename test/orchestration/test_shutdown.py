@@ -16,13 +16,13 @@ from crew_helpers import LIMIT, STUBBORN, crew_of, listen_until
 from process_helpers import ends_soon, gone, next_line, started_program, wait_until
 
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process import Forked
-from crane_sim.orchestration.recovery import bags
-from crane_sim.orchestration.shutdown import recorded, told
-from crane_sim.orchestration.supervisor import Conductor
-from crane_sim.recording.files import part_of, unfinished
+from crane_sim.orchestration.process import ForkedProcess
+from crane_sim.orchestration.recovery import recover_bags
+from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording
+from crane_sim.orchestration.supervisor import Supervisor
+from crane_sim.recording.files import part_of, unfinished_name
 from crane_sim.recording.rerun import repair
-from crane_sim.recording.rerun.repair import Before, Parts
+from crane_sim.recording.rerun.repair import Parts, Previous
 
 FAILING = """
 import sys
@@ -40,14 +40,14 @@ def test_all_limits_of_an_early_end_are_one(tmp_path: Path, ros_environment: dic
     interrupts: list[int] = [signal.SIGINT]
     with crew_of(tmp_path, STUBBORN, ros_environment, interrupts) as crew:
         names = ("plant", "controller", "recorder", *("reserve",) * 4)
-        posts: list[Any] = [SimpleNamespace(name=name, holder=crew.start(name, "node", "a", {})) for name in names]
-        vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, vacant="")
+        posts: list[Any] = [SimpleNamespace(name=name, active=crew.start(name, "node", "a", {})) for name in names]
+        vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, failed="")
         listen_until(crew, lambda: all(child.ready for child in crew.children))
         nobody: Any = SimpleNamespace()
-        conductor, began = Conductor(crew, posts, interrupts, nobody, 0.0), time.monotonic()
-        conductor.wind_up()
-        told(conductor, posts)
-        summary = recorded(conductor, posts[2], {"steps": 7})
+        conductor, began = Supervisor(crew, posts, interrupts, nobody, 0.0), time.monotonic()
+        conductor.stop_early()
+        collect_controller_summary(conductor, posts)
+        summary = finish_recording(conductor, posts[2], {"steps": 7})
     assert time.monotonic() - began < LIMIT
     assert summary["error"].startswith("recorder: it did not finish the recording")
     assert all(gone(child.pid) for child in crew.children)
@@ -59,16 +59,16 @@ def test_an_unforeseen_error_is_named(tmp_path: Path, ros_environment: dict[str,
         child = crew.start("odd", "node", "a", {})
         listen_until(crew, lambda: child.gone)
     assert child.fault == "it ended with exit code 1: OSError: [Errno 5] the bus is"
-    assert not child.gave_up
+    assert not child.fatal
 
 
 def forked(*events: dict[str, Any]) -> Child:
     """Return a child of a nursery that reported this, and whose pipe is then closed."""
 
-    def start(_: int, report: int) -> Forked:
+    def start(_: int, report: int) -> ForkedProcess:
         for event in events:
             os.write(report, json.dumps(event).encode() + b"\n")
-        return Forked()
+        return ForkedProcess()
 
     child = Child("fork", start)
     while not child.gone:
@@ -87,13 +87,13 @@ def test_how_a_fork_ended_is_known_or_said_to_be_unknown() -> None:
 
 TIED = """
 import os, time
-from crane_sim.process_signals import tie, untie
+from crane_sim.process_signals import set_parent_death_signal, clear_parent_death_signal
 for free in (False, True):
-    bind = tie()
+    bind = set_parent_death_signal()
     if not os.fork():
         bind()
         if free:
-            untie()
+            clear_parent_death_signal()
         os.write(1, f"{'free' if free else 'tied'} {os.getpid()}\\n".encode())  # one write: never mixed with another
         time.sleep(60)
         os._exit(0)
@@ -119,7 +119,7 @@ import sys
 from pathlib import Path
 from crane_sim.recording.rerun import repair
 repair.viewer_program = lambda: Path(sys.argv[1])
-repair.optimized([], Path(sys.argv[2]), repair.countdown(60.0))
+repair.optimize_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
 """
 
 
@@ -132,7 +132,7 @@ def test_joining_takes_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest
     for part in parts:
         part.touch()
     monkeypatch.setattr(repair, "viewer_program", lambda: slow)
-    joint = Parts(tmp_path / "run.rrd", Before(5, 5, (parts[0],)))
+    joint = Parts(tmp_path / "run.rrd", Previous(5, 5, (parts[0],)))
     assert joint.joined(parts[1], within=0.0) == parts and not pid.exists()
     assert joint.joined(parts[1], within=1.0) == parts and all(part.exists() for part in parts)
     ends_soon(int(pid.read_text()))
@@ -148,9 +148,9 @@ def test_only_bags_of_this_run_are_named(tmp_path: Path) -> None:
     path, endless = str(tmp_path / "run.mcap"), repair.countdown(math.inf)
     Path(path).touch()
     os.utime(path, (1.0, 1.0))
-    unfinished(part_of(path, 2)).mkdir()
+    unfinished_name(part_of(path, 2)).mkdir()
     post: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
-    assert bags(post, "last.mcap", endless) == {"mcap": "last.mcap"}
+    assert recover_bags(post, "last.mcap", endless) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()
-    assert bags(post, "last.mcap", endless) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
-    assert bags(post, None, endless) == {"mcap": path}
+    assert recover_bags(post, "last.mcap", endless) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
+    assert recover_bags(post, None, endless) == {"mcap": path}

@@ -96,7 +96,7 @@ def main() -> None:
     for module in MODULES:
         import_module(module)
     plain_arrays.install()
-    process_group.program = forked
+    process_group.start_program = forked
     for name in sys.argv[2:]:
         try:
             found = ran(name, Path(sys.argv[1]))

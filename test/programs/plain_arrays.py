@@ -22,7 +22,7 @@ def weigh(h: float, weights: Row, count: int, ks: np.ndarray, x: np.ndarray | No
 
 def _moved(x: Any, h: float, row: Row, ks: Any, out: Any) -> Any:
     if not isinstance(x, np.ndarray):
-        return _ORIGINAL["moved"](x, h, row, ks, out)
+        return _ORIGINAL["add_weighted"](x, h, row, ks, out)
     return weigh(h, row, len(row), ks.rows, x, out)
 
 
@@ -31,11 +31,11 @@ def _error_square(h: float, row: Row, ks: Any, x: Any, y: Any, rtol: float, atol
         return _ORIGINAL["error_square"](h, row, ks, x, y, rtol, atol)
     error = np.empty_like(x)
     weigh(h, row, len(row), ks.rows, None, error)
-    return states.weighted_square(error, x, y, rtol, atol)
+    return states.squared_error_norm(error, x, y, rtol, atol)
 
 
-_ORIGINAL: dict[str, Any] = {"moved": states.moved, "error_square": states.error_square}
-_PLAIN = {"weigh": weigh, "moved": _moved, "error_square": _error_square}
+_ORIGINAL: dict[str, Any] = {"add_weighted": states.add_weighted, "error_square": states.error_square}
+_PLAIN = {"accumulate": weigh, "add_weighted": _moved, "error_square": _error_square}
 
 
 def install() -> None:

@@ -14,7 +14,7 @@ from mcap_samples import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS, fe
 from process_helpers import completed
 
 from crane_sim import orchestration
-from crane_sim.recording.files import unfinished
+from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.file import McapFile
 from crane_sim.recording.rerun.reader import read_curves, read_summary
@@ -70,10 +70,10 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
         path = disk / "run.mcap"
         summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
     why, _, counts = summary["error"].rpartition("; it has ")
-    assert why == f"recorder: {unfinished(path)}: No space left on device" and counts.endswith(
+    assert why == f"recorder: {unfinished_name(path)}: No space left on device" and counts.endswith(
         f" of {SCENE.steps} steps"
     )
-    assert summary["mcap"] == str(unfinished(path))
+    assert summary["mcap"] == str(unfinished_name(path))
     assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, SCENE.steps, 0)
     assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == SCENE.steps
     assert read_summary(tmp_path / "run.rrd") == summary

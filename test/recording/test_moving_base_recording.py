@@ -11,7 +11,7 @@ from urdf_kinematics import forward
 
 import crane_sim
 from crane_sim.description import urdf
-from crane_sim.recording.layout import aboard, ashore, turns
+from crane_sim.recording.layout import to_base, to_world, turns
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
@@ -41,9 +41,9 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
     for k in (0, len(run.t) - 1):
         joints = dict(zip(scene.joint_names, run.q[k], strict=True))
         solid = forward(urdf(scene), joints, "payload_link")
-        found = ashore(solid[None, None], base[k : k + 1])[0, 0]
+        found = to_world(solid[None, None], base[k : k + 1])[0, 0]
         assert found == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
-    assert aboard(ashore(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding
+    assert to_base(to_world(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding
 
 
 def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from crane_sim.recording.rerun.screenshot import NO_DRAWING, PictureError, pictu
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 
 STEPS = 300
 FRAMES = len(range(0, STEPS, 3))  # 30 Hz of the 100 Hz
@@ -56,7 +56,7 @@ def recorded(path: Path, links: int) -> Run:
     session.write(rows[200:])
     session.close({"scene": scene.name}, lost=0)
     exact = (np.asarray(part, dtype=np.float64) for part in (t, q, rest, np.ones((STEPS, 1))))
-    return Run(path, scene, q, derived(scene, *exact).nodes)
+    return Run(path, scene, q, derive(scene, *exact).nodes)
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,12 @@ from process_helpers import completed
 from recorder_helpers import PERIOD, SCENE, feed, full
 
 from crane_sim import orchestration
-from crane_sim.recording.files import found
+from crane_sim.recording.files import existing_parts
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
-from crane_sim.recording.rerun.repair import Before, repair
+from crane_sim.recording.rerun.repair import Previous, repair
 from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.step_assembler import PATIENCE, Pairing
+from crane_sim.recording.step_assembler import PATIENCE, StepAssembler
 from crane_sim.simulation.plant import Plant
 
 TARGET = (0.0, 0.0, 0.0, 2.0)
@@ -31,7 +31,7 @@ def number(k: int, size: int) -> tuple[float, ...]:
 @pytest.mark.parametrize("seed", range(5))
 def test_topics_may_overtake_each_other(seed: int) -> None:
     """However the three topics interleave, each step comes out once, in order, with its own state, effort, command."""
-    pairing, order = Pairing(PERIOD, TARGET), random.Random(seed)
+    pairing, order = StepAssembler(PERIOD, TARGET), random.Random(seed)
     queues = [[(topic, k) for k in range(1, 201)] for topic in ("state", "effort", "command")]
     rows = []
     while any(queues):
@@ -53,7 +53,7 @@ def test_topics_may_overtake_each_other(seed: int) -> None:
 
 def test_lost_steps_are_counted() -> None:
     """A step whose effort never came is lost and counted; its neighbours are not."""
-    pairing = Pairing(PERIOD, TARGET)
+    pairing = StepAssembler(PERIOD, TARGET)
     for k in range(1, 11):
         pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
         if k not in (3, 7, 8):
@@ -64,7 +64,7 @@ def test_lost_steps_are_counted() -> None:
 
 def test_a_repeated_state_is_one_step() -> None:
     """A state that lockstep sent again, before or after it was written, adds nothing."""
-    pairing = Pairing(PERIOD, TARGET)
+    pairing = StepAssembler(PERIOD, TARGET)
     for k in (1, 1, 2):
         pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
         pairing.add_command(k * PERIOD, number(k, 4))
@@ -76,7 +76,7 @@ def test_a_repeated_state_is_one_step() -> None:
 
 def test_a_step_waits_for_its_command() -> None:
     """A step whose command is on its way is held back, but not for ever, and not at the end of the run."""
-    pairing = Pairing(PERIOD, TARGET)
+    pairing = StepAssembler(PERIOD, TARGET)
     for k in range(1, PATIENCE + 4):
         pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
         pairing.add_effort(k * PERIOD, number(k, 4))
@@ -88,7 +88,7 @@ def test_a_step_waits_for_its_command() -> None:
 
 def test_a_reference_holds_from_its_stamp_on() -> None:
     """A new target does not change the steps before it, however late it is heard."""
-    pairing, later = Pairing(PERIOD, TARGET), (0.5, 0.5, 0.5, 1.0)
+    pairing, later = StepAssembler(PERIOD, TARGET), (0.5, 0.5, 0.5, 1.0)
     for k in range(1, 5):
         pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
         pairing.add_effort(k * PERIOD, number(k, 4))
@@ -117,7 +117,7 @@ def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) ->
     feed(first, 20)
     first.save()
     assert told == [(1, 0, 0, True)]
-    before = Before(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    before = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
     feed(heir, 25, after=20)
     feed(heir, 10)
@@ -134,7 +134,7 @@ def test_a_reset_that_the_dead_one_did_not_hear_of_begins_anew(tmp_path: Path) -
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
-    before = Before(20, 20, (tmp_path / "run.rrd.part",))
+    before = Previous(20, 20, (tmp_path / "run.rrd.part",))
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
     feed(heir, 30)
     assert heir.finish({"steps": 30})["recorded_steps"] == 30
@@ -148,7 +148,7 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
     dead.finish({"steps": 30})
-    before = Before(30, 30, tuple(found(str(path), 1, since=0.0)))
+    before = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
     assert heir.has_all(30)
     added = heir.finish({"steps": 30})
@@ -162,7 +162,7 @@ def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: 
     """The error of a file that could not be written says how many steps it has; earlier parts are named, too."""
     part = tmp_path / "run.rrd.part"
     part.touch()
-    before = Before(20, 20, (part,))
+    before = Previous(20, 20, (part,))
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
     feed(heir, 30, after=20)
     monkeypatch.setattr(Session, "write", full)
@@ -178,7 +178,7 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
-    before = Before(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not told of the last ten
+    before = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not told of the last ten
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
     feed(heir, 60, after=20)
     added = heir.finish({"steps": 60})

@@ -15,7 +15,7 @@ from crane_sim.recording.rerun.cranes import turn_from_z
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.screenshot import NO_DRAWING, PictureError, picture
 from crane_sim.recording.rerun.session import Session
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 
 
 class Run(NamedTuple):
@@ -56,7 +56,7 @@ def test_every_step_is_there_exactly(run: Run) -> None:
 
 def test_what_follows_from_the_state_is_there(run: Run) -> None:
     """The derived quantities are the metrics' own, and those of the law are the law's, at every step."""
-    known = derived(SCENE, run.t, run.q, run.v, run.u)
+    known = derive(SCENE, run.t, run.q, run.v, run.u)
     law: Any = SCENE.law
     lyapunov = np.array([law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)])
     expected = {

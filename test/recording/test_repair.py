@@ -11,7 +11,7 @@ from mcap_samples import TOPICS, feed, read
 from process_helpers import completed
 from recording_samples import SCENE, STEPS
 
-from crane_sim.recording.files import unfinished
+from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.repair import repair, repair_leftovers
@@ -103,7 +103,7 @@ def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.Lo
     """After SIGKILL the next recorder of the same name says where it put what was saved, and it reads."""
     path = tmp_path / "run.mcap"
     assert child(MCAP_CHILD, path).returncode == -9
-    (grown,) = unfinished(path).glob("*.mcap")
+    (grown,) = unfinished_name(path).glob("*.mcap")
     with grown.open("ab") as file:
         file.write(b"\x06\xff\xff")  # a chunk that was cut
     bag = Bag(path, TOPICS, SCENE.period_ns)

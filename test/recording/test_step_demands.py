@@ -7,9 +7,9 @@ from silence_doubles import JOINTS, begun
 from silence_doubles import PERIOD as SECONDS
 
 from crane_sim import load_scene
-from crane_sim.recording.step_assembler import Pairing
+from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.recorder.decoder import Transcript
+from crane_sim.ros.recorder.decoder import MessageDecoder
 
 PERIOD = 10_000_000  # ns
 STEP = round(SECONDS * 1e9)  # ns, of the bench in real time
@@ -22,7 +22,7 @@ A, B, C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, 0.0, 0.0, 0.0)
 )
 def test_the_demand_is_what_the_plant_took(commands: list, applied: tuple, demanded: tuple | None) -> None:
     """A lone command is the demand, whatever drives made of it; of several the applied one is, or nobody knows."""
-    pairing = Pairing(PERIOD, None)
+    pairing = StepAssembler(PERIOD, None)
     pairing.add_state(PERIOD, A, A)
     for command in commands:
         pairing.add_command(PERIOD, command)
@@ -32,7 +32,7 @@ def test_the_demand_is_what_the_plant_took(commands: list, applied: tuple, deman
 
 def test_where_the_plant_tells_what_it_accepted_nothing_else_is_a_demand() -> None:
     """A lone command that was refused, as late or another one's, is no demand; of bare arrays the last one is."""
-    pairing = Pairing(PERIOD, None)
+    pairing = StepAssembler(PERIOD, None)
     for k in range(1, 5):
         pairing.add_state(k * PERIOD, A, A)
         pairing.add_effort(k * PERIOD, C)
@@ -69,7 +69,7 @@ def test_what_the_gate_refuses_is_no_demand(topic: str) -> None:
     scene, heard = load_scene("knuckle_setpoint"), []
     recorder = SimpleNamespace(command=lambda stamp, effort: heard.append((stamp, effort)))
     recorder.accepted = recorder.command
-    take = Transcript(scene, recorder).takers()[topic]  # type: ignore[arg-type]
+    take = MessageDecoder(scene, recorder).takers()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *A[1:]), (float("inf"), *A[1:]), (1e9, *A[1:])):
         take(JointWire(names, effort=True).encode(PERIOD, bad))

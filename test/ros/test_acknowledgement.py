@@ -8,7 +8,7 @@ import pytest
 from lockstep_doubles import ZERO, QuietHost, QuietTopics, lockstep
 
 from crane_sim.ros.plant.acknowledgement import Acknowledgement
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 LEASE = 0.3  # s, as of `lockstep`
 STEP = 0.05  # s that the law takes at first
@@ -20,7 +20,7 @@ STEP = 0.05  # s that the law takes at first
 def test_a_third_subscriber_s_silence_is_not_the_commander_s(
     third: bool,
     alive: bool,
-    stepper: Stepper,
+    stepper: SimulationRun,
     topics: QuietTopics,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

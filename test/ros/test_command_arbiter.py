@@ -10,8 +10,8 @@ import pytest
 from rclpy.qos import QoSProfile
 
 from crane_sim.ros.plant import command_arbiter as commands_module
-from crane_sim.ros.plant.command_arbiter import Commands
-from crane_sim.ros.plant.sender_subscription import Letter
+from crane_sim.ros.plant.command_arbiter import CommandArbiter
+from crane_sim.ros.plant.sender_subscription import MessageWithSender
 
 A, B = b"a" * 16, b"b" * 16
 LEASE = 0.1  # s
@@ -25,9 +25,9 @@ class FakeInbox:
 
     def __init__(self, *_: Any) -> None:
         """Be empty."""
-        self.letters: deque[Letter] = deque()
+        self.letters: deque[MessageWithSender] = deque()
 
-    def take(self) -> Letter | None:
+    def take(self) -> MessageWithSender | None:
         """Return the oldest letter."""
         return self.letters.popleft() if self.letters else None
 
@@ -60,13 +60,13 @@ class Scenery:
         host: Any = SimpleNamespace(node=node)
         told: Any = stepper
         takers = {TOPIC: (bytes, self._accepts)}
-        self.commands = Commands(host, told, takers, LEASE, lambda: self.excused)
+        self.commands = CommandArbiter(host, told, takers, LEASE, lambda: self.excused)
         self.commands.begin()
 
     def send(self, sender: bytes, data: bytes) -> None:
         """Let a message come while there are several publishers."""
         inbox: Any = self.commands._inboxes[TOPIC]
-        inbox.letters.append(Letter(data, sender))
+        inbox.letters.append(MessageWithSender(data, sender))
         self.commands.look()
         self.commands.poll()
 
@@ -107,7 +107,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 @pytest.fixture
 def scenery(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> Scenery:
     """Return commands that two publishers send."""
-    monkeypatch.setattr(commands_module, "Inbox", FakeInbox)
+    monkeypatch.setattr(commands_module, "SenderSubscription", FakeInbox)
     return Scenery()
 
 

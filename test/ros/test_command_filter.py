@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crane_sim.ros.common.command_filter import CommandGate
+from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.serialization import JointWire, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
@@ -15,16 +15,16 @@ LARGEST = [1e9, 1e9, 1e9, 50.0]
 NOW = 50_000_000  # ns
 
 
-def screen(gate: CommandGate, stamp: int = NOW, names: list[str] = JOINTS, efforts: list[float] = EFFORTS):
+def screen(gate: CommandValidator, stamp: int = NOW, names: list[str] = JOINTS, efforts: list[float] = EFFORTS):
     """Screen one command in lockstep."""
-    return gate.screen(stamp, names, efforts, now=NOW, oldest=NOW)
+    return gate.validate(stamp, names, efforts, now=NOW, oldest=NOW)
 
 
 @given(st.permutations(range(4)))
 def test_joints_are_matched_by_name(order: list[int]) -> None:
     """Whatever the order of its joints, a command reaches each joint with the effort meant for it."""
     names, efforts = [JOINTS[i] for i in order], [EFFORTS[i] for i in order]
-    assert screen(CommandGate(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
+    assert screen(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
 )
 def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
     """A command that is wrong is refused for the reason that it is wrong, and counts as rejected."""
-    gate = CommandGate(JOINTS, LARGEST)
+    gate = CommandValidator(JOINTS, LARGEST)
     assert screen(gate, **bad) is None
     assert gate.refused == {reason: 1}
     assert gate.last_refusal.endswith(f"({reason})")
@@ -60,7 +60,7 @@ def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
 
 def test_an_answer_counts_once() -> None:
     """The same answer again is a duplicate, an earlier one comes too late, and neither moves the crane."""
-    gate = CommandGate(JOINTS, LARGEST)
+    gate = CommandValidator(JOINTS, LARGEST)
     assert screen(gate) == tuple(EFFORTS)
     assert screen(gate) is None
     assert screen(gate, stamp=NOW - 1) is None
@@ -72,28 +72,28 @@ def test_an_answer_counts_once() -> None:
 
 def test_a_refused_command_can_be_sent_again() -> None:
     """After a refusal the right command with the same stamp is still accepted."""
-    gate = CommandGate(JOINTS, LARGEST)
+    gate = CommandValidator(JOINTS, LARGEST)
     assert screen(gate, efforts=[math.nan] * 4) is None
     assert screen(gate) == tuple(EFFORTS)
 
 
 def test_lockstep_wants_the_exact_stamp_and_realtime_a_fresh_one() -> None:
     """A command older than `oldest` is stale: in lockstep any but the newest, in real time beyond the time-out."""
-    assert screen(CommandGate(JOINTS, LARGEST), stamp=NOW - 1) is None
-    gate = CommandGate(JOINTS, LARGEST)
-    assert gate.screen(NOW - 10, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) == tuple(EFFORTS)
-    gate = CommandGate(JOINTS, LARGEST)
-    assert gate.screen(NOW - 11, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) is None
+    assert screen(CommandValidator(JOINTS, LARGEST), stamp=NOW - 1) is None
+    gate = CommandValidator(JOINTS, LARGEST)
+    assert gate.validate(NOW - 10, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) == tuple(EFFORTS)
+    gate = CommandValidator(JOINTS, LARGEST)
+    assert gate.validate(NOW - 11, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) is None
     assert gate.refused == {"stale": 1}
     assert gate.summary()["late"] == 1
 
 
 def test_bare_arrays_are_checked_too() -> None:
     """A command without names needs exactly one finite effort per actuated joint."""
-    gate = CommandGate(JOINTS, LARGEST)
-    assert gate.screen_array(EFFORTS) == tuple(EFFORTS)
-    assert gate.screen_array(EFFORTS[:3]) is None
-    assert gate.screen_array([math.inf] * 4) is None
+    gate = CommandValidator(JOINTS, LARGEST)
+    assert gate.validate_array(EFFORTS) == tuple(EFFORTS)
+    assert gate.validate_array(EFFORTS[:3]) is None
+    assert gate.validate_array([math.inf] * 4) is None
     assert gate.refused == {"length": 1, "not finite": 1}
     assert gate.summary() == {"received": 3, "rejected": 2, "late": 0, "duplicate": 0}
 
@@ -101,21 +101,21 @@ def test_bare_arrays_are_checked_too() -> None:
 @given(st.binary(max_size=400))
 def test_garbage_is_refused(data: bytes) -> None:
     """Bytes that are no message are counted as unreadable, and nothing else comes of them."""
-    gate = CommandGate(JOINTS, LARGEST)
+    gate = CommandValidator(JOINTS, LARGEST)
     for decode in (JointWire(JOINTS, effort=True).decode, decode_array):
-        gate.opened(decode, data)
-        gate.opened(decode, b"\x00\x01\x00\x00" + data)
+        gate.decode(decode, data)
+        gate.decode(decode, b"\x00\x01\x00\x00" + data)
     assert set(gate.refused) <= {"unreadable"}
 
 
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
 def test_a_damaged_command_is_no_harm(data: st.DataObject, at: int, length: int) -> None:
     """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
-    gate, wire = CommandGate(JOINTS, LARGEST), JointWire(JOINTS, effort=True)
+    gate, wire = CommandValidator(JOINTS, LARGEST), JointWire(JOINTS, effort=True)
     whole = wire.encode(NOW, EFFORTS)
     noise = data.draw(st.binary(min_size=length, max_size=length))
     for message in (whole[:at] + noise + whole[at + length :], whole[:at]):
-        frame = gate.opened(wire.decode, message)
+        frame = gate.decode(wire.decode, message)
         efforts = screen(gate, frame.stamp, frame.names, list(frame.effort)) if frame else None
         assert efforts is None or all(map(math.isfinite, efforts))
     assert gate.received == 2 and gate.refused.total() >= 1  # the second is cut off, or the first one again

@@ -12,14 +12,14 @@ from crane_sim.ros.common.serialization import JointWire
 from crane_sim.ros.plant import braking
 from crane_sim.ros.plant import lockstep as lockstep_module
 from crane_sim.ros.plant.braking import brake_to_rest
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 PERIOD = SCENE.period_ns
 
 
 @pytest.mark.parametrize("several", [False, True])
 def test_waiting_is_told_after_the_time_that_is_told(
-    several: bool, stepper: Stepper, topics: QuietTopics, monkeypatch: pytest.MonkeyPatch
+    several: bool, stepper: SimulationRun, topics: QuietTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whether states are sent again at the usual pace or, with several publishers, faster: the time is the same."""
     host = QuietHost()
@@ -40,7 +40,7 @@ def test_waiting_is_told_after_the_time_that_is_told(
     assert topics.states >= (4 if several else 2)  # 0.3 s at one in 0.05 s or 0.1 s, less what a busy machine loses
 
 
-def test_single_steps_leave_no_crane_behind(stepper: Stepper) -> None:
+def test_single_steps_leave_no_crane_behind(stepper: SimulationRun) -> None:
     """A step that is asked for is taken when the other crane has come as far, and refused with its name before."""
     host = QuietHost()
     pace, wire = lockstep(host, stepper, beside="other"), JointWire(SCENE.joint_names, effort=False)
@@ -59,7 +59,7 @@ def test_single_steps_leave_no_crane_behind(stepper: Stepper) -> None:
     assert stepper.plant.k == 2
 
 
-def test_braking_leaves_no_crane_behind(stepper: Stepper, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_braking_leaves_no_crane_behind(stepper: SimulationRun, monkeypatch: pytest.MonkeyPatch) -> None:
     """While another crane is behind, a crane that brakes stands, serves everyone, and goes on when that has come."""
     monkeypatch.setattr(braking, "_LOOK", 1e-3)
     host, asked = QuietHost(), iter([True] * 5 + [False] * 3 + [True] * 100)
@@ -73,7 +73,7 @@ def test_braking_leaves_no_crane_behind(stepper: Stepper, monkeypatch: pytest.Mo
     assert (stepper.plant.k, stepper.fault) == (20, "nobody commands")
 
 
-def test_braking_waits_for_nobody_for_ever(stepper: Stepper, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_braking_waits_for_nobody_for_ever(stepper: SimulationRun, monkeypatch: pytest.MonkeyPatch) -> None:
     """A crane on the same clock that never comes is left behind once, after so long, and the run ends."""
     monkeypatch.setattr(braking, "_ALONE", 0.05)
     host = QuietHost()
@@ -87,7 +87,7 @@ def test_braking_waits_for_nobody_for_ever(stepper: Stepper, monkeypatch: pytest
 
 
 def test_a_crane_that_brakes_tells_those_behind_again(
-    stepper: Stepper, topics: QuietTopics, monkeypatch: pytest.MonkeyPatch
+    stepper: SimulationRun, topics: QuietTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """While another crane is behind, the present state is sent again now and then: that one may have missed it."""
     monkeypatch.setattr(lockstep_module, "_COMPANY", 0.0)
@@ -98,7 +98,7 @@ def test_a_crane_that_brakes_tells_those_behind_again(
     assert topics.states == sent + 1
 
 
-def test_two_pauses_end_one_by_one(stepper: Stepper, topics: QuietTopics) -> None:
+def test_two_pauses_end_one_by_one(stepper: SimulationRun, topics: QuietTopics) -> None:
     """A user's pause outlasts one that a manager of nodes began and ended meanwhile, and the mode says so."""
     for paused, whose in ((True, "user"), (True, "lifecycle"), (False, "lifecycle")):
         stepper.pause(paused, whose)

@@ -11,7 +11,7 @@ from mutilation import JUNK, NUMBERS, ODD
 
 from crane_control.nodes import controller_node, tracker_node
 from crane_sim.ros import plant_node, recorder_node
-from crane_sim.ros.common.parameters import COMMON, Option, checked
+from crane_sim.ros.common.parameters import COMMON, Option, check_value
 
 NODES = (plant_node, recorder_node, controller_node, tracker_node)
 OPTIONS = [
@@ -25,7 +25,7 @@ WORDS = st.sampled_from([word for _, option in OPTIONS for word in option.choice
 def check_parameter(name: str, option: Option, value: Any) -> None:
     """Check one value of one parameter."""
     try:
-        found = checked(name, value, option)
+        found = check_value(name, value, option)
     except ValueError as error:
         assert len(str(error).splitlines()) == 1
         assert name in str(error)

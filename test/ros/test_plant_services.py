@@ -11,16 +11,16 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.plant import braking
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.services import PlantServices
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 
 
-def begun(topics: Any, events: list[str] | None = None) -> Stepper:
+def begun(topics: Any, events: list[str] | None = None) -> SimulationRun:
     """Return a stepper in the midst of a run in which nothing moves; events are what it reports."""
     plant: Any = CountingPlant()
     plant.applied = ZERO
     pipes: Any = SimpleNamespace(report=lambda event, **_: (events if events is not None else []).append(event))
-    stepper = Stepper(SCENE, plant, topics, pipes, (1e9,) * len(ZERO))
+    stepper = SimulationRun(SCENE, plant, topics, pipes, (1e9,) * len(ZERO))
     stepper.begin()
     return stepper
 

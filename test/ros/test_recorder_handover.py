@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from crane_sim import load_scene
-from crane_sim.orchestration.roles import Place, Post, RecorderPost
-from crane_sim.orchestration.supervisor import Conductor, RunError, Telling
-from crane_sim.recording.files import before_reset, files_before_resets, found
+from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
+from crane_sim.orchestration.supervisor import Callbacks, RunError, Supervisor
+from crane_sim.recording.files import before_reset, existing_parts, files_before_resets
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.recorder.outputs import Handover, read_handover
-from crane_sim.ros.recorder.replay_buffer import SECONDS, Tail
+from crane_sim.ros.recorder.outputs import ResumeState, read_resume_state
+from crane_sim.ros.recorder.replay_buffer import SECONDS, ReplayBuffer
 
 SCENE = load_scene("knuckle_setpoint")
 STATE, EFFORT = JointWire(SCENE.joint_names, effort=False), JointWire(SCENE.actuated, effort=True)
@@ -26,9 +26,9 @@ def state(second: int, by: float = 0.0) -> bytes:
     return STATE.encode(second * SECOND, (by,) * 6, (0.0,) * 6)
 
 
-def tail_of_two_passes(now: list[float]) -> Tail:
+def tail_of_two_passes(now: list[float]) -> ReplayBuffer:
     """Return the tail of a run that is reset behind the state of second 20, and has three seconds since then."""
-    tail = Tail(["joint_states", "simulation_state", "joint_trajectory"], passes=3)
+    tail = ReplayBuffer(["joint_states", "simulation_state", "joint_trajectory"], passes=3)
     takers = tail.takers()
     takers["simulation_state"](b"playing")
     takers["joint_trajectory"](b"old target")
@@ -42,7 +42,7 @@ def tail_of_two_passes(now: list[float]) -> Tail:
     return tail
 
 
-def handed_over(tail: Tail, behind: int, passes: int) -> list[bytes]:
+def handed_over(tail: ReplayBuffer, behind: int, passes: int) -> list[bytes]:
     """Return what a tail hands over to who goes on behind a second of a pass."""
     heard: list[bytes] = []
     names = ("joint_states", "simulation_state", "joint_trajectory")
@@ -71,7 +71,7 @@ class Crewman:
 
     def __init__(self, name: str, ready: bool = True) -> None:
         """Stand there."""
-        self.name, self.ready, self.fault, self.gone, self.gave_up = name, ready, "", False, False
+        self.name, self.ready, self.fault, self.gone, self.fatal = name, ready, "", False, False
         self.pid, self.step, self.recorded, self.bagged, self.passes, self.waiting = 1, 0, 0, 0, 0, ""
         self.summary: dict[str, Any] | None = None
         self.orders: list[str] = []
@@ -89,7 +89,7 @@ class Company:
         """Let nobody be there yet."""
         self.children: list[Any] = []
         self.settings: list[Any] = []
-        self.hurried, self._happens = False, happens
+        self.shutting_down, self._happens = False, happens
 
     def start(self, name: str, module: str, namespace: str, settings: Any) -> Crewman:
         """Add one."""
@@ -99,11 +99,11 @@ class Company:
 
     fork = start
 
-    def hurry(self) -> None:
+    def request_shutdown(self) -> None:
         """Hear that somebody waits."""
-        self.hurried = True
+        self.shutting_down = True
 
-    def dismiss(self, child: Crewman) -> None:
+    def remove(self, child: Crewman) -> None:
         """Let one go."""
         self.children.remove(child)
 
@@ -116,20 +116,22 @@ class Company:
 def test_the_handover_is_in_the_order_to_go() -> None:
     """Who follows a recorder is told by the order itself, so that no full disk is in the way, and knows the resets."""
     crew: Any = Company()
-    place = Place("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
-    post = RecorderPost(crew, place, replaced=True)
-    dead: Any = post.holder
+    place = RoleSpec("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
+    post = RecorderRole(crew, place, replaced=True)
+    dead: Any = post.active
     dead.step, dead.recorded, dead.bagged, dead.passes = 70, 68, 60, 2
     dead.die("it was killed")
-    assert post.relieve(75)
-    heir: Any = post.holder
+    assert post.fail_over(75)
+    heir: Any = post.active
     word, _, told = heir.orders[0].partition(" ")
     assert word == "go" and "\n" not in told
-    assert read_handover(told) == Handover(after=70, recorded=68, bagged=60, passes=2, since=post.began, number=2)
+    assert read_resume_state(told) == ResumeState(
+        after=70, recorded=68, bagged=60, passes=2, since=post.began, number=2
+    )
     assert (heir.step, heir.recorded, heir.bagged, heir.passes) == (70, 68, 60, 2)
-    assert post.look_after_reserves() == ""
+    assert post.maintain_standbys() == ""
     assert crew.settings[-1] == {**place.settings, "standby": True, "passes": 2, "live_port": 0}
-    assert read_handover("") == Handover()
+    assert read_resume_state("") == ResumeState()
 
 
 def played(crew: Any, replaced: bool) -> tuple[list[str], Crewman]:
@@ -137,15 +139,17 @@ def played(crew: Any, replaced: bool) -> tuple[list[str], Crewman]:
     plant, news = Crewman("plant"), list[str]()
     crew.children.append(plant)
     plant.step = 812
-    law = Post(crew, Place("controller", "module", "crane", {}), replaced)
-    post: Any = SimpleNamespace(name="plant", holder=plant, vacant="", reserves_ready=True)
-    conductor = Conductor(crew, [post, law], [], Telling(lambda step: None, news.append, lambda name, pid: None), 60.0)
+    law = Role(crew, RoleSpec("controller", "module", "crane", {}), replaced)
+    post: Any = SimpleNamespace(name="plant", active=plant, failed="", standbys_ready=True)
+    conductor = Supervisor(
+        crew, [post, law], [], Callbacks(lambda step: None, news.append, lambda name, pid: None), 60.0
+    )
 
     def happens() -> None:
-        if law.vacant:
+        if law.failed:
             plant.summary = {}
         else:
-            holder: Any = law.holder
+            holder: Any = law.active
             holder.die("it was killed by SIGSEGV")
 
     crew._happens = happens
@@ -165,12 +169,12 @@ def test_who_dies_at_one_state_again_and_again_is_given_up() -> None:
 def test_who_dies_at_one_state_after_another_is_replaced() -> None:
     """As long as the plant goes on in between, nobody is given up."""
     crew: Any = Company()
-    law = Post(crew, Place("controller", "module", "crane", {}), replaced=True)
+    law = Role(crew, RoleSpec("controller", "module", "crane", {}), replaced=True)
     for step in range(10):
-        holder: Any = law.holder
+        holder: Any = law.active
         holder.die("it was killed by SIGKILL")
-        assert law.relieve(step)
-    assert law.restarts == 10 and not law.vacant
+        assert law.fail_over(step)
+    assert law.restarts == 10 and not law.failed
 
 
 def test_a_plant_that_is_killed_as_it_starts_ends_the_run_at_once() -> None:
@@ -178,12 +182,14 @@ def test_a_plant_that_is_killed_as_it_starts_ends_the_run_at_once() -> None:
     crew = Company(lambda: crew.children[0].die("it was killed by SIGKILL"))
     plant: Any = Crewman("plant", ready=False)
     crew.children.append(plant)
-    post: Any = SimpleNamespace(name="plant", holder=plant, vacant="", reserves_ready=True)
+    post: Any = SimpleNamespace(name="plant", active=plant, failed="", standbys_ready=True)
     fake: Any = crew
-    conductor = Conductor(fake, [post], [], Telling(lambda step: None, lambda line: None, lambda name, pid: None), 60.0)
+    conductor = Supervisor(
+        fake, [post], [], Callbacks(lambda step: None, lambda line: None, lambda name, pid: None), 60.0
+    )
     with pytest.raises(RunError, match=r"^plant: it was killed by SIGKILL$"):
-        conductor.meet()
-    assert crew.hurried
+        conductor.wait_ready()
+    assert crew.shutting_down
 
 
 def test_parts_are_found_under_the_names_that_they_have_by_then(tmp_path: Path) -> None:
@@ -192,8 +198,8 @@ def test_parts_are_found_under_the_names_that_they_have_by_then(tmp_path: Path) 
     for name in names:
         (tmp_path / name).touch()
     path = str(tmp_path / "run.rrd")
-    assert [file.name for file in found(path, 3, since=0.0)] == list(names[:4])
-    assert found(path, 3, since=time.time() + 60.0) == []
+    assert [file.name for file in existing_parts(path, 3, since=0.0)] == list(names[:4])
+    assert existing_parts(path, 3, since=time.time() + 60.0) == []
     assert before_reset(tmp_path / "run.rrd", 1).name == "run.before_reset_1.rrd"
     (tmp_path / "run.before_reset_1.rrd").touch()
     assert before_reset(tmp_path / "run.rrd", 1).name == "run.before_reset_2.rrd"

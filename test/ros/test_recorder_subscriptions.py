@@ -18,7 +18,7 @@ from rclpy.node import Node
 
 from crane_sim import load_scene
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.recorder.subscriptions import Hearing
+from crane_sim.ros.recorder.subscriptions import RecorderSubscriptions
 
 BURST = Path(__file__).parents[1] / "programs" / "burst.py"
 SCENE = load_scene("knuckle_setpoint")
@@ -48,10 +48,10 @@ def test_what_waits_is_heard_whole_and_in_order(tmp_path: Path, monkeypatch: pyt
 
     said = [(name, k) for k in range(1, COUNT + 1) for name in TOPICS]
     with graph(tmp_path, monkeypatch) as (domain, env), listener(domain) as node:
-        hearing = Hearing(node, [{name: partial(note, name) for name in TOPICS}])
+        hearing = RecorderSubscriptions(node, [{name: partial(note, name) for name in TOPICS}])
         with started_program([sys.executable, BURST], env=env, stdin=subprocess.PIPE):
             deadline = time.monotonic() + PATIENCE
             while len(heard) < len(said) and time.monotonic() < deadline:
                 time.sleep(0.15)  # hundreds of steps: some end in the midst of one
-                hearing.pass_on()
+                hearing.dispatch()
     assert heard == said

@@ -15,7 +15,7 @@ from process_helpers import started_program
 
 from crane_sim import load_scene
 from crane_sim.ros.common.messages import LEASE
-from crane_sim.ros.plant.command_arbiter import Helm
+from crane_sim.ros.plant.command_arbiter import CommandLease
 
 FOREIGN = Path(__file__).parents[1] / "programs" / "foreign_commander.py"
 LONG = f"command_lease:={LEASE}"  # s: where others keep the cores busy, a process may well stand still for 0.3 s
@@ -24,24 +24,24 @@ A, B = b"a" * 16, b"b" * 16
 
 def test_first_come_keeps_the_crane_until_he_is_silent() -> None:
     """Another one's command counts as soon as the commander was silent for longer than the lease, and not before."""
-    helm = Helm(0.2)
-    assert helm.admits(A, 0.0)
+    helm = CommandLease(0.2)
+    assert helm.accepts(A, 0.0)
     helm.follow(A, 0.0)
-    assert not helm.admits(B, 0.2)
+    assert not helm.accepts(B, 0.2)
     helm.follow(A, 0.2)
-    assert not helm.admits(B, 0.4)
-    assert helm.admits(B, 0.41)
+    assert not helm.accepts(B, 0.4)
+    assert helm.accepts(B, 0.41)
     helm.follow(B, 0.41)
-    assert not helm.admits(A, 0.5)
+    assert not helm.accepts(A, 0.5)
 
 
 def test_whoever_was_there_alone_is_the_commander() -> None:
     """Who had the topic for himself keeps the crane when a second one comes, from when his lease was renewed."""
-    helm = Helm(0.2)
-    helm.commander = A
+    helm = CommandLease(0.2)
+    helm.owner = A
     helm.renew(1.0)
-    assert not helm.admits(B, 1.1)
-    assert helm.admits(B, 1.3)
+    assert not helm.accepts(B, 1.1)
+    assert helm.accepts(B, 1.3)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import pytest
 from example_helpers import EXAMPLES, check_arrival, check_lockstep, example, run
 from process_helpers import completed, gone, next_line, started_program, wait_until
 
-from crane_sim.orchestration.ros_environment import environment
+from crane_sim.orchestration.ros_environment import node_environment
 
 STRUCK = """
 import os, runpy, signal, sys
@@ -89,7 +89,7 @@ def test_the_environment_of_an_example_is_that_of_the_nodes(tmp_path: Path) -> N
     """What examples/in_domain tells a process is what the simulator tells its own nodes."""
     shown = completed([EXAMPLES / "in_domain", "7", "env"], check=True).stdout
     ours = dict(line.split("=", 1) for line in shown.splitlines() if "=" in line)
-    wanted = environment(7, tmp_path)
+    wanted = node_environment(7, tmp_path)
     for name in wanted:
         if name.startswith(("RMW_", "ROS_DOMAIN", "ROS_AUTOMATIC", "FASTRTPS_", "FASTDDS_")):
             assert ours[name] == wanted[name], name

@@ -14,7 +14,7 @@ from hostility import JOINTS, Hostility, message
 from process_helpers import started_program
 
 from crane_sim import load_scene, orchestration, simulate
-from crane_sim.ros.common.command_filter import CommandGate, largest_efforts
+from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.messages import LEASE
 from crane_sim.ros.common.serialization import JointWire
 from crane_sim.scenes.scene import Scene
@@ -24,13 +24,13 @@ PROGRAMS = Path(__file__).parents[1] / "programs"
 LONGEST = 1800.0  # s for the slow test's 320 000 commands, only so that a failure ends
 
 
-def besieged(scene: Scene, number: int) -> tuple[Plant, CommandGate, Counter[str]]:
+def besieged(scene: Scene, number: int) -> tuple[Plant, CommandValidator, Counter[str]]:
     """Run a scene in lockstep on the plant's own ways in, with `number` hostile commands spread over its states.
 
     Returns:
         the plant, its gate, and how many commands are to be refused for which reason.
     """
-    gate, hostility = CommandGate(JOINTS, largest_efforts(scene)), Hostility(1)
+    gate, hostility = CommandValidator(JOINTS, largest_efforts(scene)), Hostility(1)
     plant, wire = Plant(scene), JointWire(JOINTS, effort=True)
     expected: Counter[str] = Counter()
     for k in range(1, scene.steps + 1):
@@ -39,8 +39,8 @@ def besieged(scene: Scene, number: int) -> tuple[Plant, CommandGate, Counter[str
         expected += Counter(reason for reason, _ in batch)
         answer = message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
         for data in (*(data for _, data in batch), answer):
-            frame = gate.opened(wire.decode, data)
-            effort = frame and gate.screen(frame.stamp, frame.names, frame.effort, now=now, oldest=now)
+            frame = gate.decode(wire.decode, data)
+            effort = frame and gate.validate(frame.stamp, frame.names, frame.effort, now=now, oldest=now)
             if effort:
                 plant.advance(effort)
     return plant, gate, expected

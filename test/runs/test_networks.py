@@ -19,7 +19,7 @@ from run_helpers import check_answers
 from crane_sim import load_scene
 from crane_sim.evaluation.soak.determinism import KILTED, clean_environment
 from crane_sim.files.catalogue import config_folder
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 
@@ -72,7 +72,7 @@ def test_a_profile_that_is_not_there_is_refused(tmp_path: Path, monkeypatch: pyt
     """A mistyped profile would open every interface: it is an error instead."""
     monkeypatch.setenv("CRANE_SIM_DDS", str(tmp_path / "none.xml"))
     with pytest.raises(RuntimeError, match="none.xml: there is no such file"):
-        environment(7, tmp_path)
+        node_environment(7, tmp_path)
 
 
 def test_the_profiles_differ_by_their_interfaces_only() -> None:
@@ -89,7 +89,7 @@ def test_the_profiles_differ_by_their_interfaces_only() -> None:
 def test_newer_versions_have_the_same_profiles(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They differ by the name of one element, and a node of either version finds its own file."""
     monkeypatch.setenv("CRANE_SIM_DDS", str(config_folder() / name))
-    env = environment(7, tmp_path)
+    env = node_environment(7, tmp_path)
     old, new = (env[f"{library}_DEFAULT_PROFILES_FILE"] for library in ("FASTRTPS", "FASTDDS"))
     assert (Path(old).name, Path(new).name) == (name, name.replace("fastdds", "fastdds3"))
     text = ET.canonicalize(Path(old).read_text(), with_comments=False)
@@ -100,7 +100,7 @@ def test_newer_versions_have_the_same_profiles(name: str, tmp_path: Path, monkey
 def test_nothing_of_a_newer_version_listens_beyond_this_machine(tmp_path: Path) -> None:
     """Every socket of a node of ROS 2 Kilted is bound to the loopback interface, too."""
     with (
-        reserved_domain() as domain,
+        reserve_domain() as domain,
         node("crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED) as pid,
     ):
         found = sockets(pid)

@@ -17,10 +17,10 @@ from crane_sim.evaluation.soak.kill import Kill, back_after
 from crane_sim.evaluation.soak.kill import soak as kill_soak
 from crane_sim.evaluation.soak.monitor import Heard
 from crane_sim.evaluation.soak.realtime import lateness
-from crane_sim.orchestration.supervisor import Conductor, RunError, Telling
+from crane_sim.orchestration.supervisor import Callbacks, RunError, Supervisor
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.recorder.replay_buffer import SECONDS, Tail
+from crane_sim.ros.recorder.replay_buffer import SECONDS, ReplayBuffer
 from crane_sim.simulation.plant import SLOW
 from crane_sim.simulation.rollout import simulate
 
@@ -119,7 +119,7 @@ def test_the_tail_keeps_what_nobody_has_written(monkeypatch: pytest.MonkeyPatch)
     """Who stands by keeps the newest messages and what still holds, hands over both, and then passes on all."""
     now, heard = [0.0], []
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    tail = Tail(["joint_states", "simulation_state"])
+    tail = ReplayBuffer(["joint_states", "simulation_state"])
     takers = tail.takers()
     takers["simulation_state"](b"playing")
     messages = [STATE.encode(second * 10**9, (0.0,) * 6, (0.0,) * 6) for second in range(21)]
@@ -166,10 +166,12 @@ class ScriptedCrew:
 def played(script: list[dict[str, Any]], patience: float) -> list[str]:
     """Return the news of a run without a controller of our own."""
     crew, news = ScriptedCrew(script), list[str]()
-    post: Any = SimpleNamespace(name="plant", holder=crew.plant, vacant="", reserves_ready=True)
+    post: Any = SimpleNamespace(name="plant", active=crew.plant, failed="", standbys_ready=True)
     fake: Any = crew
-    conductor = Conductor(fake, [post], [], Telling(lambda step: None, news.append, lambda name, pid: None), patience)
-    conductor.meet()
+    conductor = Supervisor(
+        fake, [post], [], Callbacks(lambda step: None, news.append, lambda name, pid: None), patience
+    )
+    conductor.wait_ready()
     try:
         conductor.play()
     except RunError as error:

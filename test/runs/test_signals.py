@@ -15,10 +15,10 @@ from mcap_samples import read
 from process_helpers import children, completed, gone, next_line, started_program, wait_until
 
 from crane_sim import load_scene, orchestration
-from crane_sim.evaluation.soak.monitor import Account, witness
-from crane_sim.evaluation.soak.signals import DURATION, LIMIT, SCENE, WAYS, End, Interruption, interrupted, plan
+from crane_sim.evaluation.soak.monitor import Account, monitor
+from crane_sim.evaluation.soak.signals import DURATION, LIMIT, SCENE, WAYS, End, Interruption, interrupt_run, plan
 from crane_sim.evaluation.soak.signals import soak as signal_soak
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.recording.rerun.reader import read_curves
 
 STEPS_ON_DISK = 2_000_000  # bytes of a recording, thrice what stands in front of its first step
@@ -27,7 +27,7 @@ STEPS_ON_DISK = 2_000_000  # bytes of a recording, thrice what stands in front o
 @pytest.fixture(scope="module")
 def heard() -> Iterator[tuple[int, Account]]:
     """Yield a ROS domain and what an independent subscriber hears in it."""
-    with reserved_domain() as domain, witness(load_scene(SCENE, {"duration": DURATION}), domain) as account:
+    with reserve_domain() as domain, monitor(load_scene(SCENE, {"duration": DURATION}), domain) as account:
         yield domain, account
 
 
@@ -36,8 +36,8 @@ def ended(how: Interruption, heard: tuple[int, Account]) -> End:
 
     What is left behind is never excused.
     """
-    end = interrupted(how, *heard)
-    return end if end.complaints or end.took < LIMIT else interrupted(how, *heard)
+    end = interrupt_run(how, *heard)
+    return end if end.complaints or end.took < LIMIT else interrupt_run(how, *heard)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,10 @@ def test_a_subscriber_that_stands_still_delays_no_end(heard: tuple[int, Account]
     """Somebody who is stopped while messages are on their way to him changes nothing of all that."""
     frozen = [sys.executable, str(Path(__file__).parents[1] / "programs" / "frozen_subscriber.py")]
     domain, _ = heard
-    with tempfile.TemporaryDirectory() as folder, started_program(frozen, env=environment(domain, Path(folder))) as one:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        started_program(frozen, env=node_environment(domain, Path(folder))) as one,
+    ):
         end = ended(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), heard)
         assert Path(f"/proc/{one.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     assert end.complaints == ()
@@ -115,7 +118,7 @@ def test_an_interrupted_run_switches_the_drives_off(tmp_path: Path) -> None:
 COMPILED = """
 import hashlib
 from crane_sim import process_signals as interruption
-interruption.end_at_once(lambda: (print("ended", flush=True), __import__("os")._exit(1)))
+interruption.exit_on_signal(lambda: (print("ended", flush=True), __import__("os")._exit(1)))
 print("ready", flush=True)
 hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # like a compiler: for minutes no handler gets a turn
 """
@@ -136,7 +139,7 @@ HELD_BACK = """
 import os, signal
 from crane_sim import process_signals as interruption
 os.kill(os.getpid(), signal.SIGTERM)  # blocked by who started this, as `./crane` does
-interruption.end_at_once(lambda: os._exit(7))
+interruption.exit_on_signal(lambda: os._exit(7))
 while True:
     signal.pause()
 """

@@ -21,7 +21,7 @@ from crane_sim import load_scene, orchestration
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import fast_half, fresh
 from crane_sim.ros.common import messages
-from crane_sim.ros.controller.states import Workload
+from crane_sim.ros.controller.states import ExecutionTime
 from crane_sim.simulation.plant import Plant
 
 SCENE = load_scene("offshore_two_rate", {"duration": 2.0})
@@ -169,7 +169,7 @@ class PublishingNode:
 def test_diagnostics_tell_what_the_law_takes() -> None:
     """The time that a law takes is its node's own measurement, told once a second with a warning where there is one."""
     node = PublishingNode()
-    workload = Workload(node)  # type: ignore[arg-type]
+    workload = ExecutionTime(node)  # type: ignore[arg-type]
 
     def slow(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         time.sleep(0.002)

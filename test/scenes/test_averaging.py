@@ -12,7 +12,7 @@ import crane_sim
 from crane_sim.models.effects import PayloadForce
 from crane_sim.models.supports.hoist import PrescribedHoist
 from crane_sim.models.supports.rails import PrescribedAxis
-from crane_sim.scenes.averaging import average, averaged
+from crane_sim.scenes.averaging import average, average_scene
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.hardware import mechanics
 from crane_sim.simulation.rollout import simulate
@@ -56,7 +56,7 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
     record, mean = {"file": str(tmp_path / "roll.csv")}, 0.1 + 0.002 * 100.0 / 3.0  # of t² over 10 s
     moving = {"heave": SWING | {"amplitude": 2.0}, "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still]}
     for motion, expected in ((moving, 0.5), (record, mean)):
-        base = averaged(load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})).model.base
+        base = average_scene(load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})).model.base
         found = places(base, np.array([0.0, 3.0]))
         # the spline's own error: (0.2 pi 0.1 s)^6, and some digits of rounding
         assert np.allclose(found, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)

@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 
 import crane_sim
 from crane_sim.scenes.schema.base_motion import peak_accelerations, spline_base
-from crane_sim.scenes.schema.base_smoothing import smoothed
+from crane_sim.scenes.schema.base_smoothing import smooth
 from crane_sim.trajectories.base_motion import AXES
 
 CUT_OFF = 0.5  # Hz
@@ -21,7 +21,7 @@ UNEVEN = EVEN + RANDOM.uniform(-0.008, 0.008, len(EVEN))
 def left_of(times: np.ndarray[Any, Any], frequency: float) -> complex:
     """Return amplitude and lead that the low pass leaves of a sinusoid [Hz], away from the ends."""
     w, middle = 2.0 * np.pi * frequency, (times > 25.0) & (times < 75.0)
-    rows = smoothed(times, np.cos(w * times)[:, None], CUT_OFF)[middle, 0]
+    rows = smooth(times, np.cos(w * times)[:, None], CUT_OFF)[middle, 0]
     columns = np.stack([np.cos(w * times[middle]), -np.sin(w * times[middle])], axis=1)
     fitted = np.linalg.lstsq(columns, rows)[0]
     return complex(*fitted)
@@ -38,7 +38,7 @@ def test_the_response_of_the_low_pass(times: np.ndarray[Any, Any], ratio: float)
 def test_a_drift_stays_as_it_is() -> None:
     """The low pass leaves constants and straight lines alone, up to the very ends: gain one at frequency zero."""
     line = np.stack([3.0 + 0.2 * UNEVEN, -7.0 - 0.01 * UNEVEN], axis=1)
-    assert np.max(np.abs(smoothed(UNEVEN, line, 0.02) - line)) < 1e-11  # rounding of values up to 23
+    assert np.max(np.abs(smooth(UNEVEN, line, 0.02) - line)) < 1e-11  # rounding of values up to 23
 
 
 def written(folder: Path, noise: float, **columns: Any) -> str:

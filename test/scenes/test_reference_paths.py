@@ -17,7 +17,7 @@ from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.path import references
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import Pieces, values
-from crane_sim.trajectories.shaping import impulses, shaped
+from crane_sim.trajectories.shaping import impulses, shape_path
 
 ROUNDING = 1e-12  # of numbers of the size of one
 SWING = sqrt(9.81 / 1.255)  # rad/s
@@ -43,7 +43,9 @@ def swing_after(pieces: Pieces, frequency: float, damping: float) -> float:
 def test_a_shaped_reference_leaves_no_swing(kind: Any, damping: float) -> None:
     """Integrated by scipy, an oscillator that the plain reference sets swinging rests after the shaped one."""
     assert swing_after(MOVE, SWING, damping) > 1e-3
-    assert swing_after(shaped(MOVE, kind, SWING, damping), SWING, damping) < 1e-9  # the integrator's tolerance, summed
+    assert (
+        swing_after(shape_path(MOVE, kind, SWING, damping), SWING, damping) < 1e-9
+    )  # the integrator's tolerance, summed
 
 
 def test_zvd_is_flat_where_zv_is_not() -> None:
@@ -63,7 +65,7 @@ def test_zvd_is_flat_where_zv_is_not() -> None:
 def test_a_shaped_path_ends_where_the_plain_one_does() -> None:
     """Shaping a path of two coordinates delays it by half a swing, changes neither end and adds no velocity."""
     plain = MinimumJerk(((0.0, 1.0), (2.0, -1.0), (3.0, 0.0)), (1.0, 3.0, 4.0)).pieces()
-    late = shaped(plain, "zv", SWING, 0.0)
+    late = shape_path(plain, "zv", SWING, 0.0)
     t = np.linspace(0.0, 7.0, 141)
     expected = 0.5 * (values(plain, t) + values(plain, t - pi / SWING))
     assert np.max(np.abs(values(late, t) - expected)) < ROUNDING

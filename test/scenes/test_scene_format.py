@@ -11,7 +11,7 @@ import pytest
 from pydantic import BaseModel, Field
 
 from crane_sim import load_scene
-from crane_sim.evaluation.documentation.fields import REQUIRED, UNITS, Choice, fields, in_words, parted, subgroup
+from crane_sim.evaluation.documentation.fields import REQUIRED, UNITS, Choice, fields, in_words, split_comment, subgroup
 from crane_sim.evaluation.documentation.scene_format import COMMAND, anchor, scene_format
 from crane_sim.evaluation.documentation.signs import SIGNS
 from crane_sim.laws import law_names, law_of
@@ -82,7 +82,10 @@ def test_fields_are_read_where_they_are_declared() -> None:
         "share": ("-", "of all", 0.5),
         "bare": ("", "", 0.0),
     }
-    assert parted("m/s² more, or less") == ("", "m/s² more, or less") and parted("N; in all") == ("N", "in all")
+    assert split_comment("m/s² more, or less") == ("", "m/s² more, or less") and split_comment("N; in all") == (
+        "N",
+        "in all",
+    )
 
 
 OVERHEAD: dict[str, Any] = {"crane": "overhead", "duration": 1.0, "trolley": {"mass": 5.0}}

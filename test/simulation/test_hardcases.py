@@ -19,7 +19,7 @@ SCENES = [pytest.param(name, marks=pytest.mark.slow if name in ELSEWHERE else ()
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_hard_case_meets_its_reference(scene: str) -> None:
     """All nodes stay within the bound of the case at every instant, and events happen when they should."""
-    case = hardcases.measured(scene, REFERENCES[scene])
+    case = hardcases.measure_case(scene, REFERENCES[scene])
     assert case.verdict == "holds", case
 
 

@@ -13,7 +13,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 import crane_sim
 from crane_sim import orchestration
 from crane_sim.ros.common.messages import reference_message
-from crane_sim.ros.controller.path_input import PathOrders
+from crane_sim.ros.controller.path_input import TrajectoryInput
 from crane_sim.simulation.metrics import Tracking, in_base
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
@@ -21,7 +21,7 @@ from crane_sim.trajectories.joint_trajectory import Point, Trajectory
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.path import Path, path_of, references
 from crane_sim.trajectories.polynomials import values
-from crane_sim.trajectories.replanning import joined, pieces_of, redirected
+from crane_sim.trajectories.replanning import join_path, pieces_of, with_path
 
 FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
 SCENE = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
@@ -96,7 +96,7 @@ POINTS = (Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)), Point((6.0, 7.0), 5.0,
 def test_a_new_path_goes_on_from_the_old_one() -> None:
     """Position, velocity and acceleration are continuous at the change, points passed are left out, names sorted."""
     first = Point((9.0, 9.0), 0.5, (0.0, 0.0), (0.0, 0.0))
-    new = joined(Trajectory(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
+    new = join_path(Trajectory(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
     before, after = values(pieces_of(OLD), np.array([1.5])), values(pieces_of(new), np.array([1.5]))
     assert after == pytest.approx(before, abs=1e-12)  # rounding
     for k in (1, 2):
@@ -109,8 +109,8 @@ def test_a_new_path_goes_on_from_the_old_one() -> None:
 def test_a_law_at_work_keeps_what_it_has_learnt() -> None:
     """The path deep inside a law is replaced, and its memory is the same array."""
     law = Follower(Follower(OLD, 2.0), np.ones(3))
-    new = joined(Trajectory(NAMES, POINTS), OLD, NAMES, 0.0)
-    found = redirected(law, new)
+    new = join_path(Trajectory(NAMES, POINTS), OLD, NAMES, 0.0)
+    found = with_path(law, new)
     assert found.inner.inner is new and found.memory is law.memory and found.inner.memory == 2.0
 
 
@@ -143,7 +143,7 @@ def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> Joi
 def test_trajectories_from_the_topic() -> None:
     """A message becomes the law's path, once; the node's own, and what does not fit, change nothing."""
     node, law, own = OneTopicNode(), Follower(OLD, None), reference_message(SCENE.actuated, ())
-    orders = PathOrders(node, SCENE, law)  # pyright: ignore[reportArgumentType]
+    orders = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
     assert orders.applied(law, 1.0) is law
     for ignored in (own, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
         node.callback(ignored)
@@ -161,7 +161,7 @@ def test_trajectories_from_the_topic() -> None:
 def test_a_law_without_a_path_hears_nothing() -> None:
     """A node whose law follows no path does not even subscribe."""
     node = OneTopicNode()
-    PathOrders(node, SCENE, Follower(1.0, None))  # pyright: ignore[reportArgumentType]
+    TrajectoryInput(node, SCENE, Follower(1.0, None))  # pyright: ignore[reportArgumentType]
     assert node.callback is None
 
 

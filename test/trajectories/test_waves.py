@@ -10,7 +10,7 @@ import yaml
 import crane_sim
 from crane_sim.numerics.jit import entry
 from crane_sim.trajectories.base_motion import axis_at
-from crane_sim.trajectories.waves import Response, Sea, Waves, answered, density, sampled
+from crane_sim.trajectories.waves import Response, Sea, Waves, apply_response, density, sample_sea
 
 GAMMAS = [1.0, 3.3, 7.0]
 
@@ -32,7 +32,7 @@ def test_a_spectrum_has_its_height_and_its_peak(gamma: float) -> None:
 def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma: float) -> None:
     """The sum's variance over time is Hs²/16, and its energy up to any frequency is the spectrum's within a share."""
     sea, n = Sea(2.0, 8.0, gamma), 80
-    waves = sampled(sea, n, 5)
+    waves = sample_sea(sea, n, 5)
     assert np.sum(waves.amplitudes**2) / 2.0 == pytest.approx(0.25, rel=1e-12)  # rounding
     t = np.arange(0.0, 40_000.0, 0.5)
     elevation = sum(a * np.sin(w * t + p) for a, w, p in zip(*waves, strict=True))
@@ -47,7 +47,7 @@ def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma:
 def test_a_seed_is_a_sea() -> None:
     """The same seed gives the same waves; another one other frequencies and phases of the same energy."""
     sea = Sea(2.0, 8.0, 3.3)
-    one, again, other = (sampled(sea, 50, seed) for seed in (1, 1, 2))
+    one, again, other = (sample_sea(sea, 50, seed) for seed in (1, 1, 2))
     assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
     assert not np.any(one.frequencies == other.frequencies) and not np.any(one.phases == other.phases)
     assert np.array_equal(one.amplitudes, other.amplitudes)
@@ -55,7 +55,7 @@ def test_a_seed_is_a_sea() -> None:
 
 def test_a_sea_does_not_repeat() -> None:
     """No time up to an hour brings the sea back to how it began, as equal steps in frequency would."""
-    waves = sampled(Sea(2.0, 8.0, 3.3), 60, 3)
+    waves = sample_sea(Sea(2.0, 8.0, 3.3), 60, 3)
     t = np.arange(10.0, 3600.0, 0.25)
     likeness = np.mean(np.cos(np.outer(t, waves.frequencies)), axis=1)  # its autocorrelation
     assert np.max(likeness[t > 120.0]) < 0.8
@@ -65,7 +65,7 @@ def test_a_response_is_interpolated_and_its_ends_are_held() -> None:
     """Amplitudes go straight between the table's rows, phases the short way round; beyond the ends both are held."""
     waves = Waves(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
     table = Response((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
-    found = answered(waves, table)
+    found = apply_response(waves, table)
     assert found.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
     assert np.rad2deg(found.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)
     assert np.array_equal(found.frequencies, waves.frequencies)
@@ -95,7 +95,7 @@ def test_a_sea_takes_the_scenes_seed_unless_it_has_its_own() -> None:
     assert all(np.array_equal(a, b) for a, b in zip(own, same, strict=True))
     assert not np.array_equal(own.phases, other.phases)
     assert np.flatnonzero(own.amplitudes.any(axis=1)).tolist() == [2]
-    waves = sampled(Sea(2.0, 8.0, 3.3), 60, 7)
+    waves = sample_sea(Sea(2.0, 8.0, 3.3), 60, 7)
     assert np.array_equal(own.amplitudes[2], waves.amplitudes) and np.array_equal(own.phases[2], waves.phases)
 
 

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.engine import Missing, ladder
+from crane_sim.evaluation.bench.engine import Missing, sweep_values
 from crane_sim.evaluation.bench.measurement import machine, spread
 from crane_sim.evaluation.bench.peers import mujoco_engine
 from crane_sim.evaluation.bench.problem import problem_of
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.batch import Batch, moved, scenes_of
+from crane_sim.simulation.batch import Batch, run_cranes, scenes_of
 from crane_sim.simulation.plant import Plant
 
 Array = npt.NDArray[np.float64]
@@ -27,7 +27,7 @@ SCENES = {"overhead_swing": (5.0, 20.0), "knuckle_springs": (0.5, 2.0)}
 METHODS, ERRORS = ("rk4", "rk8"), (1e-4, 1e-6)  # m
 STEP = 1e-3  # s, of the steps that are counted
 PARTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)  # of a period, by which steps are tried
-PEER_STEPS = ladder(0.05, 1e-4, 8)  # s
+PEER_STEPS = sweep_values(0.05, 1e-4, 8)  # s
 NOTHING = np.empty(0)
 
 
@@ -46,11 +46,11 @@ def rates(name: str, count: int, rounds: int) -> dict[str, Any]:
     scenes = cranes(name, "rk4", STEP, count)
     checked = time.perf_counter() - began
     ways = {f"{kind}_{n}": (kind == "lanes", n) for kind in ("lanes", "one_by_one") for n in (1, cores())}
-    compiled = {way: moved(scenes[:1], NOTHING, 1, wide).setup_time for way, (wide, n) in ways.items() if n == 1}
+    compiled = {way: run_cranes(scenes[:1], NOTHING, 1, wide).setup_time for way, (wide, n) in ways.items() if n == 1}
     found: dict[str, list[float]] = {way: [] for way in ways}
     for _ in range(rounds):
         for way, (wide, threads) in ways.items():
-            batch = moved(scenes, NOTHING, threads, wide)
+            batch = run_cranes(scenes, NOTHING, threads, wide)
             found[way].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
     speeds = {way: spread(values) for way, values in found.items()}
     return {"million_steps_per_s": speeds, "scenes_us": checked / count * 1e6, "compile_s": compiled}
@@ -58,7 +58,7 @@ def rates(name: str, count: int, rounds: int) -> dict[str, Any]:
 
 def costs(name: str, count: int, rounds: int) -> dict[str, Any]:
     """Return, by error and method, the coarsest step [s] that keeps it and µs per crane and simulated second."""
-    fine = [moved(cranes(name, "rk8", STEP / n, count), NOTHING, cores(), True).payload for n in (1, 2)]
+    fine = [run_cranes(cranes(name, "rk8", STEP / n, count), NOTHING, cores(), True).payload for n in (1, 2)]
     found: dict[str, Any] = {"reference_doubt_m": _apart(*fine)}
     for error in ERRORS:
         found[f"{error:g}"] = {method: _cheapest(name, method, count, error, fine[1], rounds) for method in METHODS}
@@ -68,8 +68,8 @@ def costs(name: str, count: int, rounds: int) -> dict[str, Any]:
 def _cheapest(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
     for part in PARTS:
         scenes = cranes(name, method, 0.01 / part, count)
-        if (off := _apart(moved(scenes, NOTHING, cores(), True).payload, exact)) <= error:
-            taken = _repeated(lambda scenes=scenes: moved(scenes, NOTHING, cores(), True), rounds)
+        if (off := _apart(run_cranes(scenes, NOTHING, cores(), True).payload, exact)) <= error:
+            taken = _repeat(lambda scenes=scenes: run_cranes(scenes, NOTHING, cores(), True), rounds)
             per_second = [1e6 * batch.wall_time / (count * scenes[0].duration) for batch in taken]
             return {"step": 0.01 / part, "error_m": off, "us_per_crane_second": spread(per_second)}
     return None
@@ -109,7 +109,7 @@ def _apart(ends: Array, others: Array) -> float:
     return float(distance) if np.isfinite(distance) else float("inf")
 
 
-def _repeated(run: Callable[[], Batch], rounds: int) -> list[Batch]:
+def _repeat(run: Callable[[], Batch], rounds: int) -> list[Batch]:
     return [run() for _ in range(rounds)]
 
 
@@ -127,7 +127,7 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     return found | {"machine": machine()}
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the rates and costs in lines."""
     lines = [f"{found['cranes']} cranes of {found['cores']} cores against {found['peer_cranes']} of MuJoCo's rollout"]
     for name in SCENES:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
-from crane_sim.evaluation.bench.engine import Outcome, Run, ladder
-from crane_sim.integrators import horizon, reach, record, settled, start, state_at
+from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
+from crane_sim.integrators import apply_pending_events, dense_output, reach, record, start, step_bound
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -21,26 +21,28 @@ from crane_sim.simulation.metrics import polyline
 from crane_sim.stepping.periods import begin
 
 NAME, VERSION = "crane_sim", version("crane_sim")
-STEPS = ladder(1.0, 1e-5, 8)  # s
-TOLERANCES = ladder(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
+STEPS = sweep_values(1.0, 1e-5, 8)  # s
+TOLERANCES = sweep_values(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
 FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3}
 ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "rodas": Rodas}
 METHODS = (*FIXED, *ADAPTIVE)
 
 
 @entry
-def passed(method, p, source, q, v, end, times):
+def integrate(method, p, source, q, v, end, times):
     """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
     x = system.project(p, system.state(p, 0.0, q, v))
     flow = start(p, 0.0, x, record(system.switching(p)))
     for _ in range(times):
         fresh = start(p, 0.0, x, record(system.switching(p)))
-        flow = reach(method, p, source, settled(system.switching(p), p, source, fresh), end, horizon(method, end))
-    return flow, state_at(method, p, source, flow, end)
+        flow = reach(
+            method, p, source, apply_pending_events(system.switching(p), p, source, fresh), end, step_bound(method, end)
+        )
+    return flow, dense_output(method, p, source, flow, end)
 
 
 @entry
-def shown(p, t, x, source):
+def read_outputs(p, t, x, source):
     """Return (q, v, tensions (L,)) at a state."""
     q, v = system.joints(p, x)
     tensions = np.empty((1, system.link_count(p)))
@@ -48,7 +50,7 @@ def shown(p, t, x, source):
     return q, v, tensions[0]
 
 
-class Ours:
+class CraneSimEngine:
     """The runs of one scene."""
 
     def __init__(self, scene: Scene) -> None:
@@ -59,7 +61,7 @@ class Ours:
 
     def methods(self) -> list[str]:
         """Return the names of the methods that fit the scene."""
-        arrays = system.fill.knows(type(self.p))
+        arrays = system.rhs_into.knows(type(self.p))
         smooth = begin(self.p, self.q, self.v)[0].seen is None
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 
@@ -77,8 +79,8 @@ class Ours:
         end = self.scene.duration
 
         def go(times: int) -> Outcome:
-            flow, x = passed(method, self.p, self.source, self.q, self.v, end, times)
-            q, v, tensions = shown(self.p, end, x, self.source)
+            flow, x = integrate(method, self.p, self.source, self.q, self.v, end, times)
+            q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = polyline(self.p, end, np.array(q), np.array(v))
             return Outcome(points[-1], flow.evaluations, flow.steps, float(tensions[-1]))
 

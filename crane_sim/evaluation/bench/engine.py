@@ -51,7 +51,7 @@ class Missing(Exception):
     """The engine is not installed, or lacks what it needs; one line."""
 
 
-def ladder(first: float, last: float, per_decade: int) -> list[float]:
+def sweep_values(first: float, last: float, per_decade: int) -> list[float]:
     """Return settings from `first` down to `last`, so many per decade."""
     count = round(per_decade * np.log10(first / last))
     return [float(setting) for setting in first * (last / first) ** (np.arange(count + 1) / max(count, 1))]

@@ -15,7 +15,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.evaluation.bench.group_cases import CASES, Case, Changes
 from crane_sim.evaluation.bench.measurement import machine, ratio, spread
-from crane_sim.integrators import OK, reach, record, settled, start
+from crane_sim.integrators import OK, apply_pending_events, reach, record, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.numerics.jit import entry
 from crane_sim.numerics.states import add_scaled, dimension
@@ -39,7 +39,7 @@ def march_array(p, x, u, evaluations):
     """Return the state, an array, after so many evaluations, each moving it on by a little."""
     y, out, work = x.copy(), np.empty_like(x), system.workspace(p)
     for _ in range(evaluations):
-        system.fill(p, 0.0, y, u, out, work)
+        system.rhs_into(p, 0.0, y, u, out, work)
         for i in range(len(y)):
             y[i] += _TINY * out[i]
     return y
@@ -49,7 +49,7 @@ def march_array(p, x, u, evaluations):
 def pass_time(method, p, x, u, end):
     """Return the integration at time `end` [s] that began with state x at 0."""
     switches = system.switching(p)
-    return reach(method, p, u, settled(switches, p, u, start(p, 0.0, x, record(switches))), end, end)
+    return reach(method, p, u, apply_pending_events(switches, p, u, start(p, 0.0, x, record(switches))), end, end)
 
 
 class Subject(NamedTuple):
@@ -110,11 +110,11 @@ def cost(case: Case, rounds: int, times: int) -> dict[str, Any]:
         for each in (without, having):
             getattr(each, what)(1)
         found = [(getattr(without, what)(count), getattr(having, what)(count)) for _ in range(rounds)]
-        figures |= _compared({"evaluate": "evaluation", "step": "step"}[what], *zip(*found, strict=True))
+        figures |= _compare({"evaluate": "evaluation", "step": "step"}[what], *zip(*found, strict=True))
     return figures
 
 
-def _compared(unit: str, without: Sequence[float], having: Sequence[float]) -> dict[str, Any]:
+def _compare(unit: str, without: Sequence[float], having: Sequence[float]) -> dict[str, Any]:
     return {
         f"ns_per_{unit}_without": spread(without),
         f"ns_per_{unit}_with": spread(having),
@@ -128,7 +128,7 @@ def measure(rounds: int = 15, times: int = 20_000, cases: Sequence[Case] = CASES
     return {"rounds": rounds, "cases": [cost(case, rounds, times) for case in cases], "machine": machine()}
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
     lines = [
         f"ns per evaluation and per step of order 8, without and with the group; medians of {found['rounds']} pairs"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.measurement import machine, ratio, spread
 from crane_sim.orchestration import run
-from crane_sim.orchestration.process_group import Crew
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
+from crane_sim.orchestration.process_group import ProcessGroup
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -29,8 +29,8 @@ def echo(scene: "Scene", packed: bool = False) -> float:
     """
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
-        reserved_domain() as domain,
-        Crew(environment(domain, Path(folder))) as crew,
+        reserve_domain() as domain,
+        ProcessGroup(node_environment(domain, Path(folder))) as crew,
     ):
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
@@ -45,7 +45,7 @@ def echo(scene: "Scene", packed: bool = False) -> float:
         return ping.summary["steps_per_second"]
 
 
-def _hear(crew: Crew) -> None:
+def _hear(crew: ProcessGroup) -> None:
     heard = crew.listen(_LIMIT)
     if lost := [child.name for child in crew.children if child.fault]:
         raise RuntimeError(f"the echo failed: {lost[0]} is gone")
@@ -105,7 +105,7 @@ def measure(
     }
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the medians and their ratios to the echo in lines."""
     steps, rounds = found["steps_per_round"], found["rounds"]
     lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.evaluation.bench.compiler import NATIVE, Compiler
-from crane_sim.evaluation.bench.engine import Outcome, Run, ladder
+from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
 from crane_sim.integrators import dop853
 
 Array = npt.NDArray[np.float64]
@@ -19,7 +19,7 @@ FLAGS = (("-O3",), NATIVE)
 """Both are tried on every problem; the faster is kept."""
 SWEEPS = {"leapfrog": (2.0, 0.2), "rk4": (4.0, 0.04), "rk8": (6.0, 0.06)}
 """The first and last step as multiples of one over the problem's pace."""
-TOLERANCES = ladder(1e-2, 1e-12, 8)
+TOLERANCES = sweep_values(1e-2, 1e-12, 8)
 TRIAL = 2000  # steps, to compare flags
 ADDRESS, REAL, COUNT = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
 
@@ -101,6 +101,6 @@ class Loops:
         """Return the sweeps of all methods."""
         found, duration = [], self.form.duration
         for method in self.form.methods:
-            counts = [ceil(duration * self.form.pace / part) for part in ladder(*SWEEPS[method], 8)]
+            counts = [ceil(duration * self.form.pace / part) for part in sweep_values(*SWEEPS[method], 8)]
             found += [Run(engine, method, duration / n, lambda r, m=method, n=n: self.fixed(m, n, r)) for n in counts]
         return found + [Run(engine, "dop853", tol, lambda r, tol=tol: self.adaptive(tol, r)) for tol in TOLERANCES]

@@ -117,7 +117,7 @@ def _figures(times: list[float], found: list[float], warm_up: float) -> dict[str
     }
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the memory of every process in lines."""
     lines = [f"resident memory over {found['seconds']:g} s of lockstep, {found['steps']} steps, MB"]
     for node, figures in found["resident"].items():

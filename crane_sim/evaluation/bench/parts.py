@@ -15,12 +15,12 @@ class Part(NamedTuple):
 
 
 PARTS = {
-    "lockstep": Part("Lockstep over Fast DDS, against a bare echo", lockstep.measure, lockstep.told),
-    "realtime": Part("Real time at 1 kHz, against a bare loop", realtime.measure, realtime.told),
-    "start": Part("From a new process to the first step", start.measure, start.told),
-    "memory": Part("Memory over ten minutes", memory.measure, memory.told),
-    "recording": Part("What a recording costs", recording.measure, recording.told),
-    "groups": Part("What each optional group of a scene costs", groups.measure, groups.told),
-    "batch": Part("Thousands of cranes at once", batch.measure, batch.told),
-    "stiff": Part("A cable as stiff as steel, against LSODA", stiff.measure, stiff.told),
+    "lockstep": Part("Lockstep over Fast DDS, against a bare echo", lockstep.measure, lockstep.format_lines),
+    "realtime": Part("Real time at 1 kHz, against a bare loop", realtime.measure, realtime.format_lines),
+    "start": Part("From a new process to the first step", start.measure, start.format_lines),
+    "memory": Part("Memory over ten minutes", memory.measure, memory.format_lines),
+    "recording": Part("What a recording costs", recording.measure, recording.format_lines),
+    "groups": Part("What each optional group of a scene costs", groups.measure, groups.format_lines),
+    "batch": Part("Thousands of cranes at once", batch.measure, batch.format_lines),
+    "stiff": Part("A cable as stiff as steel, against LSODA", stiff.measure, stiff.format_lines),
 }

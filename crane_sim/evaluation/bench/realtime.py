@@ -13,8 +13,8 @@ from typing import Any
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.measurement import machine, ratio, spread
 from crane_sim.orchestration import run
-from crane_sim.process_signals import tie
-from crane_sim.ros.common.timing import Punctuality
+from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.ros.common.timing import StepTiming
 
 LABELS = {"bare": "a loop that only sleeps", "plant": "plant, with its controller"}
 _BARE = "import json; from crane_sim.evaluation.bench.realtime import bare; print(json.dumps(bare({period}, {steps})))"
@@ -22,7 +22,7 @@ _BARE = "import json; from crane_sim.evaluation.bench.realtime import bare; prin
 
 def bare(period: float, steps: int) -> dict[str, Any]:
     """Sleep until so many deadlines, a period [s] apart; return figures as of a real-time run's summary."""
-    punctuality, misses = Punctuality(), 0
+    punctuality, misses = StepTiming(), 0
     due = began = time.monotonic()
     for _ in range(steps):
         due += period
@@ -37,7 +37,9 @@ def bare(period: float, steps: int) -> dict[str, Any]:
 def bare_apart(period: float, steps: int) -> dict[str, Any]:
     """Return what `bare` does in a process of its own."""
     command = [sys.executable, "-c", _BARE.format(period=period, steps=steps)]
-    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=tie()).stdout)
+    return json.loads(
+        subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=set_parent_death_signal()).stdout
+    )
 
 
 def measure(
@@ -87,7 +89,7 @@ def _figures(found: list[dict[str, Any]]) -> dict[str, Any]:
     return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in found]}
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the figures of both in lines."""
     steps, rate = found["steps_per_round"], 1.0 / found["period_s"]
     lines = [f"{steps} periods at {rate:g} Hz, medians of {found['rounds']} interleaved rounds, µs"]

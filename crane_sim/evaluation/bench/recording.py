@@ -64,7 +64,7 @@ def measure(
     }
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the costs in lines."""
     lines = [f"lockstep of {found['scene']}, {found['steps_per_round']} steps, median of {found['rounds']} rounds"]
     for label, speed in found["steps_per_second"].items():

@@ -12,7 +12,7 @@ from crane_sim.evaluation.bench.engine import Engine, Missing, Run
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import engines
 from crane_sim.evaluation.bench.problem import problem_of
-from crane_sim.evaluation.bench.sweep import Trial, measured, swept
+from crane_sim.evaluation.bench.sweep import Trial, measure_points, sweep_method
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.simulation.metrics import polyline
 
@@ -60,14 +60,14 @@ def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, said: Sa
 
 def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Said) -> dict[str, Any]:
     scene, truth = scene_of(case), truth_of(case)
-    own, trials, refused = crane_sim_engine.Ours(scene), {}, {}
+    own, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
     if methods and not set(methods) & set(own.methods()):
         raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(own.methods())}")
     trials[crane_sim_engine.NAME] = []
     for method in own.methods():
         if not methods or method in methods:
             said(f"{case.id}: {crane_sim_engine.NAME}, {method}")
-            trials[crane_sim_engine.NAME] += swept(own.runs(method), truth)
+            trials[crane_sim_engine.NAME] += sweep_method(own.runs(method), truth)
     for engine in peers if case.compared else ():
         said(f"{case.id}: {engine.name}")
         try:
@@ -76,14 +76,14 @@ def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Sa
             refused[engine.name] = str(why)
         except Exception as why:  # a peer's fault takes its row, not the others'
             refused[engine.name] = f"failed: {type(why).__name__}: {why}".partition("\n")[0]
-    points = measured(trials, scene.duration, lambda what: said(f"{case.id}: {what}"))
+    points = measure_points(trials, scene.duration, lambda what: said(f"{case.id}: {what}"))
     head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": truth.trusted}
     head["date"] = time.strftime("%Y-%m-%d")
     rows = [list(point) for point in points]
     return head | {"compiling_s": own.compiling, "refused": refused, "points": rows}
 
 
-def _peer(engine: Engine, own: crane_sim_engine.Ours, truth: Truth) -> list[Trial]:
+def _peer(engine: Engine, own: crane_sim_engine.CraneSimEngine, truth: Truth) -> list[Trial]:
     """Return the trials of a peer.
 
     Raises:
@@ -98,4 +98,4 @@ def _peer(engine: Engine, own: crane_sim_engine.Ours, truth: Truth) -> list[Tria
     by_method: dict[str, list[Run]] = {}
     for run in engine.runs(problem):
         by_method.setdefault(run.method, []).append(run)
-    return [trial for runs in by_method.values() for trial in swept(runs, truth)]
+    return [trial for runs in by_method.values() for trial in sweep_method(runs, truth)]

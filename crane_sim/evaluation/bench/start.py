@@ -55,7 +55,7 @@ def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int =
     return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **found, "machine": machine()}
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the times in lines."""
     lines = [f"from a new process to the first simulated step of {found['scene']}, imports included, s"]
     for key, label in LABELS.items():

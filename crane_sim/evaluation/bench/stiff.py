@@ -47,7 +47,7 @@ class Trial(NamedTuple):
 
 
 @entry
-def passed(method, p, x, u, end):
+def integrate(method, p, x, u, end):
     """Return the flow from (0, x) to `end`."""
     return reach(method, p, u, start(p, 0.0, x, None), end, end)
 
@@ -58,7 +58,7 @@ def derivative(p, t, x, u):
     return system.rhs(p, t, x, u)
 
 
-def timed(run: Callable[[], Any]) -> tuple[Any, float]:
+def time_run(run: Callable[[], Any]) -> tuple[Any, float]:
     """Return (result, processor time [s])."""
     began = time.process_time()
     return run(), time.process_time() - began
@@ -72,8 +72,8 @@ class Case:
         self.p, self.end, self.u = scene.model, scene.duration, (0.0,) * len(scene.actuated)
         flow, q, _ = begin(self.p, np.array(scene.initial_q), np.array(scene.initial_v))
         self.x, self.n = flow.x, len(q)
-        self.reference = passed(DOP853(1e-11, 1e-13), self.p, self.x, self.u, self.end).x
-        self.doubt = self.error(passed(Rodas(1e-9, 1e-11), self.p, self.x, self.u, self.end).x)
+        self.reference = integrate(DOP853(1e-11, 1e-13), self.p, self.x, self.u, self.end).x
+        self.doubt = self.error(integrate(Rodas(1e-9, 1e-11), self.p, self.x, self.u, self.end).x)
 
     def error(self, x: np.ndarray) -> float:
         """Return how far a final state's positions are from the reference's [m]."""
@@ -82,14 +82,14 @@ class Case:
     def rodas(self, tolerances: tuple[float, float]) -> Trial:
         """Run the Rosenbrock method."""
         method = Rodas(*tolerances)
-        flow, _ = timed(lambda: passed(method, self.p, self.x, self.u, self.end))
-        seconds = min(timed(lambda: passed(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
+        flow, _ = time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))
+        seconds = min(time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
         return Trial(tolerances, self.error(flow.x), seconds / self.end, flow.evaluations)
 
     def lsoda(self, tolerances: tuple[float, float]) -> Trial:
         """Run scipy's LSODA."""
         rtol, atol = tolerances
-        done, seconds = timed(
+        done, seconds = time_run(
             lambda: solve_ivp(
                 lambda t, x: derivative(self.p, t, x, self.u), (0.0, self.end), self.x, "LSODA", rtol=rtol, atol=atol
             )
@@ -113,7 +113,7 @@ def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict
     return found
 
 
-def told(found: dict[str, Any]) -> list[str]:
+def format_lines(found: dict[str, Any]) -> list[str]:
     """Return the comparison in lines."""
     lines = []
     for damping, row in found["dampings"].items():

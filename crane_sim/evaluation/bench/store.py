@@ -11,7 +11,7 @@ FILE = "performance.json"
 DIGITS = 5
 
 
-def stored(folder: Path) -> dict[str, Any]:
+def read_store(folder: Path) -> dict[str, Any]:
     """Return what the folder's data file holds, nothing when there is none.
 
     Raises:
@@ -28,19 +28,19 @@ def stored(folder: Path) -> dict[str, Any]:
     return found
 
 
-def merged(before: dict[str, Any], part: str, found: dict[str, Any]) -> dict[str, Any]:
+def merge_part(before: dict[str, Any], part: str, found: dict[str, Any]) -> dict[str, Any]:
     """Return the data with a part measured anew; scenes, engines and methods that were not measured this time stay."""
     if part == "scenes" and part in before:
         old = before[part]
         kept = {name: old[name] | found[name] for name in ("engines", "cannot", "scenes")}
         for case in old["scenes"].keys() & found["scenes"].keys():
-            kept["scenes"][case] = _joined(old["scenes"][case], found["scenes"][case])
+            kept["scenes"][case] = _join_scene(old["scenes"][case], found["scenes"][case])
         missing = {name: why for name, why in found["missing"].items() if name not in kept["engines"]}
         found = found | kept | {"missing": missing}
-    return before | {part: rounded(found)}
+    return before | {part: round_floats(found)}
 
 
-def _joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+def _join_scene(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     """Return a scene's results with the points of engines and methods that were measured before, and not now."""
     measured = {(point[0], point[1]) for point in new["points"]}
     kept = [point for point in old["points"] if (point[0], point[1]) not in measured]
@@ -60,10 +60,10 @@ def text(data: dict[str, Any]) -> str:
     return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", spread) + "\n"
 
 
-def rounded(value: Any) -> Any:
+def round_floats(value: Any) -> Any:
     """Return a document with its floats rounded: more digits than a timing has would be noise."""
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}") if abs(value) < 1e300 else None
     if isinstance(value, dict):
-        return {key: rounded(part) for key, part in value.items()}
-    return [rounded(part) for part in value] if isinstance(value, list | tuple) else value
+        return {key: round_floats(part) for key, part in value.items()}
+    return [round_floats(part) for part in value] if isinstance(value, list | tuple) else value

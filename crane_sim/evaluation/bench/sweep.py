@@ -44,7 +44,7 @@ class Trial(NamedTuple):
     steps: int | None
 
 
-def tried(run: Run, truth: Truth) -> Trial:
+def run_trial(run: Run, truth: Truth) -> Trial:
     """Do a run for its error, and a short one once more for its time."""
     began = time.perf_counter()
     outcome = run.go(1)
@@ -62,17 +62,17 @@ def tried(run: Run, truth: Truth) -> Trial:
     return Trial(run, error, pulled, seconds, outcome.evaluations, outcome.steps)
 
 
-def swept(runs: Iterable[Run], truth: Truth) -> list[Trial]:
+def sweep_method(runs: Iterable[Run], truth: Truth) -> list[Trial]:
     """Return the trials of one method, coarsest first, until they are exact or take too long."""
     found: list[Trial] = []
     for run in runs:
-        found.append(tried(run, truth))
+        found.append(run_trial(run, truth))
         if found[-1].seconds > SLOWEST or found[-1].error < max(BEST, 2.0 * truth.trusted):
             break
     return found
 
 
-def promising(trials: Sequence[Trial]) -> set[int]:
+def select_candidates(trials: Sequence[Trial]) -> set[int]:
     """Return which trials of one engine may be the cheapest at one of the errors."""
     chosen: set[int] = set()
     for level in LEVELS:
@@ -82,7 +82,7 @@ def promising(trials: Sequence[Trial]) -> set[int]:
     return chosen
 
 
-def timed(run: Run, seconds: float) -> float:
+def time_run(run: Run, seconds: float) -> float:
     """Return the wall time [s] of one pass of a run that takes about so long."""
     times = max(1, round(SHORTEST / max(seconds, 1e-7)))
     began = time.perf_counter()
@@ -90,7 +90,7 @@ def timed(run: Run, seconds: float) -> float:
     return (time.perf_counter() - began) / times
 
 
-def measured(trials: dict[str, list[Trial]], duration: float, said: Callable[[str], Any]) -> list[Point]:
+def measure_points(trials: dict[str, list[Trial]], duration: float, said: Callable[[str], Any]) -> list[Point]:
     """Return the points of all trials, by engine; the promising ones are timed in rounds, engines taking turns.
 
     Args:
@@ -98,15 +98,15 @@ def measured(trials: dict[str, list[Trial]], duration: float, said: Callable[[st
         duration: simulated seconds of a run.
         said: is told what is going on.
     """
-    timings = {(name, i): [timed(t.run, t.seconds)] for name, found in trials.items() for i, t in enumerate(found)}
-    chosen = {name: promising([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(found)])
+    timings = {(name, i): [time_run(t.run, t.seconds)] for name, found in trials.items() for i, t in enumerate(found)}
+    chosen = {name: select_candidates([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(found)])
               for name, found in trials.items()}  # fmt: skip
     rounds = {name: _rounds(trials[name], picked) for name, picked in chosen.items()}
     for k in range(max(rounds.values(), default=0)):
         said(f"round {k + 1} of {max(rounds.values())}")
         for name, picked in chosen.items():
             for i in picked if k < rounds[name] else ():
-                timings[name, i].append(timed(trials[name][i].run, timings[name, i][0]))
+                timings[name, i].append(time_run(trials[name][i].run, timings[name, i][0]))
     return [_point(t, timings[name, i], duration) for name, found in trials.items() for i, t in enumerate(found)]
 
 

@@ -26,7 +26,7 @@ def target_table(data: Scenes) -> str:
     """Return the ratios and whether the targets hold."""
     rows = []
     for case in CASES:
-        if scene := compared(data, case.id, case.like):
+        if scene := select_compared(data, case.id, case.like):
             rows += [_target(row) for row in targets(case.id, scene)]
     words = (
         "## Targets\n\nAt most 1.5 times the time of hand-written C; the best general engine (Pinocchio, MuJoCo, "
@@ -36,7 +36,7 @@ def target_table(data: Scenes) -> str:
     return words + _markdown(["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", ""], rows)
 
 
-def compared(data: Scenes, case: str, like: str) -> Scenes | None:
+def select_compared(data: Scenes, case: str, like: str) -> Scenes | None:
     """Return a measured scene with the engines that it is compared with; None where there are none."""
     scene = data["scenes"].get(case)
     other = data["scenes"].get(like) if like else scene

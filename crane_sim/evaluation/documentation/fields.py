@@ -57,7 +57,7 @@ def fields(group: Any) -> tuple[Field, ...]:
     words = {field: word for word, field in WORDS.items()} if hasattr(group, "_fields") else {}
     found, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
     for name in names:
-        unit, text = parted(descriptions.get(name, ""))
+        unit, text = split_comment(descriptions.get(name, ""))
         inline = next((part for part in plain(hints[name])[1] if isinstance(part, Inline)), None)
         key = words.get(name, name) if inline is None else inline.choice[0]
         found.append(Field(key, hints[name], unit, default(group, name), text))
@@ -72,7 +72,7 @@ def default(group: Any, name: str) -> Any:
     return group._field_defaults.get(name, REQUIRED)
 
 
-def parted(comment: str) -> tuple[str, str]:
+def split_comment(comment: str) -> tuple[str, str]:
     """Return (unit, description) of a comment; the unit is empty where the comment names none."""
     if comment in UNITS:
         return comment, ""

@@ -69,7 +69,7 @@ def scenes_in(text: str) -> list[str]:
     return [*dict.fromkeys(first_cells(1, table)), *(title for title in headings(text) if title in titles)]
 
 
-def _reproduced(item: str, minutes: float, cells: int = 1) -> Page:
+def _reproduction_page(item: str, minutes: float, cells: int = 1) -> Page:
     def expected() -> list[str]:
         return [name.replace("|", "/") for name in NAMES[item]()]
 
@@ -78,11 +78,11 @@ def _reproduced(item: str, minutes: float, cells: int = 1) -> Page:
 
 PAGES = {
     "scene_format": Page("describe --save docs", 0.1, lambda: headings(scene_format()), headings),
-    "overhead": _reproduced("overhead", 0.1),
-    "hardcases": _reproduced("hardcases", 10.0),
-    "knuckle": _reproduced("knuckle", 2.0),
-    "offshore": _reproduced("offshore", 5.0),
-    "observer": _reproduced("observer", 8.0, cells=2),
+    "overhead": _reproduction_page("overhead", 0.1),
+    "hardcases": _reproduction_page("hardcases", 10.0),
+    "knuckle": _reproduction_page("knuckle", 2.0),
+    "offshore": _reproduction_page("offshore", 5.0),
+    "observer": _reproduction_page("observer", 8.0, cells=2),
     "league": Page("league --save docs", 10.0, lambda: [", ".join(names) for names in trials()], trials_in),
     "performance": Page(
         "bench page --save docs",

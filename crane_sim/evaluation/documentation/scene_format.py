@@ -64,12 +64,12 @@ def scene_format() -> str:
     sections = sections_of(forms)
     links = {_identity(section.group): section.title for section in sections}
     shared = [section for section in sections if len(section.cranes) == len(FORMS)]
-    lines = [HEAD, *signs.section(), "## Every crane\n", _table(common, links), "", *_written(shared, links)]
+    lines = [HEAD, *signs.section(), "## Every crane\n", _table(common, links), "", *_write_sections(shared, links)]
     for crane, form in FORMS.items():
         own = [section for section in sections if section not in shared and section.cranes[0] == crane]
         keys = [field for field in forms[crane] if field not in common]
         lines += [f"## {TITLES[crane]}\n", _docs(form), "", *_example(EXAMPLES[crane])]
-        lines += [_table(keys, links), "", *_written(own, links)]
+        lines += [_table(keys, links), "", *_write_sections(own, links)]
     return re.sub(r"\n{3,}", "\n\n", "\n".join([*lines, *_laws()])).rstrip() + "\n"
 
 
@@ -114,7 +114,7 @@ def _example(name: str) -> list[str]:
     return [f"`{name}` of the catalogue:", "", "```yaml", scene_files()[name].read_text().rstrip(), "```", ""]
 
 
-def _written(sections: list[Section], links: dict[Any, str]) -> Iterator[str]:
+def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[str]:
     for section in sections:
         yield f"### {section.title}\n"
         if isinstance(section.group, Choice):

@@ -19,14 +19,14 @@ SEA, NOISE = "base_motion.sea.seed", "control.vision.seed"
 LIGHT, HEAVY, SHORT, LONG = 0.8, 1.2, 0.95, 1.05
 
 
-class Borrowed(NamedTuple):
+class FromScene(NamedTuple):
     """A group that a scene takes from another one of the catalogue."""
 
     scene: str
     changes: dict[str, Any] = {}  # by dotted key, within the group
 
 
-class Trial(NamedTuple):
+class Task(NamedTuple):
     """What is asked of all laws of a crane in one column."""
 
     column: str
@@ -37,7 +37,7 @@ class Trial(NamedTuple):
     seeded: str = ""  # the dotted key that takes SEEDS
 
 
-class Contender(NamedTuple):
+class Entrant(NamedTuple):
     """A law, or a way to do without one."""
 
     name: str
@@ -52,8 +52,8 @@ class Group(NamedTuple):
 
     name: str
     goal: Literal["path", "target"]
-    contenders: tuple[Contender, ...]
-    trials: tuple[Trial, ...]
+    contenders: tuple[Entrant, ...]
+    trials: tuple[Task, ...]
 
 
 def gust(force: float) -> dict[str, Any]:
@@ -66,19 +66,19 @@ def wind(force: float) -> dict[str, Any]:
     return {"payload_force": {"x": gust(force)}}
 
 
-def pushed(force: float) -> dict[str, Any]:
+def make_gust(force: float) -> dict[str, Any]:
     """Return a gust [N] along x, of overhead cranes."""
     return {"forces": [{"node": 1, "axis": "x", "force": gust(force)}]}
 
 
-def shaken(axis: str, amplitude: float, frequency: float) -> dict[str, Any]:
+def base_oscillation(axis: str, amplitude: float, frequency: float) -> dict[str, Any]:
     """Return a base that swings along an axis, by this amplitude [m] and frequency [rad/s]."""
     return {"base_motion": {axis: {"amplitude": amplitude, "frequency": frequency}}}
 
 
-STILL = shaken("sway", 0.0, 0.0) | wind(0.0)
-FIRM = shaken("surge", 0.0, 0.0) | pushed(0.0)
-AFLOAT = {"base_motion": Borrowed("pendulum_sea", {"sea.components": 20})}
+STILL = base_oscillation("sway", 0.0, 0.0) | wind(0.0)
+FIRM = base_oscillation("surge", 0.0, 0.0) | make_gust(0.0)
+AFLOAT = {"base_motion": FromScene("pendulum_sea", {"sea.components": 20})}
 PITCHING = {
     "base_motion": {
         "sea": {
@@ -96,23 +96,25 @@ PITCHING = {
 """The sea of the scene `pendulum_sea` from ahead, for cranes in the plane."""
 
 
-def tracked(scene: str) -> tuple[Trial, ...]:
+def make_tracking_task(scene: str) -> tuple[Task, ...]:
     """Return what is asked of a payload of 4 kg that follows the path of a scene."""
     return (
-        Trial("irregular sea", scene, {}, STILL | AFLOAT, seeded=SEA),
-        Trial("mass -20 %", scene, {}, STILL, {"payload.mass": LIGHT}),
-        Trial("mass +20 %", scene, {}, STILL, {"payload.mass": HEAVY}),
-        Trial("gust", scene, {}, STILL | wind(2.0)),
+        Task("irregular sea", scene, {}, STILL | AFLOAT, seeded=SEA),
+        Task("mass -20 %", scene, {}, STILL, {"payload.mass": LIGHT}),
+        Task("mass +20 %", scene, {}, STILL, {"payload.mass": HEAVY}),
+        Task("gust", scene, {}, STILL | wind(2.0)),
     )
 
 
-def brought(scene: str, told: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str) -> list[Trial]:
+def setpoint_tasks(
+    scene: str, told: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str
+) -> list[Task]:
     """Return what is asked of a crane that is brought to a target; others: what happens in further columns."""
     return [
-        Trial("set-point", scene, told, still),
-        Trial("mass -20 %", scene, told, still, {mass: LIGHT}),
-        Trial("mass +20 %", scene, told, still, {mass: HEAVY}),
-        *(Trial(name, scene, told, still | do, seeded=SEA if "sea" in name else "") for name, do in others.items()),
+        Task("set-point", scene, told, still),
+        Task("mass -20 %", scene, told, still, {mass: LIGHT}),
+        Task("mass +20 %", scene, told, still, {mass: HEAVY}),
+        *(Task(name, scene, told, still | do, seeded=SEA if "sea" in name else "") for name, do in others.items()),
     ]
 
 
@@ -120,16 +122,16 @@ FOLLOWING = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
 """The angular law without damping: the suspension point follows the path, and nobody looks at the payload."""
 SHAPED = "reference.path.shaping.kind"
 BLIND = (
-    Contender("open loop", "angular", settings=FOLLOWING),
-    Contender("open loop, ZV", "angular", settings=FOLLOWING, believes={SHAPED: "zv"}),
-    Contender("open loop, ZVD", "angular", settings=FOLLOWING, believes={SHAPED: "zvd"}),
+    Entrant("open loop", "angular", settings=FOLLOWING),
+    Entrant("open loop, ZV", "angular", settings=FOLLOWING, believes={SHAPED: "zv"}),
+    Entrant("open loop, ZVD", "angular", settings=FOLLOWING, believes={SHAPED: "zvd"}),
 )
-LOOKING = tuple(Contender(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
-ENERGY, LQR = Contender("energy", "energy"), Contender("lqr", "lqr")
+LOOKING = tuple(Entrant(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
+ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
 OF_KNUCKLE = (
     ENERGY,
-    Contender("energy, weighing", "energy", home="knuckle_unknown_load"),
-    Contender("lqr", "lqr", home="knuckle_lqr"),
+    Entrant("energy, weighing", "energy", home="knuckle_unknown_load"),
+    Entrant("lqr", "lqr", home="knuckle_lqr"),
 )
 STEP = {
     "duration": 30.0,
@@ -137,36 +139,40 @@ STEP = {
 }
 """A metre in less than two periods of the swing: a path, since the pendulum's laws follow one."""
 PENDULUM = (
-    Trial("set-point", "offshore_obstacle", STEP, STILL),
-    Trial("obstacle", "offshore_obstacle", {}, STILL),
-    *tracked("offshore_obstacle"),
-    Trial("resonant base", "offshore_resonant", {}, wind(0.0)),
-    Trial("rope -5 %", "offshore_obstacle", {}, STILL, {"rope.length": SHORT}),
-    Trial("rope +5 %", "offshore_obstacle", {}, STILL, {"rope.length": LONG}),
-    Trial("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
+    Task("set-point", "offshore_obstacle", STEP, STILL),
+    Task("obstacle", "offshore_obstacle", {}, STILL),
+    *make_tracking_task("offshore_obstacle"),
+    Task("resonant base", "offshore_resonant", {}, wind(0.0)),
+    Task("rope -5 %", "offshore_obstacle", {}, STILL, {"rope.length": SHORT}),
+    Task("rope +5 %", "offshore_obstacle", {}, STILL, {"rope.length": LONG}),
+    Task("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
 )
 BOOM = (
-    *tracked("knuckle_tracking"),
-    Trial("resonant base", "knuckle_tracking", {}, wind(0.0)),
+    *make_tracking_task("knuckle_tracking"),
+    Task("resonant base", "knuckle_tracking", {}, wind(0.0)),
 )
-KNUCKLE = brought(
+KNUCKLE = setpoint_tasks(
     "knuckle_setpoint",
     {},
     STILL,
     {
-        "resonant base": shaken("sway", 0.02, 2.557),  # a swing on 1.5 m
-        "irregular sea": {"base_motion": Borrowed("knuckle_sea")},
+        "resonant base": base_oscillation("sway", 0.02, 2.557),  # a swing on 1.5 m
+        "irregular sea": {"base_motion": FromScene("knuckle_sea")},
         "gust": wind(0.5),
     },
     "payload.mass",
 )
-ROLLED = {"resonant base": shaken("surge", 0.02, 2.215), "irregular sea": PITCHING, "gust": pushed(5.0)}  # on 2 m
+ROLLED = {
+    "resonant base": base_oscillation("surge", 0.02, 2.215),
+    "irregular sea": PITCHING,
+    "gust": make_gust(5.0),
+}  # on 2 m
 TROLLEY = (
-    *brought("overhead_energy", {}, FIRM, ROLLED, "cable.node_masses"),
-    Trial("rope -5 %", "overhead_energy", {}, FIRM, {"cable.lengths": SHORT}),
-    Trial("rope +5 %", "overhead_energy", {}, FIRM, {"cable.lengths": LONG}),
+    *setpoint_tasks("overhead_energy", {}, FIRM, ROLLED, "cable.node_masses"),
+    Task("rope -5 %", "overhead_energy", {}, FIRM, {"cable.lengths": SHORT}),
+    Task("rope +5 %", "overhead_energy", {}, FIRM, {"cable.lengths": LONG}),
 )
-HOIST = brought("overhead_hoist_energy", {"control.period": 0.01}, FIRM, ROLLED, "cable.node_masses")
+HOIST = setpoint_tasks("overhead_hoist_energy", {"control.period": 0.01}, FIRM, ROLLED, "cable.node_masses")
 GROUPS = (
     Group("pendulum", "path", (*BLIND, *LOOKING), PENDULUM),
     Group("knuckle boom, tracking", "path", LOOKING, BOOM),

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.evaluation.league.cases import GROUPS, SEEDS, Contender, Group, Trial
+from crane_sim.evaluation.league.cases import GROUPS, SEEDS, Entrant, Group, Task
 from crane_sim.evaluation.league.scenes import scene_of
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
@@ -54,16 +54,16 @@ def cells(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
     """Yield the cells of these groups, in order; contenders play side by side, a process for each core."""
     entered = [(group, contender) for group in groups for contender in group.contenders]
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
-        for found in pool.map(season, *zip(*entered, strict=True)):
+        for found in pool.map(evaluate_law, *zip(*entered, strict=True)):
             yield from found
 
 
-def season(group: Group, contender: Contender) -> list[Cell]:
+def evaluate_law(group: Group, contender: Entrant) -> list[Cell]:
     """Return the cells of a contender in all trials of its group."""
-    return [played(group, contender, trial) for trial in group.trials]
+    return [evaluate(group, contender, trial) for trial in group.trials]
 
 
-def played(group: Group, contender: Contender, trial: Trial) -> Cell:
+def evaluate(group: Group, contender: Entrant, trial: Task) -> Cell:
     """Return the cell of a contender in a trial."""
     seeds = SEEDS if trial.seeded else SEEDS[:1]
     name = group.name, contender.name, trial.column, len(seeds)
@@ -72,7 +72,7 @@ def played(group: Group, contender: Contender, trial: Trial) -> Cell:
     except SceneError as error:
         return Cell(*name, None, _reason(error), "")
     try:
-        found = middle([measured(simulate(scene), group.goal == "path") for scene in scenes])
+        found = middle([measure_figures(simulate(scene), group.goal == "path") for scene in scenes])
     except (SimulationError, LawError) as error:
         return Cell(*name, None, "", _reason(error))
     over = found.peak_swing >= LEVEL
@@ -83,7 +83,7 @@ def _reason(error: Exception) -> str:
     return str(error).removeprefix("scene ").partition(": ")[2] if isinstance(error, SceneError) else str(error)
 
 
-def measured(run: Rollout, on_path: bool) -> Figures:
+def measure_figures(run: Rollout, on_path: bool) -> Figures:
     """Return the figures of a run, whose payload should be on the scene's path, or else at the target."""
     scene, model = run.scene, run.scene.model
     goal = on_the_path(scene, run.t) if on_path else at_target(scene)

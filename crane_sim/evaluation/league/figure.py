@@ -52,7 +52,7 @@ def draw(cells: Sequence[Cell], file: Path) -> None:
         axes.set_title(panel.title, fontsize=11)
     for axes in panels[:, 0]:
         axes.set_yticks(range(len(rows)), [law for _, law in rows], fontsize=9)
-        _braced(axes, rows)
+        _write_cranes(axes, rows)
     for axes in panels[-1]:
         axes.set_xticks(range(len(COLUMNS)), COLUMNS, rotation=35, ha="right", fontsize=9)
     figure.supxlabel(WORDS, fontsize=10)
@@ -70,7 +70,7 @@ def _draw(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], pan
                 continue
             if cell.figures is not None:
                 colours[i, j] = np.log(_beside(cell.figures, rivals(cell, cells), panel))
-            _written(axes, i, j, cell, panel)
+            _write_value(axes, i, j, cell, panel)
     axes.set_facecolor(NOTHING)
     axes.imshow(colours, cmap="Blues", vmin=0.0, vmax=1.6 * np.log(WORST), aspect="auto")
     axes.set_xticks(np.arange(len(COLUMNS) - 1) + 0.5, minor=True)
@@ -94,7 +94,7 @@ def _beside(found: Figures, others: Sequence[Figures], panel: Panel) -> float:
     return min(values[0] / min(values), WORST)
 
 
-def _written(axes: Any, i: int, j: int, cell: Cell, panel: Panel) -> None:
+def _write_value(axes: Any, i: int, j: int, cell: Cell, panel: Panel) -> None:
     """Write the value of a cell into row i, column j."""
     text = "fails" if cell.figures is None else _short(panel.value(cell.figures))
     marked = {"boxstyle": "square,pad=0.25", "facecolor": LOST, "edgecolor": "none"} if cell.failed else None
@@ -105,7 +105,7 @@ def _short(value: float) -> str:
     return "<1e-4" if value < 1e-4 else f"{value:.2g}" if value < 100.0 else f"{value:.0f}"
 
 
-def _braced(axes: Any, rows: Sequence[tuple[str, str]]) -> None:
+def _write_cranes(axes: Any, rows: Sequence[tuple[str, str]]) -> None:
     """Write the names of the cranes left of their laws."""
     for crane in dict.fromkeys(crane for crane, _ in rows):
         own = [i for i, (name, _) in enumerate(rows) if name == crane]

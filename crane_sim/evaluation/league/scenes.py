@@ -4,25 +4,25 @@ import copy
 from collections.abc import Mapping
 from typing import Any
 
-from crane_sim.evaluation.league.cases import Borrowed, Contender, Trial
+from crane_sim.evaluation.league.cases import Entrant, FromScene, Task
 from crane_sim.files.document import put, read
 
 COMMON = ("period", "vision")  # of a control group: how often and how well the state is seen, whatever the law
 ABSENT: dict[str, Any] = {"forces": []}  # what stands for a group that a scene does not have; others: nothing
 
 
-def scene_of(trial: Trial, contender: Contender, seed: int) -> dict[str, Any]:
+def scene_of(trial: Task, contender: Entrant, seed: int) -> dict[str, Any]:
     """Return the scene, as a file's document, in which a contender is tried with this seed."""
     document, believed = read(trial.scene), dict[str, Any]()
     for key, value in trial.told.items():
-        put(document, key, _given(key, value))
+        put(document, key, _task_value(key, value))
     untold = dict(trial.untold)
     for key, part in trial.scaled.items():
-        untold[key] = _times(part, _found(document, key))
+        untold[key] = _times(part, _document_value(document, key))
     for key, value in untold.items():
-        before = _found(document, key)
+        before = _document_value(document, key)
         put(believed, key, ABSENT.get(key) if before is None else copy.deepcopy(before))
-        put(document, key, _given(key, value))
+        put(document, key, _task_value(key, value))
     for key, value in contender.believes.items():
         put(believed, key, value)
     document["control"] = _settings(document["control"], contender) | {"nominal": believed}
@@ -31,7 +31,7 @@ def scene_of(trial: Trial, contender: Contender, seed: int) -> dict[str, Any]:
     return document
 
 
-def _settings(own: Mapping[str, Any], contender: Contender) -> dict[str, Any]:
+def _settings(own: Mapping[str, Any], contender: Entrant) -> dict[str, Any]:
     """Return the control group of a contender in a scene whose own it is."""
     settings = read(contender.home)["control"] if contender.home else own if own["law"] == contender.law else {}
     rest = {key: value for key, value in settings.items() if key not in COMMON}
@@ -39,17 +39,17 @@ def _settings(own: Mapping[str, Any], contender: Contender) -> dict[str, Any]:
     return copy.deepcopy(common | rest | {"law": contender.law} | contender.settings)
 
 
-def _given(key: str, value: Any) -> Any:
+def _task_value(key: str, value: Any) -> Any:
     """Return what a trial puts at a key."""
-    if not isinstance(value, Borrowed):
+    if not isinstance(value, FromScene):
         return copy.deepcopy(value)
-    group = _found(read(value.scene), key)
+    group = _document_value(read(value.scene), key)
     for within, change in value.changes.items():
         put(group, within, change)
     return group
 
 
-def _found(document: Mapping[str, Any], key: str) -> Any:
+def _document_value(document: Mapping[str, Any], key: str) -> Any:
     """Return what a document has at a dotted key, None where it has nothing."""
     found: Any = document
     for name in key.split("."):

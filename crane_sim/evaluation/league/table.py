@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from crane_sim.evaluation.league.cells import Cell
-from crane_sim.evaluation.reproduce.table import Shown, shown
+from crane_sim.evaluation.reproduce.table import Shown, format_value
 
 NONE = "-"
 NO_EFFORT = 1e-9  # m/s², m, N or N m: smaller ones are rounding, whose digits are the processor's
@@ -72,7 +72,7 @@ def _line(cell: Cell) -> Line:
     if found is None:
         return Line._make((*name, *[NONE] * (len(Line._fields) - len(name))))
     peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in found.effort.items()}
-    efforts = ", ".join(f"{joint} {shown(peak)}" for joint, peak in peaks.items())
+    efforts = ", ".join(f"{joint} {format_value(peak)}" for joint, peak in peaks.items())
     numbers = found._asdict() | {"settling": NONE if found.settling is None else found.settling, "effort": efforts}
     return Line._make((*name, *numbers.values()))
 
@@ -92,4 +92,4 @@ def _markdown(rows: Sequence[Line]) -> str:
     head = [name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in Line._fields]
     head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
     text = [f"| {' | '.join(name.replace('_', ' ') for name in head)} |", "|" + "---|" * len(head)]
-    return "\n".join(text + [f"| {' | '.join(map(shown, row))} |" for row in rows]) + "\n"
+    return "\n".join(text + [f"| {' | '.join(map(format_value, row))} |" for row in rows]) + "\n"

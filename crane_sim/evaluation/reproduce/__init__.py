@@ -26,7 +26,7 @@ NAMES: dict[str, Callable[[], list[str]]] = {
 """Every item and what its rows are called, in their order, without measuring them."""
 
 
-def reproduced(item: str | None = None) -> dict[str, list[Any]]:
+def measure_items(item: str | None = None) -> dict[str, list[Any]]:
     """Return the rows of an item, or of all items, measured now.
 
     Raises:
@@ -43,7 +43,7 @@ def show(item: str | None, as_json: bool, folder: str | None) -> None:
     Raises:
         SceneError: there is no such item.
     """
-    tables = reproduced(item)
+    tables = measure_items(item)
     (print_json if as_json else print_tables)(tables)
     if folder is not None:
         save(tables, folder)

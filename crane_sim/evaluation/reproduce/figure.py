@@ -79,7 +79,7 @@ def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
     panels = figure.subplots(3, 2, width_ratios=(1, 2))
     for (path, error), experiments in zip(panels, offshore.PAIRS, strict=True):
         for colour, experiment in zip((SECOND, FIRST), experiments, strict=True):
-            _tracked(path, error, experiment, colour)
+            _plot_tracking(path, error, experiment, colour)
         path.set_aspect("equal")
         path.set_title(f"{experiments[0].table}: path of the payload, m", fontsize=9)
         error.set_title(f"{experiments[0].table}: distance from where it should be, m", fontsize=9, loc="left")
@@ -89,9 +89,9 @@ def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
     panels[-1][1].set_xlabel("t, s")
 
 
-def _tracked(path: Any, error: Any, experiment: offshore.Experiment, colour: str) -> None:
+def _plot_tracking(path: Any, error: Any, experiment: offshore.Experiment, colour: str) -> None:
     run = offshore.run(experiment)
-    found, goal = offshore.followed(run)
+    found, goal = offshore.payload_and_path(run)
     path.plot(found[:, 0], found[:, 1], color=colour, linewidth=1.0)
     path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--")
     error.plot(run.t, np.linalg.norm(found - goal, axis=1), color=colour, linewidth=1.0, label=experiment.name)

@@ -44,17 +44,17 @@ class Case(NamedTuple):
     VARIES = ("time",)  # columns that differ from run to run
 
 
-def stored(name: str) -> dict[str, Any]:
+def read_references(name: str) -> dict[str, Any]:
     """Return a file of references."""
     return json.loads((config_folder() / "references" / f"{name}.json").read_text())
 
 
 def references() -> dict[str, Any]:
     """Return the references by scene: instants t (K,), nodes (K, N, 3) [m], trusted [m], events [s]."""
-    return stored("hardcases")
+    return read_references("hardcases")
 
 
-def measured(scene: str, reference: dict[str, Any]) -> Case:
+def measure_case(scene: str, reference: dict[str, Any]) -> Case:
     """Run one case, twice so that nothing is compiled in the second."""
     loaded, t = load_scene(scene), np.array(reference["t"])
     simulate(loaded, sample_times=t)
@@ -89,13 +89,13 @@ def names() -> list[str]:
 
 def rows() -> list[Case]:
     """Return all hard cases."""
-    cases = [measured(scene, reference) for scene, reference in references().items()]
+    cases = [measure_case(scene, reference) for scene, reference in references().items()]
     return [*cases, heavy_accelerations(), long_energy()]
 
 
 def heavy_accelerations() -> Case:
     """Return the relative error of accelerations of thirty links below a payload of 1e8 nodes, against 60 digits."""
-    known = stored("accelerations")
+    known = read_references("accelerations")
     scene, first = load_scene(known["scene"]), known["states"][0]
     acceleration(scene, first["q"], first["v"], first["u"])  # compiles
     started, error = time.perf_counter(), 0.0

@@ -118,11 +118,11 @@ def _arrival(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
     arrived = max(left) < SETTLED * abs(np.degrees(goal - runs.energy.scene.initial_q[i]))
     verdict = "reproduced" if arrived else "not reproduced"
     yield _row(AT_END.format(figure), "both arrive", left, runs.assumption, verdict)
-    times = _settled(runs, i)
+    times = _settling_times(runs, i)
     yield _row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, faster(*times))
 
 
-def _settled(runs: Pair, i: int) -> tuple[float, float]:
+def _settling_times(runs: Pair, i: int) -> tuple[float, float]:
     """Return settling times [s] of joint i, infinite where it has not settled."""
     name = runs.energy.scene.actuated[i]
     return runs.of(lambda run: inf if (time := run.summary["settling_time"][name]) is None else time)
@@ -139,7 +139,7 @@ def _rope(runs: Pair) -> Iterator[Compared]:
     """Yield how the length of the rope oscillates."""
     ways = runs.of(lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3]))
     yield _row(WAY, LESS, ways, runs.assumption, much_less(*ways))
-    times = _settled(runs, 3)
+    times = _settling_times(runs, 3)
     yield _row(AFTER.format(WINCH), "not said", times, runs.assumption, "-")
 
 

@@ -48,7 +48,7 @@ def names() -> list[str]:
 
 def rows(seeds: tuple[int, ...] = SEEDS) -> list[Compared]:
     """Return the comparison over these seeds."""
-    return [compared(name, seen, seeds) for seen in SIGHTS for name in disturbances(0)]
+    return [compare(name, seen, seeds) for seen in SIGHTS for name in disturbances(0)]
 
 
 def disturbances(seed: int) -> dict[str, dict[str, Any]]:
@@ -73,7 +73,7 @@ def sea(peak: float, seed: int) -> dict[str, Any]:
     return {"sea": {"significant_height": height, "peak_period": 2.0 * pi / peak} | answer}
 
 
-def compared(name: str, seen: str, seeds: tuple[int, ...]) -> Compared:
+def compare(name: str, seen: str, seeds: tuple[int, ...]) -> Compared:
     """Return the row of a disturbance, the laws seeing the state as `seen` says."""
     scene, wanted = SIGHTS[seen]
     found = np.array([list(_figures(scene, disturbances(seed)[name], seed)) for seed in seeds])

@@ -168,7 +168,7 @@ def sentences() -> Iterator[Measured]:
     yield Measured(HARDEST, "-", hardest, hardest, hardest, 1, None, "as in the table, seed 0", "not printed")
 
 
-def followed(run: Rollout) -> tuple[Any, Any]:
+def payload_and_path(run: Rollout) -> tuple[Any, Any]:
     """Return where the payload was, and where its path was (K, 2) [m], horizontal, relative to the base."""
     goal, base = references(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
     found = run.payload if base is None else in_base(base, run.t, run.payload)
@@ -176,7 +176,7 @@ def followed(run: Rollout) -> tuple[Any, Any]:
 
 
 def _along_x(run: Rollout) -> float:
-    found, goal = followed(run)
+    found, goal = payload_and_path(run)
     return float(np.mean((found - goal)[:, 0] ** 2))
 
 

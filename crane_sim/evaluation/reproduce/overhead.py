@@ -7,9 +7,9 @@ import numpy as np
 
 from crane_sim.evaluation.reproduce import overhead_force_errata, overhead_matrix_errata
 from crane_sim.evaluation.reproduce.lagrange import chain, closed, entries, properties
-from crane_sim.evaluation.reproduce.lagrange.linearisation import collocated
+from crane_sim.evaluation.reproduce.lagrange.linearisation import collocate
 from crane_sim.evaluation.reproduce.overhead_erratum import ROUNDING, Erratum, apart, example
-from crane_sim.evaluation.reproduce.table import Row, claimed
+from crane_sim.evaluation.reproduce.table import Row, make_claim
 
 SIZES = (1, 2, 3, 5, 10)
 
@@ -30,30 +30,30 @@ def _properties() -> Iterator[Row]:
     cases = [example(n) for n in SIZES]
     masses = [chain.mass_matrix(crane, q) for crane, q, _ in cases]
     asymmetry = max(map(properties.asymmetry, masses))
-    yield claimed("(13): M = Mᵀ", 0.0, asymmetry, asymmetry < ROUNDING, asymmetry)
+    yield make_claim("(13): M = Mᵀ", 0.0, asymmetry, asymmetry < ROUNDING, asymmetry)
     smallest = min(map(properties.smallest_eigenvalue, masses))
-    yield claimed("below (2): M positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
+    yield make_claim("below (2): M positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
     skewness = max(properties.skewness_error(properties.mass_rate(*at), chain.coriolis(*at)) for at in cases)
-    yield claimed("(3): Ṁ - 2C skew-symmetric", 0.0, skewness, skewness < ROUNDING, skewness)
+    yield make_claim("(3): Ṁ - 2C skew-symmetric", 0.0, skewness, skewness < ROUNDING, skewness)
     symbols = max(apart(properties.christoffel(p, q) @ v, chain.coriolis(p, q, v)) for p, q, v in cases[:-1])
-    yield claimed("Remark 1: C by Christoffel symbols", 0.0, symbols, symbols < ROUNDING, symbols)
+    yield make_claim("Remark 1: C by Christoffel symbols", 0.0, symbols, symbols < ROUNDING, symbols)
     ranks = all(properties.rank(mass) == len(mass) for mass in masses)
-    yield claimed("below (2), all m_i > 0: rank M", "2N + 1", "2N + 1" if ranks else "less", ranks)
+    yield make_claim("below (2), all m_i > 0: rank M", "2N + 1", "2N + 1" if ranks else "less", ranks)
 
 
 def _printed_forms() -> Iterator[Row]:
     """Yield the forms that are right as printed."""
     worst = max(apart(entries.mass_matrix(p, q), chain.mass_matrix(p, q)) for p, q, _ in map(example, SIZES))
-    yield claimed("(19)-(21), (32)-(33), (39), (62)-(63): entries of M", 0.0, worst, worst < ROUNDING, worst)
+    yield make_claim("(19)-(21), (32)-(33), (39), (62)-(63): entries of M", 0.0, worst, worst < ROUNDING, worst)
     worst = max(apart(entries.gravity(p, q), chain.potential_force(p, q)) for p, q, _ in map(example, SIZES))
-    yield claimed("(83)-(84): gravity", 0.0, worst, worst < ROUNDING, worst)
+    yield make_claim("(83)-(84): gravity", 0.0, worst, worst < ROUNDING, worst)
     crane, q, _ = example(2)
     two = apart(closed.mass_matrix_two(crane, q), chain.mass_matrix(crane, q))
-    yield claimed("(138)-(142): M, N = 2", 0.0, two, two < ROUNDING, two)
+    yield make_claim("(138)-(142): M, N = 2", 0.0, two, two < ROUNDING, two)
     crane, q, v = example(1)
     forces = chain.mass_matrix(crane, q) @ v + chain.bias(crane, q, v)
     one = apart(closed.forces_one(crane, q, v, v), forces)
-    yield claimed("(194): equations of motion, N = 1", 0.0, one, one < ROUNDING, one)
+    yield make_claim("(194): equations of motion, N = 1", 0.0, one, one < ROUNDING, one)
 
 
 def _conditions() -> Iterator[Row]:
@@ -66,7 +66,7 @@ def _conditions() -> Iterator[Row]:
         found = properties.conditions(chain.mass_matrix(crane, q), free)
         for name, ours, lighter in zip(("absolute", "relative"), found, before, strict=True):
             claim = f"Lemma 1.8: cond M, N = 10, m_N / m_i = {ratio:.0e}, {name} angles"
-            yield claimed(claim, "grows with m_N", ours, ours > 10.0 * lighter)
+            yield make_claim(claim, "grows with m_N", ours, ours > 10.0 * lighter)
         before = found
 
 
@@ -74,16 +74,16 @@ def _linearisation() -> Iterator[Row]:
     """Yield what the inputs of (176)-(177) do to a crane with five links and a hoist."""
     crane, q, v = example(5)
     v[7:] = 0.0  # l_2 .. l_5 are fixed
-    reduced, wanted = collocated(crane, q, v), np.array([1.3, -0.7])
+    reduced, wanted = collocate(crane, q, v), np.array([1.3, -0.7])
     smallest = properties.smallest_eigenvalue(reduced.mass)
-    yield claimed("Lemma 3: 𝓜 of (178) positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
+    yield make_claim("Lemma 3: 𝓜 of (178) positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
     forces = np.zeros(11)
     forces[[0, 6]] = reduced.forces(wanted)
     found = chain.acceleration(crane, q, v, forces, (1,))
     missed = apart(found[[0, 6]], wanted)
-    yield claimed("(176)-(177): ẍ and l̈_1 as wanted, collocated", 0.0, missed, missed < ROUNDING, missed)
+    yield make_claim("(176)-(177): ẍ and l̈_1 as wanted, collocated", 0.0, missed, missed < ROUNDING, missed)
     missed = apart(reduced.angles(wanted), found[1:6])
-    yield claimed("(179): angles that follow", 0.0, missed, missed < ROUNDING, missed)
+    yield make_claim("(179): angles that follow", 0.0, missed, missed < ROUNDING, missed)
 
 
 def erratum_row(erratum: Erratum) -> Row:

@@ -6,7 +6,7 @@ from typing import Any
 
 from crane_sim.evaluation.reproduce.figure import save_figure
 from crane_sim.evaluation.reproduce.overhead_erratum import ROUNDING
-from crane_sim.evaluation.reproduce.table import Tables, shown
+from crane_sim.evaluation.reproduce.table import Tables, format_value
 from crane_sim.files.errors import SceneError
 
 LEGENDS = {
@@ -71,7 +71,7 @@ def _cell(column: str, value: Any, varies: Sequence[str]) -> str:
         return f"{value:.1g}"
     if isinstance(value, float) and column in BY_ROUNDING and 0.0 < abs(value) < ROUNDING:
         return f"< {ROUNDING:.0e}"
-    return shown(value).replace("|", "/")
+    return format_value(value).replace("|", "/")
 
 
 def _page(item: str, rows: list[Any], drawn: bool) -> str:

@@ -25,7 +25,7 @@ class Row(NamedTuple):
     verdict: str
 
 
-def claimed(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> Row:
+def make_claim(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> Row:
     """Return the row of a claim that holds or does not."""
     return Row(claim, printed, ours, difference, "holds" if holds else "does not hold")
 
@@ -36,7 +36,7 @@ def print_tables(tables: Tables) -> None:
     for item, rows in tables.items():
         table = Table(*(rows[0]._fields if rows else ()), title=item, title_justify="left")
         for row in rows:
-            table.add_row(*(escape(shown(value)) for value in row))
+            table.add_row(*(escape(format_value(value)) for value in row))
         console.print(table, highlight=False)
 
 
@@ -45,7 +45,7 @@ def print_json(tables: Tables) -> None:
     print(json.dumps({item: [row._asdict() for row in rows] for item, rows in tables.items()}))
 
 
-def shown(value: Shown | None) -> str:
+def format_value(value: Shown | None) -> str:
     """Return a value as text, short and for people."""
     if isinstance(value, int):
         return str(value)

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.evaluation.soak.figures import Figure, equal, quantiles
-from crane_sim.orchestration.ros_environment import environment, reserved_domain
-from crane_sim.process_signals import tie
+from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
+from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.rollout import simulate
 
@@ -53,7 +53,10 @@ def setups(kilted: str = KILTED) -> list[Setup]:
 @contextmanager
 def busy(loops: int) -> Iterator[None]:
     """Keep so many cores busy with something else."""
-    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=tie()) for _ in range(loops)]
+    processes = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=set_parent_death_signal())
+        for _ in range(loops)
+    ]
     try:
         yield
     finally:
@@ -73,7 +76,7 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
     Raises:
         RuntimeError: the run failed; the plant's own words.
     """
-    with tempfile.TemporaryDirectory(prefix="crane_sim-") as name, reserved_domain() as domain:
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as name, reserve_domain() as domain:
         folder, file, recorders = Path(name), Path(name, "scene.yaml"), setup.processes - 2
         scene.dump(file)
         common = {"scene": file, "expected_recorders": recorders}
@@ -85,7 +88,7 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
             subprocess.Popen(
                 setup.command(python, module, parameters),
                 env=clean_environment(python, domain, folder),
-                preexec_fn=tie(),
+                preexec_fn=set_parent_death_signal(),
             )
             for python, module, parameters in nodes
         ]
@@ -101,7 +104,9 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
 def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
     try:
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "text": True}
-        plant = subprocess.run(command, env=env, timeout=_PATIENCE, check=False, preexec_fn=tie(), **pipes)
+        plant = subprocess.run(
+            command, env=env, timeout=_PATIENCE, check=False, preexec_fn=set_parent_death_signal(), **pipes
+        )
     except subprocess.TimeoutExpired:
         raise RuntimeError(f"plant: it did not end within {_PATIENCE:g} s") from None
     told = next((line for line in plant.stderr.splitlines() if "state_sha256" in line), "")
@@ -112,7 +117,7 @@ def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
 
 def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
     """Return the environment of a node; another interpreter must not find this one's ROS."""
-    found = environment(domain, folder)
+    found = node_environment(domain, folder)
     return found if python == sys.executable else {key: found[key] for key in found.keys() - set(_OF_THIS_ONE)}
 
 

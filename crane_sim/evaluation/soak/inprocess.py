@@ -21,10 +21,13 @@ GROWTH = 5.0  # MB
 def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
     """Take so many steps in each of the two ways; return figures, and the data behind them."""
     block = max(steps // BLOCKS, 1)
-    ways: dict[str, Callable[[Scene, int], Iterator[None]]] = {"Plant.advance": _advanced, "simulate": _simulated}
+    ways: dict[str, Callable[[Scene, int], Iterator[None]]] = {
+        "Plant.advance": _advance_plant,
+        "simulate": _simulate_again,
+    }
     figures, data = [], dict[str, Any]()
     for way, blocks in ways.items():
-        memory, rates = _measured(blocks(load_scene(name), block), block)
+        memory, rates = _measure_blocks(blocks(load_scene(name), block), block)
         ends = [block * (i + 1) for i in range(BLOCKS)]
         data[way] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
         figures += [
@@ -35,7 +38,7 @@ def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[
     return figures, data
 
 
-def _measured(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:
+def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:
     """Return resident memory [MB] and rate [steps/s] after each block of steps."""
     memory, rates = [], []
     began = time.perf_counter()
@@ -46,7 +49,7 @@ def _measured(blocks: Iterator[None], steps: int) -> tuple[list[float], list[flo
     return memory, rates
 
 
-def _advanced(scene: Scene, block: int) -> Iterator[None]:
+def _advance_plant(scene: Scene, block: int) -> Iterator[None]:
     """Step one plant with its law, without an end."""
     plant, law = Plant(scene), scene.law
     if law is None:
@@ -57,7 +60,7 @@ def _advanced(scene: Scene, block: int) -> Iterator[None]:
         yield
 
 
-def _simulated(scene: Scene, block: int) -> Iterator[None]:
+def _simulate_again(scene: Scene, block: int) -> Iterator[None]:
     """Simulate the same run again and again."""
     run = replace(scene, duration=block * scene.period)
     for _ in range(BLOCKS):

@@ -16,9 +16,9 @@ from crane_sim.evaluation.bench.memory import resident
 from crane_sim.evaluation.bench.realtime import bare_apart
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import steps_in
-from crane_sim.evaluation.soak.monitor import Heard, introduced, witness
+from crane_sim.evaluation.soak.monitor import Heard, monitor, wait_for_discovery
 from crane_sim.orchestration import run
-from crane_sim.orchestration.ros_environment import reserved_domain
+from crane_sim.orchestration.ros_environment import reserve_domain
 
 VICTIMS = ("controller", "recorder")
 HALF, ALL = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
@@ -55,7 +55,7 @@ class _Killer(threading.Thread):
 
     def filled(self, name: str, pid: int) -> None:
         """Take note of who fills a place from now on."""
-        introduced(name, pid)
+        wait_for_discovery(name, pid)
         self._pids[name] = pid
         self._filled.append((name, time.time_ns()))
         if name == VICTIMS[-1]:
@@ -91,8 +91,8 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
     killer, shared = _Killer(gaps), set(os.listdir("/dev/shm"))
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
-        reserved_domain() as domain,
-        witness(loaded, domain) as account,
+        reserve_domain() as domain,
+        monitor(loaded, domain) as account,
         ThreadPoolExecutor(1) as beside,
     ):
         bare = beside.submit(bare_apart, _BARE, round(loaded.duration / _BARE))

@@ -7,15 +7,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from crane_sim.orchestration.process_group import Crew
-from crane_sim.orchestration.ros_environment import environment
+from crane_sim.orchestration.process_group import ProcessGroup
+from crane_sim.orchestration.ros_environment import node_environment
 from crane_sim.scenes.scene import Scene
 
 _LIMIT = 60.0  # s for it to start
 _MEETING = 1.0  # s, several times what nodes on one machine take to find each other
 
 
-def introduced(place: str, _pid: int) -> None:
+def wait_for_discovery(place: str, _pid: int) -> None:
     """Give a witness time to find the plant before it takes its first step: for `on_filled` of a run."""
     if place == "plant":
         time.sleep(_MEETING)
@@ -51,7 +51,7 @@ class Account:
 
 
 @contextmanager
-def witness(scene: Scene, domain: int) -> Iterator[Account]:
+def monitor(scene: Scene, domain: int) -> Iterator[Account]:
     """Yield what a witness of this scene's runs in a ROS domain writes while the block runs.
 
     Raises:
@@ -59,7 +59,7 @@ def witness(scene: Scene, domain: int) -> Iterator[Account]:
     """
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
-        Crew(environment(domain, Path(folder))) as crew,
+        ProcessGroup(node_environment(domain, Path(folder))) as crew,
     ):
         file, scene_file = Path(folder, "witness.txt"), Path(folder, "scene.yaml")
         scene.dump(scene_file)

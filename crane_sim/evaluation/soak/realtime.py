@@ -8,9 +8,9 @@ import numpy as np
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.realtime import bare_apart
 from crane_sim.evaluation.soak.figures import Figure, at_most
-from crane_sim.evaluation.soak.monitor import Heard, introduced, witness
+from crane_sim.evaluation.soak.monitor import Heard, monitor, wait_for_discovery
 from crane_sim.orchestration import run
-from crane_sim.orchestration.ros_environment import reserved_domain
+from crane_sim.orchestration.ros_environment import reserve_domain
 
 PERIOD = 0.001  # s
 ROUND = 10.0  # s of the bare loop, then as many of the plant
@@ -25,10 +25,10 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
     data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "unclear", "rates")}
-    with reserved_domain() as domain, witness(scene, domain) as account:
+    with reserve_domain() as domain, monitor(scene, domain) as account:
         for _ in range(rounds):
             data["bare"].append(bare_apart(PERIOD, scene.steps))
-            summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=introduced)
+            summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=wait_for_discovery)
             if "error" in summary:
                 raise RuntimeError(summary["error"])
             data["plant"].append(summary)

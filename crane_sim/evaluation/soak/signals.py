@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 from crane_sim import load_scene
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import MARK, RECORDING, of_run, orphans
-from crane_sim.evaluation.soak.monitor import Account, Heard, witness
+from crane_sim.evaluation.soak.monitor import Account, Heard, monitor
 from crane_sim.files.catalogue import config_folder
-from crane_sim.orchestration.ros_environment import reserved_domain
-from crane_sim.process_signals import tie
+from crane_sim.orchestration.ros_environment import reserve_domain
+from crane_sim.process_signals import set_parent_death_signal
 
 SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
@@ -77,13 +77,13 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
 def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     """Interrupt so many runs; return figures, and the data behind them."""
     scene = load_scene(SCENE, {"duration": DURATION})
-    with reserved_domain() as domain, witness(scene, domain) as account:
+    with reserve_domain() as domain, monitor(scene, domain) as account:
         began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
-        undisturbed = interrupted(None, domain, account)
+        undisturbed = interrupt_run(None, domain, account)
         if undisturbed.complaints:
             raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
         planned = plan(count, seed, time.monotonic() - began)
-        ends = [interrupted(each, domain, account) for each in planned]
+        ends = [interrupt_run(each, domain, account) for each in planned]
         left = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     told = zip(planned, ends, strict=True)
@@ -102,7 +102,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
-def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
+def interrupt_run(how: Interruption | None, domain: int, account: Account) -> End:
     """Start a run, interrupt it, and look at what is left."""
     mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
     account.read()
@@ -115,15 +115,15 @@ def interrupted(how: Interruption | None, domain: int, account: Account) -> End:
         command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=tie(), **pipes) as process:
-            took = _signalled(process, how, account, heard)
+        with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
+            took = _send_signals(process, how, account, heard)
             _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
         time.sleep(0.1)  # what the witness writes ten times as often
         _hear(account, heard)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
-        complaints = [*orphans(mark), *of_run(Path(folder), _taken(heard, steps)), *_last_effort(heard, steps)]
+        complaints = [*orphans(mark), *of_run(Path(folder), _count_steps(heard, steps)), *_last_effort(heard, steps)]
     complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
-    complaints += _exit_code(how, process.returncode, took > 0.0 and _taken(heard, steps) < steps)
+    complaints += _exit_code(how, process.returncode, took > 0.0 and _count_steps(heard, steps) < steps)
     return End(took, process.returncode, tuple(complaints))
 
 
@@ -140,7 +140,7 @@ def _hear(account: Account, heard: dict[str, list[Heard]]) -> None:
             heard[letter] += news
 
 
-def _taken(heard: dict[str, list[Heard]], steps: int) -> int:
+def _count_steps(heard: dict[str, list[Heard]], steps: int) -> int:
     """Return how many steps of a run were heard; the last effort of one that is cut short belongs to none."""
     found = len({effort.stamp for effort in heard["e"]})
     return found if found == steps else max(found - 1, 0)
@@ -152,7 +152,7 @@ def _crane() -> str:
     return str(script if script.is_file() else Path(sys.executable).with_name("crane"))
 
 
-def _signalled(
+def _send_signals(
     process: subprocess.Popen[str], how: Interruption | None, account: Account, heard: dict[str, list[Heard]]
 ) -> float:
     """Send the signals and wait for the end; return how long it took."""

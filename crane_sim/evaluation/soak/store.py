@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.evaluation.bench.measurement import machine
-from crane_sim.evaluation.bench.store import rounded, text
+from crane_sim.evaluation.bench.store import round_floats, text
 from crane_sim.evaluation.soak.figures import Figure
 from crane_sim.evaluation.soak.page import PARTS, page
 from crane_sim.files.errors import SceneError
@@ -29,11 +29,11 @@ def save(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, 
         SceneError: the folder cannot be written, or holds something else by these names.
     """
     kept = {name: data[name] for name in PARTS[part].keeps}
-    kept = thinned(kept) if PARTS[part].series else kept
+    kept = thin_lists(kept) if PARTS[part].series else kept
     document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
-        (folder / "soak" / f"{part}.json").write_text(text(rounded(document)))
+        (folder / "soak" / f"{part}.json").write_text(text(round_floats(document)))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     write_page(folder)
@@ -45,7 +45,7 @@ def write_page(folder: Path) -> None:
     Raises:
         SceneError: as of `save`, or there are no data.
     """
-    found = {part: document for part in PARTS if (document := _stored(folder, part))}
+    found = {part: document for part in PARTS if (document := _read_part(folder, part))}
     if not found:
         raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
     try:
@@ -59,16 +59,16 @@ def write_page(folder: Path) -> None:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 
 
-def thinned(value: Any) -> Any:
+def thin_lists(value: Any) -> Any:
     """Return a document whose long lists have lost most of their entries, the same ones where they are equally long."""
     if isinstance(value, dict):
-        return {key: thinned(part) for key, part in value.items()}
+        return {key: thin_lists(part) for key, part in value.items()}
     if not isinstance(value, list | tuple) or len(value) <= _MOST:
         return value
     return [value[round(i * (len(value) - 1) / (_MOST - 1))] for i in range(_MOST)]
 
 
-def _stored(folder: Path, part: str) -> dict[str, Any]:
+def _read_part(folder: Path, part: str) -> dict[str, Any]:
     """Return what the folder has of a part, nothing where it was not measured."""
     file = folder / "soak" / f"{part}.json"
     try:

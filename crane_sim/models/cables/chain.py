@@ -63,7 +63,7 @@ def work_array(masses, lengths):
 
 
 @lean_kernel
-def nudge(w, node, x, z):
+def add_node_acceleration(w, node, x, z):
     """Add an acceleration (x, z) [m/s²] of a node, from 1, to what it means for the links that end there."""
     k = node - 1
     w[TENSION, k] += w[SIN, k] * x - w[COS, k] * z
@@ -80,7 +80,7 @@ def rod_pull(rods, w):
 
 
 @lean_kernel
-def hang(w, push, gravity):
+def assemble_rhs(w, push, gravity):
     """Fill what the links' own motion, gravity and the trolley's free acceleration `push` [m/s²] ask of them."""
     for k in range(w.shape[1] - 1):
         w[TENSION, k], w[TURNING, k] = w[LENGTH, k] * w[RATE, k] * w[RATE, k], 0.0
@@ -99,11 +99,11 @@ def solve_links(rods, w, top):
             a compliance of -1 says that the acceleration is the tension itself (`drum`).
     """
     solve_tensions(w, top)
-    turn(w, top)
+    angular_accelerations(w, top)
 
 
 @lean_kernel
-def bends(w):
+def link_angles(w):
     """Fill the rows ALONG and ACROSS."""
     for k in range(w.shape[1] - 2):
         w[ALONG, k] = (w[SIN, k] * w[SIN, k + 1] + w[COS, k] * w[COS, k + 1]) * w[BELOW, k]
@@ -111,7 +111,7 @@ def bends(w):
 
 
 @lean_kernel
-def eases(w, top):
+def assemble_diagonal(w, top):
     """Fill the row EASE, and take the first link's hoist into what its tension has to supply."""
     give, pay, run, _ = top
     for k in range(1, w.shape[1] - 1):
@@ -124,7 +124,7 @@ def eases(w, top):
 
 
 @lean_kernel
-def eliminated(w, k, known, less, more):
+def eliminate_row(w, k, known, less, more):
     """Eliminate row k of the system; return what that takes from the next row's pivot and adds to its right side.
 
     Args:
@@ -147,16 +147,16 @@ def solve_tensions(w, top):
     positive definite matrix, whichever order they are taken in.
     """
     n = w.shape[1] - 1
-    bends(w)
-    eases(w, top)
+    link_angles(w)
+    assemble_diagonal(w, top)
     first = w[ALONG, 0] if top[1] >= 0.0 else 0.0
     middle, half = n // 2, (n - 1) // 2
     less, more, less_below, more_below = 0.0, 0.0, 0.0, 0.0
     for k in range(middle):
-        less, more = eliminated(w, k, first if k == 0 else w[ALONG, k], less, more)
+        less, more = eliminate_row(w, k, first if k == 0 else w[ALONG, k], less, more)
         if k < half:
             j = n - 1 - k
-            less_below, more_below = eliminated(w, j, first if j == 1 else w[ALONG, j - 1], less_below, more_below)
+            less_below, more_below = eliminate_row(w, j, first if j == 1 else w[ALONG, j - 1], less_below, more_below)
     tension = (w[TENSION, middle] + more + more_below) / (w[EASE, middle] - less - less_below)
     below, w[TENSION, middle] = tension, tension
     for k in range(1, middle + 1):
@@ -168,7 +168,7 @@ def solve_tensions(w, top):
 
 
 @lean_kernel
-def turn(w, top):
+def angular_accelerations(w, top):
     """Fill the angular accelerations; no difference of large numbers, so that a heavy payload does no harm."""
     n, (give, _, _, rate) = w.shape[1] - 1, top
     first = w[COS, 0] * give * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
@@ -179,7 +179,7 @@ def turn(w, top):
 
 
 @lean_kernel
-def slid(w, give, free):
+def massless_hoist_acceleration(w, give, free):
     """Return the acceleration of the first length behind a massless winch; `free` is what its link was asked for."""
     return free - (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give) * w[TENSION, 0] + w[ALONG, 0] * w[TENSION, 1]
 
@@ -218,7 +218,7 @@ def coupling(w, inertia, k, j):
 
 
 @lean_kernel
-def own(w, inertia, top, k):
+def diagonal_block(w, inertia, top, k):
     """Return the 2 x 2 block, by rows, of link k's own (tension, turning)."""
     arm, length = inertia[k] / w[LENGTH, k], w[LENGTH, k]
     if k > 0:
@@ -230,7 +230,7 @@ def own(w, inertia, top, k):
 
 
 @lean_kernel
-def sought(w, top, k):
+def block_rhs(w, top, k):
     """Return the right-hand sides of link k: along it and across it."""
     along, across = w[TENSION, k], w[TURNING, k]
     if k > 0:
@@ -244,10 +244,10 @@ def solve_pairs(inertia, w, top):
     """Eliminate 2 x 2 blocks downwards, substitute upwards; arguments as of `chain.solve_links`."""
     n = w.shape[1] - 1
     right = np.zeros((n, 4))  # the inverse of an eliminated block times the one right of it
-    bends(w)
+    link_angles(w)
     for k in range(n):
-        a, b, c, d = own(w, inertia, top, k)
-        along, across = sought(w, top, k)
+        a, b, c, d = diagonal_block(w, inertia, top, k)
+        along, across = block_rhs(w, top, k)
         if k > 0:
             e, f, g, h = coupling(w, inertia, k, k - 1)
             a, b = a - e * right[k - 1, 0] - f * right[k - 1, 2], b - e * right[k - 1, 1] - f * right[k - 1, 3]
@@ -290,10 +290,10 @@ def _(joints, w, x, first):
             after += joints.damping[k + 1] * (w[RATE, k + 1] - w[RATE, k])
         force = (after - moment) / w[LENGTH, k]  # the couple of link k: on its lower node, and back on its upper one
         if k > 0:
-            nudge(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
+            add_node_acceleration(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
         else:
             pull = -force * w[COS, 0]
-        nudge(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
+        add_node_acceleration(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
         moment = after
     return pull
 

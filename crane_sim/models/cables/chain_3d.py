@@ -22,7 +22,7 @@ class Directions(NamedTuple):
     below: Any  # (N,) 1/kg, one over the mass of the node below each link
 
 
-class Top(NamedTuple):
+class UpperEnd(NamedTuple):
     """How the first link's upper end and its length answer its tension."""
 
     give: tuple[float, float]  # 1/kg, compliances of trolley and bridge
@@ -32,7 +32,7 @@ class Top(NamedTuple):
 
 
 @lean_kernel
-def aligned(x, unit, rate):
+def align(x, unit, rate):
     """Return (unit vector, rate perpendicular to it) nearest to the ones that begin at x[unit] and x[rate]."""
     a, b, c = x[unit], x[unit + 1], x[unit + 2]
     scale = 1.0 / sqrt(a * a + b * b + c * c)
@@ -61,7 +61,7 @@ def apart(acc, k):
 
 
 @lean_kernel
-def demanded(links, acc, k):
+def relative_acceleration(links, acc, k):
     """Return what link k's tension has to supply: the relative acceleration of its ends along it [m/s²]."""
     x, y, z = apart(acc, k)
     along = links.units[k, 0] * x + links.units[k, 1] * y + links.units[k, 2] * z
@@ -81,12 +81,12 @@ def solve_tensions(links, top, acc, tension, ratio):
     n, below = len(tension), links.below
     inverse = 1.0 / (ease(links, top) + top.pay)
     upper = -dot(links.units, 0, 1) * below[0] if n > 1 else 0.0
-    tension[0], ratio[0] = (demanded(links, acc, 0) - top.run) * inverse, upper * inverse
+    tension[0], ratio[0] = (relative_acceleration(links, acc, 0) - top.run) * inverse, upper * inverse
     if top.pay < 0.0:
         tension[0], ratio[0] = top.run, 0.0  # a massless winch does not ask the second link
     for k in range(1, n):
         inverse = 1.0 / (below[k - 1] + below[k] - upper * ratio[k - 1])
-        tension[k] = (demanded(links, acc, k) - upper * tension[k - 1]) * inverse
+        tension[k] = (relative_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
         upper = -dot(links.units, k, k + 1) * below[k] if k + 1 < n else 0.0
         ratio[k] = upper * inverse
     for k in range(n - 2, -1, -1):
@@ -98,7 +98,7 @@ def paid_out(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.pay >= 0.0:
         return top.run + top.pay * tension[0]
-    free = demanded(links, acc, 0) - ease(links, top) * tension[0]
+    free = relative_acceleration(links, acc, 0) - ease(links, top) * tension[0]
     return free + dot(links.units, 0, 1) * links.below[0] * tension[1] if len(tension) > 1 else free
 
 
@@ -110,7 +110,7 @@ def across(units, k, x, y, z):
 
 
 @lean_kernel
-def pulled(units, k, j, pull, total):
+def add_pull(units, k, j, pull, total):
     """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
     x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
     x, y, z = across(units, k, x, y, z)
@@ -131,9 +131,9 @@ def turn(links, top, acc, tension, out, at):
     for k in range(n):
         total = across(units, k, x, y, z)
         if k > 0:
-            total = pulled(units, k, k - 1, below[k - 1] * tension[k - 1], total)
+            total = add_pull(units, k, k - 1, below[k - 1] * tension[k - 1], total)
         if k + 1 < n:
-            total = pulled(units, k, k + 1, below[k] * tension[k + 1], total)
+            total = add_pull(units, k, k + 1, below[k] * tension[k + 1], total)
             x, y, z = apart(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):

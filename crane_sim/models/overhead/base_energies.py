@@ -43,13 +43,13 @@ def added_in_plane(now, p, x):
 def _(now, p, x):
     w, (nq, _, _), (mass, r, v) = system.workspace(p), planar.layout(p), bodies(p)
     planar.links_of(p, x, w)
-    v[:] = planar.node_velocities(p, x, w, planar.first_link(p.hoist, p.cable, x, nq)[1])
+    v[:] = planar.node_velocities(p, x, w, planar.hoisted_link(p.hoist, p.cable, x, nq)[1])
     r[0, 0], mass[0] = x[0], axis_mass(p.trolley)
     for k in range(len(r) - 1):
         r[k + 1, 0] = r[k, 0] + w[LENGTH, k] * w[SIN, k]
         r[k + 1, 2] = r[k, 2] - w[LENGTH, k] * w[COS, k]
         mass[k + 1] = node_mass(p, x, k)
-    kinetic, potential = added(now, p.gravity, mass, r, v)
+    kinetic, potential = added_energies(now, p.gravity, mass, r, v)
     return kinetic + added_turning(p.rods, now, w), potential
 
 
@@ -65,7 +65,7 @@ def _(now, p, x):
     write_nodes(p, x, mass, r, v)
     whole = axis_mass(p.bridge)
     mass[0] = max(axis_mass(p.trolley), p.share * whole)
-    kinetic, potential = added(now, p.gravity, mass, r, v)
+    kinetic, potential = added_energies(now, p.gravity, mass, r, v)
     beam, y, rate = (1.0 - p.share) * whole, r[0, 1], v[0, 1]  # what does not go along x with the trolley
     more = added_energy(now, p.gravity, beam, (0.0, y, 0.0), (0.0, rate, 0.0))
     return kinetic + more[0], potential + more[1]
@@ -97,7 +97,7 @@ def _(p, x, mass, r, v):
     links = system.workspace(p).links
     spatial.links_of(p, x, links)
     place(p, x, r)
-    v[:] = node_velocities(links, x[nq], x[nq + 1], spatial.first_link(p.hoist, p.cable, x, nq)[1])
+    v[:] = node_velocities(links, x[nq], x[nq + 1], spatial.hoisted_link(p.hoist, p.cable, x, nq)[1])
     for k in range(len(r) - 1):
         mass[k + 1] = node_mass(p, x, k)
 
@@ -112,7 +112,7 @@ def _(p, x, mass, r, v):
 
 
 @routine
-def added(now, gravity, mass, r, v):
+def added_energies(now, gravity, mass, r, v):
     """Return (kinetic, potential) energy [J] of masses in the world less those relative to the base.
 
     Args:

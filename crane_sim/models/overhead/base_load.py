@@ -5,8 +5,8 @@ Each function takes the base as of `moving_base.carried`, and does nothing for a
 
 from typing import NamedTuple
 
-from crane_sim.models.cables.chain import BELOW, COS, LENGTH, RATE, SIN, TENSION, TURNING, Rods, nudge
-from crane_sim.models.moving_base import Carried, imposed, pose_at, to_world
+from crane_sim.models.cables.chain import BELOW, COS, LENGTH, RATE, SIN, TENSION, TURNING, Rods, add_node_acceleration
+from crane_sim.models.moving_base import Carried, imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import Base, SplineBase
@@ -40,15 +40,15 @@ def push_axes(now, trolley, bridge, share, place, speed):
 @push_axes.register(Carried)
 def _(now, trolley, bridge, share, place, speed):
     (x, y), (vx, vy) = place, speed
-    along = axis_mass(trolley) * imposed(now, (x, y, 0.0), (vx, vy, 0.0))[0]
-    across = axis_mass(bridge) * imposed(now, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
+    along = axis_mass(trolley) * imposed_acceleration(now, (x, y, 0.0), (vx, vy, 0.0))[0]
+    across = axis_mass(bridge) * imposed_acceleration(now, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
     return Load(along, across, along * vx + across * vy)
 
 
 @lean_kernel
-def tilted(now, r, v):
+def imposed_gradient(now, r, v):
     """Return how much more (3,) [m/s²] the base imposes on what is r [m] farther and v [m/s] faster."""
-    return imposed(Carried(now.velocity, (0.0, 0.0, 0.0), now.turn, now.turn_rate), r, v)
+    return imposed_acceleration(Carried(now.velocity, (0.0, 0.0, 0.0), now.turn, now.turn_rate), r, v)
 
 
 @lean_generic
@@ -71,13 +71,13 @@ def push_links(now, trolley, rods, w, x, v, rate):
 
 @push_links.register(Carried)
 def _(now, trolley, rods, w, x, v, rate):
-    ax, _, az = imposed(now, (x, 0.0, 0.0), (v, 0.0, 0.0))
+    ax, _, az = imposed_acceleration(now, (x, 0.0, 0.0), (v, 0.0, 0.0))
     deck, couples = axis_mass(trolley) * ax, turn_rods(rods, now, w)
     vx, vz, power, paid = v, 0.0, deck * v + couples.power, rate
     for k in range(w.shape[1] - 1):
         s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
         dx, dz = paid * s + swing * c, swing * s - paid * c
-        ex, _, ez = tilted(now, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz))
+        ex, _, ez = imposed_gradient(now, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz))
         vx, vz, ax, az = vx + dx, vz + dz, ax + ex, az + ez
         power += (ax * vx + az * vz) / w[BELOW, k]
         if k == 0:  # its upper end is on the trolley, whose share is the force along the rail
@@ -102,10 +102,10 @@ def _(rods, now, w):
         force = couple / w[LENGTH, k]
         power += couple * w[RATE, k]
         if k > 0:
-            nudge(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
+            add_node_acceleration(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
         else:
             pull = -force * w[COS, 0]
-        nudge(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
+        add_node_acceleration(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
     return Load(pull, NOTHING, power)
 
 
@@ -132,7 +132,7 @@ def _(now, links, place, speed, rate, acc):
         vx += length * links.rates[k, 0] + paid * links.units[k, 0]
         vy += length * links.rates[k, 1] + paid * links.units[k, 1]
         vz += length * links.rates[k, 2] + paid * links.units[k, 2]
-        ax, ay, az = imposed(now, (x, y, z), (vx, vy, vz))
+        ax, ay, az = imposed_acceleration(now, (x, y, z), (vx, vy, vz))
         acc[k + 1, 0] += ax
         acc[k + 1, 1] += ay
         acc[k + 1, 2] += az
@@ -142,13 +142,13 @@ def _(now, links, place, speed, rate, acc):
 
 
 @generic
-def show(base, t, out):
+def to_world_in_place(base, t, out):
     """Turn points (N, 3) [m] of the base, in `out`, to where they are in the world at time t [s]."""
     pose = pose_at(base, t)
     for k in range(len(out)):
         out[k, 0], out[k, 1], out[k, 2] = to_world(pose, (out[k, 0], out[k, 1], out[k, 2]))
 
 
-@show.register(type(None))
+@to_world_in_place.register(type(None))
 def _(base, t, out):
     pass

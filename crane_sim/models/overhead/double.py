@@ -10,8 +10,8 @@ from typing import NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.overhead.rod import on_meter, reading
-from crane_sim.models.supports.actuation import driven, efforts, metered
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, rail
+from crane_sim.models.supports.actuation import actuated_entries, add_meter, efforts
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import kernel
@@ -36,15 +36,15 @@ class DoubleCrane(NamedTuple):
 
     def metered(self, held: bool) -> "DoubleCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return metered(self, held)
+        return add_meter(self, held)
 
 
 @kernel
-def solved(p, t, x, tau):
+def forward_dynamics(p, t, x, tau):
     """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
     (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])
     cable, g = p.cable, p.gravity
-    give, push = rail(p.trolley, t, tau, 0, x[3], 0.0)
+    give, push = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
     i1, i2 = 1.0 / cable.mass1, 1.0 / cable.mass2
     straight, bend = s1 * s2 + c1 * c2, c1 * s2 - s1 * c2  # cosine and sine of α_2 - α_1
     a, b, c = i1 + s1 * s1 * give, -straight * i1, i1 + i2
@@ -61,7 +61,7 @@ def solved(p, t, x, tau):
 @system.rhs.register(DoubleCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    acceleration, tension, s1 = solved(p, t, x, tau)
+    acceleration, tension, s1 = forward_dynamics(p, t, x, tau)
     power = on_meter(p.meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
     return (x[3], x[4], x[5], *acceleration, *power)
 
@@ -76,19 +76,19 @@ def _(p, x):
     return (x[0], x[1], x[2]), (x[3], x[4], x[5])
 
 
-@system.actuated.register(DoubleCrane)
+@system.actuated_joints.register(DoubleCrane)
 def _(p, x):
-    return driven(p.trolley, None, x, 0), driven(p.trolley, None, x, 3)
+    return actuated_entries(p.trolley, None, x, 0), actuated_entries(p.trolley, None, x, 3)
 
 
-@system.held.register(DoubleCrane)
+@system.efforts_from_row.register(DoubleCrane)
 def _(p, row):
     return efforts(p.trolley, None, row)
 
 
 @system.acceleration.register(DoubleCrane)
 def _(p, t, x, u):
-    return solved(p, t, x, system.effort(u, p, t, x))[0]
+    return forward_dynamics(p, t, x, system.effort(u, p, t, x))[0]
 
 
 @system.kinetic.register(DoubleCrane)
@@ -115,17 +115,17 @@ def _(p):
 
 @system.tensions.register(DoubleCrane)
 def _(p, t, x, u, rows, i, first):
-    store(rows, i, first, solved(p, t, x, system.effort(u, p, t, x))[1])
+    store(rows, i, first, forward_dynamics(p, t, x, system.effort(u, p, t, x))[1])
 
 
 @system.power.register(DoubleCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    _, tension, s1 = solved(p, t, x, tau)
+    _, tension, s1 = forward_dynamics(p, t, x, tau)
     return axis_power(p.trolley, tau, 0, x[3], tension[0] * s1)
 
 
-@system.supplied.register(DoubleCrane)
+@system.energy_supplied.register(DoubleCrane)
 def _(p, x):
     return reading(p.meter, x, 6)
 

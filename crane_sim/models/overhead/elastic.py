@@ -19,13 +19,13 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_size
-from crane_sim.models.moving_base import Carried, carried, imposed
-from crane_sim.models.overhead.base_load import NOTHING, Moving, push_axes, tilted
-from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass, story
+from crane_sim.models.moving_base import Carried, carried_at, imposed_acceleration
+from crane_sim.models.overhead.base_load import NOTHING, Moving, imposed_gradient, push_axes
+from crane_sim.models.overhead.modes import Switches, describe_event, mode_of, payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
-from crane_sim.models.supports.actuation import metered
-from crane_sim.models.supports.hoist import Hoist, drum, drum_power, hoisted
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, demands, rail
+from crane_sim.models.supports.actuation import add_meter
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response, input_count
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine
 from crane_sim.trajectories.inputs import value_at
 
@@ -59,12 +59,12 @@ class ElasticCrane(NamedTuple):
 
     def metered(self, held: bool) -> "ElasticCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return self._replace(meter=Meter()) if np.any(self.cable.damping) else metered(self, held)
+        return self._replace(meter=Meter()) if np.any(self.cable.damping) else add_meter(self, held)
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what event number `which` tells, what a user can change) in words."""
         if which < LINK:
-            return story(self.switches, which)
+            return describe_event(self.switches, which)
         return f"link {(which - LINK) // 2 + 1} {'pulls' if which % 2 else 'went slack'}", ""
 
 
@@ -83,7 +83,7 @@ def _(bridge):
 def layout(p):
     """Return (number of coordinates, index of the first node's, dimensions, index of the first mode)."""
     d = dimensions(p.bridge)
-    first = d - 1 + hoisted(p.hoist)
+    first = d - 1 + hoist_coordinates(p.hoist)
     nq = first + d * len(p.cable.masses)
     return nq, first, d, 2 * nq + meter_size(p.meter)
 
@@ -166,10 +166,10 @@ def rails(p, x):
 
 
 @lean_kernel
-def deck(p, t, x):
+def base_load(p, t, x):
     """Return the Load of trolley and bridge, as `push_axes` does."""
     place, speed = rails(p, x)
-    return push_axes(carried(p.base, p.gravity, t), p.trolley, p.bridge, p.share, place, speed)
+    return push_axes(carried_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, place, speed)
 
 
 @lean_generic
@@ -184,7 +184,7 @@ def _(now, p, x, out):
     power, i = 0.0, nq + first
     for k in range(1, 1 + len(p.cable.masses)):
         v = vector(p, x, k, 1)
-        ax, ay, az = imposed(now, vector(p, x, k, 0), v)
+        ax, ay, az = imposed_acceleration(now, vector(p, x, k, 0), v)
         power += mass_of(p, x, k) * (ax * v[0] + ay * v[1] + az * v[2])
         out[i] += ax
         if d == 3:
@@ -207,7 +207,7 @@ def entry_of(d, a, vector3):
 
 
 @lean_generic
-def lean_on(now, p, give, found):
+def base_jacobian(now, p, give, found):
     """Add the derivatives of the imposed accelerations by positions and velocities to the bands `found`.
 
     Args:
@@ -218,12 +218,12 @@ def lean_on(now, p, give, found):
     """
 
 
-@lean_on.register(Carried)
+@base_jacobian.register(Carried)
 def _(now, p, give, found):
     _, first, d, _ = layout(p)
     middle = 2 * d - 1
     for b in range(d):
-        by_place, by_speed = tilted(now, unit(d, b), STILL), tilted(now, STILL, unit(d, b))
+        by_place, by_speed = imposed_gradient(now, unit(d, b), STILL), imposed_gradient(now, STILL, unit(d, b))
         for a in range(d):
             position, velocity = entry_of(d, a, by_place), entry_of(d, a, by_speed)
             for k in range(len(p.cable.masses)):
@@ -237,32 +237,32 @@ def _(now, p, give, found):
 
 
 @generic
-def lean_power(now, p, x, power):
+def base_power_jacobian(now, p, x, power):
     """Add the derivatives of the imposed power by positions and velocities to `power` (2 nq,)."""
 
 
-@lean_power.register(Carried)
+@base_power_jacobian.register(Carried)
 def _(now, p, x, power):
     nq, first, d, _ = layout(p)
     for k in range(1, 1 + len(p.cable.masses)):
         mass, v, i = mass_of(p, x, k), vector(p, x, k, 1), first + d * (k - 1)
-        still = imposed(now, vector(p, x, k, 0), STILL)
+        still = imposed_acceleration(now, vector(p, x, k, 0), STILL)
         for b in range(d):
-            ax, ay, az = tilted(now, unit(d, b), STILL)
+            ax, ay, az = imposed_gradient(now, unit(d, b), STILL)
             power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
             power[nq + i + b] += mass * entry_of(d, b, still)
-    lean_axes(now, p, x, power)
+    axes_base_jacobian(now, p, x, power)
 
 
 @lean_kernel
-def lean_axes(now, p, x, power):
-    """Add what trolley and bridge have of `lean_power`."""
+def axes_base_jacobian(now, p, x, power):
+    """Add what trolley and bridge have of `base_power_jacobian`."""
     nq, _, d, _ = layout(p)
     (_, (vx, vy)), load = rails(p, x), push_axes(now, p.trolley, p.bridge, p.share, *rails(p, x))
     trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
     for b in range(d - 1):
         reach = p.share if b == 0 else 1.0
-        place, speed = tilted(now, unit(d, b), STILL), tilted(now, STILL, unit(d, b))
+        place, speed = imposed_gradient(now, unit(d, b), STILL), imposed_gradient(now, STILL, unit(d, b))
         power[b] += trolley * place[0] + bridge * reach * place[1]
         power[nq + b] += trolley * speed[0] + bridge * reach * speed[1] + (load.x if b == 0 else load.y)
 
@@ -282,7 +282,7 @@ def _(forces, p, t, x, out):
     return force * x[i] + add_pushes(forces.rest, p, t, x, out)
 
 
-@system.fill.register(ElasticCrane)
+@system.rhs_into.register(ElasticCrane)
 def _(p, t, x, u, out, work):
     move(p, t, x, system.effort(u, p, t, x), out)
 
@@ -295,9 +295,9 @@ def move(p, t, x, tau, out):
     """
     nq, _, _, modes = layout(p)
     n, tension, lost = pull(p, x, 0)
-    lost = hang(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
+    lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
     supplied = drive(p, t, x, tau, n, tension, out) + add_pushes(p.forces, p, t, x, out) - lost
-    supplied += push_points(carried(p.base, p.gravity, t), p, x, out)
+    supplied += push_points(carried_at(p.base, p.gravity, t), p, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
@@ -308,7 +308,7 @@ def move(p, t, x, tau, out):
 
 
 @lean_kernel
-def hang(p, x, force, out):
+def assemble_rhs(p, x, force, out):
     """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
     nq, first, d, _ = layout(p)
     lost, i, masses = 0.0, nq + first, p.cable.masses
@@ -334,16 +334,18 @@ def place(out, i, d, ax, ay, az):
 def drive(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = layout(p)
-    ship = deck(p, t, x)
-    give, free = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    ship = base_load(p, t, x)
+    give, free = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     out[nq] = free + give * tension * n[0] + give * ship.x
     supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + ship.power
     if d == 3:
-        give, free = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
+        give, free = axis_response(
+            p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
+        )
         out[nq + 1] = free + give * tension * n[1] + give * ship.y
-        supplied += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], tension * n[1])
+        supplied += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
-        give, free = drum(p.hoist, t, tau)
+        give, free = hoist_response(p.hoist, t, tau)
         out[nq + first - 1] = free + give * tension
-        supplied += drum_power(p.hoist, tau, x[nq + first - 1], tension)
+        supplied += hoist_power(p.hoist, tau, x[nq + first - 1], tension)
     return supplied

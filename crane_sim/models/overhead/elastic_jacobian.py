@@ -15,12 +15,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.moving_base import carried
-from crane_sim.models.overhead.elastic import ElasticCrane, layout, lean_on, lean_power, link, mass_of, tautness, vector
+from crane_sim.models.moving_base import carried_at
+from crane_sim.models.overhead.elastic import (
+    ElasticCrane,
+    base_jacobian,
+    base_power_jacobian,
+    layout,
+    link,
+    mass_of,
+    tautness,
+    vector,
+)
 from crane_sim.models.overhead.modes import mode_of
 from crane_sim.models.overhead.node_forces import NodeForces
-from crane_sim.models.supports.hoist import drum, drum_power
-from crane_sim.models.supports.rails import axis_power, demands, rail
+from crane_sim.models.supports.hoist import hoist_power, hoist_response
+from crane_sim.models.supports.rails import axis_power, axis_response, input_count
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
 from crane_sim.trajectories.inputs import value_at
@@ -65,9 +74,9 @@ def fill_slopes(p, x, k, slopes):
     spring, damping = taut * p.cable.stiffness[k], taut * p.cable.damping[k]
     tension, bend = spring * stretch + damping * rate, damping / length
     unit, positions, velocities = slopes
-    put(unit, d, nx, ny, nz)
-    put(velocities[d], d, damping * nx, damping * ny, damping * nz)
-    put(
+    put_vector(unit, d, nx, ny, nz)
+    put_vector(velocities[d], d, damping * nx, damping * ny, damping * nz)
+    put_vector(
         positions[d],
         d,
         spring * nx + bend * (wx - along * nx),
@@ -84,7 +93,7 @@ def fill_slopes(p, x, k, slopes):
 
 
 @kernel
-def put(out, d, x, y, z):
+def put_vector(out, d, x, y, z):
     """Write a vector into out (d,); in the plane its last component takes the place of the one that is not there."""
     out[0], out[1] = x, y
     out[d - 1] = z
@@ -126,7 +135,7 @@ def slopes_of_power(p, t, x, tau):
         for f in range(d + 1):
             factors[f] = 0.0
     add_pushes_power(p.forces, p, t, power)
-    lean_power(carried(p.base, p.gravity, t), p, x, power)
+    base_power_jacobian(carried_at(p.base, p.gravity, t), p, x, power)
     return power
 
 
@@ -137,11 +146,11 @@ def support(p, t, x, tau, info, slopes, factors, power):
     unit = slopes.unit
     factors[0] = lean(p, p.trolley, x, tau, 0, 0, info.tension * unit[0], power)
     if d == 3:
-        factors[1] = lean(p, p.bridge, x, tau, 1, demands(p.trolley), info.tension * unit[1], power)
+        factors[1] = lean(p, p.bridge, x, tau, 1, input_count(p.trolley), info.tension * unit[1], power)
     if first == d:
         rate, total = x[nq + first - 1], 0.0
-        factors[d] = drum_power(p.hoist, tau, rate, 1.0) - drum_power(p.hoist, tau, rate, 0.0)
-        power[nq + first - 1] += drum_power(p.hoist, tau, 1.0, info.tension) + 2.0 * info.rate * info.damping
+        factors[d] = hoist_power(p.hoist, tau, rate, 1.0) - hoist_power(p.hoist, tau, rate, 0.0)
+        power[nq + first - 1] += hoist_power(p.hoist, tau, 1.0, info.tension) + 2.0 * info.rate * info.damping
         for f in range(d + 1):
             total += factors[f] * (unit[f] if f < d else 1.0)
         power[first - 1] -= total * info.spring
@@ -189,7 +198,7 @@ class Factors(NamedTuple):
     work: Any  # (nq + 2 w,), zeros at both ends
 
 
-@system.linearised.register(ElasticCrane)
+@system.compute_jacobian.register(ElasticCrane)
 def _(p, t, x, u):
     return linear(p, t, x, system.effort(u, p, t, x))
 
@@ -200,8 +209,8 @@ def linear(p, t, x, tau):
     nq, first, d, _ = layout(p)
     found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
     slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
-    hang_on(p, t, x, tau, slopes, weights, found)
-    lean_on(carried(p.base, p.gravity, t), p, weights, found)
+    add_axes_jacobian(p, t, x, tau, slopes, weights, found)
+    base_jacobian(carried_at(p.base, p.gravity, t), p, weights, found)
     for k in range(1, n):
         fill_slopes(p, x, k, slopes)
         for a in range(d):
@@ -239,16 +248,16 @@ def add_link(slopes, above, below, size, starts, found):
 
 
 @routine
-def hang_on(p, t, x, tau, slopes, give, found):
+def add_axes_jacobian(p, t, x, tau, slopes, give, found):
     """Add the first link, axes and hoist; fill the axes' compliances `give` (d,)."""
     _, first, d, _ = layout(p)
     info, below = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
-    give[0] = rub(p, p.trolley, t, x, tau, 0, 0, found)
+    give[0] = axis_jacobian(p, p.trolley, t, x, tau, 0, 0, found)
     if d == 3:
-        give[1] = rub(p, p.bridge, t, x, tau, 1, demands(p.trolley), found)
+        give[1] = axis_jacobian(p, p.bridge, t, x, tau, 1, input_count(p.trolley), found)
     add_link(slopes, give, below, (d - 1, d), (0, first), found)
     if first == d:
-        top, pay = first - 1, drum(p.hoist, t, tau)[0]
+        top, pay = first - 1, hoist_response(p.hoist, t, tau)[0]
         add(found, d, top, top, -pay, info.spring, info.damping)
         for a in range(d):
             position, velocity = info.spring * slopes.unit[a], info.damping * slopes.unit[a]
@@ -260,22 +269,22 @@ def hang_on(p, t, x, tau, slopes, give, found):
 
 
 @kernel
-def rub(p, axis, t, x, tau, i, own, found):
+def axis_jacobian(p, axis, t, x, tau, i, own, found):
     """Return the compliance of axis i; add what its velocity does to its acceleration, which is linear in it."""
     nq, _, d, modes = layout(p)
     mode = mode_of(p.switches, x, modes, i)
-    give, still = rail(axis, t, tau, own, 0.0, mode)
-    found.velocities[i, 2 * d - 1] += rail(axis, t, tau, own, 1.0, mode)[1] - still
+    give, still = axis_response(axis, t, tau, own, 0.0, mode)
+    found.velocities[i, 2 * d - 1] += axis_response(axis, t, tau, own, 1.0, mode)[1] - still
     return give
 
 
-@system.factored.register(ElasticCrane)
+@system.factor_shifted.register(ElasticCrane)
 def _(p, jacobian, shift):
-    return shifted(p, jacobian, shift)
+    return factor_bands(p, jacobian, shift)
 
 
 @routine
-def shifted(p, found, shift):
+def factor_bands(p, found, shift):
     """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
     nq, _, d, _ = layout(p)
     width, lu = 2 * d - 1, np.empty_like(found.positions)

@@ -6,11 +6,11 @@ How an overhead crane with an elastic cable switches: stick and slip, slack link
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.overhead.base_load import show
+from crane_sim.models.overhead.base_load import to_world_in_place
 from crane_sim.models.overhead.elastic import (
     LINK,
     ElasticCrane,
-    deck,
+    base_load,
     layout,
     link,
     mass_of,
@@ -26,15 +26,15 @@ from crane_sim.models.overhead.modes import (
     changes_before,
     friction_event,
     hoist_guard,
-    lesser,
     limits_guard,
     mode_count,
     payload_guard,
+    smaller_guard,
     switching_of,
 )
-from crane_sim.models.supports.actuation import pushed, wound
-from crane_sim.models.supports.hoist import drum_inertia
-from crane_sim.models.supports.rails import axis_guard, axis_mass, demands, freed, rubs
+from crane_sim.models.supports.actuation import axis_entry, wound
+from crane_sim.models.supports.hoist import hoist_inertia
+from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
 from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine, routine
 
 
@@ -74,7 +74,7 @@ def strain(p, x, k):
     return spring + min(0.0, p.cable.damping[k] * rate)
 
 
-@system.actuated.register(ElasticCrane)
+@system.actuated_joints.register(ElasticCrane)
 def _(p, x):
     nq, _, _, _ = layout(p)
     return driven_from(p, x, 0), driven_from(p, x, nq)
@@ -84,7 +84,7 @@ def _(p, x):
 def driven_from(p, x, i):
     """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
     _, _, d, _ = layout(p)
-    return (*pushed(p.trolley, x, i), *pushed(p.bridge, x, i + 1), *wound(p.hoist, x, i + d - 1))
+    return (*axis_entry(p.trolley, x, i), *axis_entry(p.bridge, x, i + 1), *wound(p.hoist, x, i + d - 1))
 
 
 @system.acceleration.register(ElasticCrane)
@@ -101,7 +101,7 @@ def energies(p, x):
     if d == 3:
         kinetic += 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     if first == d:
-        kinetic += 0.5 * drum_inertia(p.hoist) * x[nq + first - 1] ** 2
+        kinetic += 0.5 * hoist_inertia(p.hoist) * x[nq + first - 1] ** 2
     for k in range(len(p.cable.masses)):
         mass, (vx, vy, vz) = mass_of(p, x, k + 1), vector(p, x, k + 1, 1)
         _, _, stretch, _ = link(p, x, k)
@@ -133,7 +133,7 @@ def _(p, t, x, u):
     return move(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
 
 
-@system.supplied.register(ElasticCrane)
+@system.energy_supplied.register(ElasticCrane)
 def _(p, x):
     nq, _, _, modes = layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
@@ -143,17 +143,21 @@ def _(p, x):
 def _(p, t, x, out):
     for k in range(1 + len(p.cable.masses)):
         out[k, 0], out[k, 1], out[k, 2] = vector(p, x, k, 0)
-    show(p.base, t, out)
+    to_world_in_place(p.base, t, out)
 
 
 @system.switching.register(ElasticCrane)
 def _(p):
-    forces = rubs(p.trolley) or rubs(p.bridge) or (p.cable.tension_only > 0.0 and damped(p.cable.damping))
+    forces = (
+        has_friction(p.trolley)
+        or has_friction(p.bridge)
+        or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
+    )
     return switching_of(p.switches, forces, layout(p)[0])
 
 
 @lean_kernel
-def damped(damping):
+def has_damper(damping):
     """Return whether a link has a damper: then whether it pulls depends on its rate too."""
     found = False
     for c in damping:
@@ -170,18 +174,18 @@ def _(p, t, x, u, work):
 def least_guard(p, t, x, tau):
     """Return (the smallest guard, its number)."""
     nq, first, d, modes = layout(p)
-    ((nx, ny, _), tension, _), ship = pull(p, x, 0), deck(p, t, x)
+    ((nx, ny, _), tension, _), ship = pull(p, x, 0), base_load(p, t, x)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     if d == 3:
-        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), tension * ny + ship.y)
-        best = limits_guard(p.switches, lesser(best, bridge, FRICTION + 1), 1, x[1])
+        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), tension * ny + ship.y)
+        best = limits_guard(p.switches, smaller_guard(best, bridge, FRICTION + 1), 1, x[1])
     if first == d:
         best = hoist_guard(p.switches, best, x[first - 1])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
     if p.cable.tension_only > 0.0:
         for k in range(len(p.cable.masses)):
-            best = lesser(best, link_guard(p, x, k, x[modes + d - 1 + k]), LINK + k)
+            best = smaller_guard(best, link_guard(p, x, k, x[modes + d - 1 + k]), LINK + k)
     return best
 
 
@@ -193,7 +197,7 @@ def link_guard(p, x, k, taut):
     return total if taut > 0.0 else -min(spring, total)
 
 
-@system.switched.register(ElasticCrane)
+@system.apply_reset_map.register(ElasticCrane)
 def _(p, t, x, u, which):
     return switch(p, t, x, system.effort(u, p, t, x), which)
 
@@ -214,11 +218,11 @@ def switch(p, t, x, tau, which):
         axis = which - FRICTION
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        (n, tension, _), ship = pull(p, x, 0), deck(p, t, x)
+        (n, tension, _), ship = pull(p, x, 0), base_load(p, t, x)
         if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
-            x[modes] = freed(p.trolley, failed, tau, 0, tension * n[0] + ship.x)
+            x[modes] = mode_after_stop(p.trolley, failed, tau, 0, tension * n[0] + ship.x)
         else:
-            x[modes + 1] = freed(p.bridge, failed, tau, demands(p.trolley), tension * n[1] + ship.y)
+            x[modes + 1] = mode_after_stop(p.bridge, failed, tau, input_count(p.trolley), tension * n[1] + ship.y)
         event = friction_event(axis, x[modes + axis])
     else:
         return x, which, False

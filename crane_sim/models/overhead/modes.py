@@ -6,7 +6,7 @@ how many changes of the payload have passed. Guards have numbers by which a run'
 
 from typing import Any, NamedTuple
 
-from crane_sim.models.stops import length_story, lesser
+from crane_sim.models.stops import describe_length_event, smaller_guard
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.system import Switching
 
@@ -101,20 +101,20 @@ def friction_event(axis, mode):
 @lean_kernel
 def limits_guard(switches, best, axis, q):
     """Return the smallest guard, the travel limits of an axis at q counted in."""
-    return lesser(best, min(q - switches.lower[axis], switches.upper[axis] - q), LIMIT + axis)
+    return smaller_guard(best, min(q - switches.lower[axis], switches.upper[axis] - q), LIMIT + axis)
 
 
 @lean_kernel
 def hoist_guard(switches, best, length):
     """Return the smallest guard, the limits of the first link's length counted in."""
-    return lesser(lesser(best, length - switches.shortest, HOIST), switches.longest - length, HOIST + 1)
+    return smaller_guard(smaller_guard(best, length - switches.shortest, HOIST), switches.longest - length, HOIST + 1)
 
 
 @lean_kernel
 def payload_guard(switches, best, t, passed):
     """Return the smallest guard, the next change of the payload counted in."""
     if passed < len(switches.times):
-        return lesser(best, switches.times[int(passed)] - t, PAYLOAD)
+        return smaller_guard(best, switches.times[int(passed)] - t, PAYLOAD)
     return best
 
 
@@ -123,11 +123,11 @@ def slack_guard(switches, best, tensions, n):
     """Return the smallest guard, the first n tensions, of rigid links, counted in where a slack one ends the run."""
     if switches.taut > 0.0:
         for k in range(n):
-            best = lesser(best, tensions[k], LINK + k)
+            best = smaller_guard(best, tensions[k], LINK + k)
     return best
 
 
-def story(switches: Switches | None, which: int) -> tuple[str, str]:
+def describe_event(switches: Switches | None, which: int) -> tuple[str, str]:
     """Return (what guard number `which` of these switches tells, what a user can change) in words."""
     axis = ("trolley", "bridge")[which % 2]
     if which >= LINK:
@@ -139,7 +139,7 @@ def story(switches: Switches | None, which: int) -> tuple[str, str]:
         return "the payload changed", ""
     if which >= HOIST:
         shortest = switches.shortest if switches is not None else 0.0
-        return length_story("hoisted link", "hoist", which - HOIST, shortest)
+        return describe_length_event("hoisted link", "hoist", which - HOIST, shortest)
     if which >= LIMIT:
         return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
     way = {_FORWARDS: "slips forwards", _BACKWARDS: "slips backwards"}.get(which - which % 2, "sticks")

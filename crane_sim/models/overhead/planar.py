@@ -25,24 +25,25 @@ from crane_sim.models.cables.chain import (
     Joints,
     Rods,
     add_joints,
-    hang,
+    add_node_acceleration,
+    assemble_rhs,
     joint_energy,
     joint_power,
-    nudge,
+    massless_hoist_acceleration,
     rod_energy,
     rod_pull,
-    slid,
     solve_links,
     work_array,
 )
 from crane_sim.models.energy_meter import Meter, meter_size
-from crane_sim.models.moving_base import carried
-from crane_sim.models.overhead.base_load import Moving, push_links, show
+from crane_sim.models.moving_base import carried_at
+from crane_sim.models.overhead.base_load import Moving, push_links, to_world_in_place
 from crane_sim.models.overhead.modes import (
     FRICTION,
     PAYLOAD,
     Switches,
     changes_before,
+    describe_event,
     friction_event,
     hoist_guard,
     limits_guard,
@@ -51,13 +52,20 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     payload_mass,
     slack_guard,
-    story,
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
-from crane_sim.models.supports.actuation import driven, metered
-from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoisted
-from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, freed, rail, rubs
+from crane_sim.models.supports.actuation import actuated_entries, add_meter
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
+from crane_sim.models.supports.rails import (
+    Axis,
+    axis_guard,
+    axis_mass,
+    axis_power,
+    axis_response,
+    has_friction,
+    mode_after_stop,
+)
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.trajectories.inputs import value_at
@@ -79,11 +87,11 @@ class PlanarCrane(NamedTuple):
 
     def metered(self, held: bool) -> "PlanarCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return metered(self, held)
+        return add_meter(self, held)
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(self.switches, which)
+        return describe_event(self.switches, which)
 
 
 class Solved(NamedTuple):
@@ -98,18 +106,18 @@ class Solved(NamedTuple):
 @lean_kernel
 def layout(p):
     """Return (number of coordinates, index of the first angle, index of the first mode)."""
-    first = 1 + hoisted(p.hoist)
+    first = 1 + hoist_coordinates(p.hoist)
     nq = first + len(p.cable.masses)
     return nq, first, 2 * nq + meter_size(p.meter)
 
 
 @lean_generic
-def first_link(hoist, chain, x, nq):
+def hoisted_link(hoist, chain, x, nq):
     """Return (length, rate) of the first link."""
     return x[1], x[nq + 1]
 
 
-@first_link.register(type(None))
+@hoisted_link.register(type(None))
 def _(hoist, chain, x, nq):
     return chain.lengths[0], 0.0
 
@@ -128,7 +136,7 @@ def links_of(p, x, w):
         w[SIN, k], w[COS, k] = sincos(x[first + k])
     for k in range(n):
         w[RATE, k] = x[nq + first + k]
-    w[LENGTH, 0] = first_link(p.hoist, p.cable, x, nq)[0]
+    w[LENGTH, 0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
     w[BELOW, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
 
 
@@ -140,20 +148,20 @@ def push_nodes(forces, t, w):
 @push_nodes.register(NodeForces)
 def _(forces, t, w):
     push = value_at(forces.channel, t) * w[BELOW, forces.node - 1]
-    nudge(w, forces.node, push if forces.axis == 0 else 0.0, push if forces.axis == 2 else 0.0)
+    add_node_acceleration(w, forces.node, push if forces.axis == 0 else 0.0, push if forces.axis == 2 else 0.0)
     push_nodes(forces.rest, t, w)
 
 
 @lean_routine
-def solved(p, t, x, tau, w):
+def forward_dynamics(p, t, x, tau, w):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
     nq, first, modes = layout(p)
     links_of(p, x, w)
-    give, push = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    pay, run = drum(p.hoist, t, tau)
-    hang(w, push, p.gravity)
-    rate = first_link(p.hoist, p.cable, x, nq)[1]
-    field = push_links(carried(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
+    give, push = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    pay, run = hoist_response(p.hoist, t, tau)
+    assemble_rhs(w, push, p.gravity)
+    rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
+    field = push_links(carried_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
     twist = add_joints(p.joints, w, x, first) + field.x
     w[TENSION, 0] -= w[SIN, 0] * give * twist
     w[TURNING, 0] -= w[COS, 0] * give * twist
@@ -161,21 +169,21 @@ def solved(p, t, x, tau, w):
     free = w[TENSION, 0]
     solve_links(p.rods, w, (give, pay, run, rate))
     pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
-    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else slid(w, give, free)
+    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else massless_hoist_acceleration(w, give, free)
     return Solved(push + give * pull, paid, pull, field.power)
 
 
-@system.fill.register(PlanarCrane)
+@system.rhs_into.register(PlanarCrane)
 def _(p, t, x, u, out, work):
-    derive(p, t, x, u, out, work)
+    write_derivative(p, t, x, u, out, work)
 
 
 @lean_routine
-def derive(p, t, x, u, out, work):
+def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout(p)
     tau = system.effort(u, p, t, x)
-    now = solved(p, t, x, tau, work)
+    now = forward_dynamics(p, t, x, tau, work)
     for i in range(nq):
         out[i] = x[nq + i]
     out[nq] = now.trolley
@@ -186,15 +194,15 @@ def derive(p, t, x, u, out, work):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supply(p, t, x, tau, now, work)
+        out[2 * nq] = supplied_power(p, t, x, tau, now, work)
 
 
 @lean_kernel
-def supply(p, t, x, tau, now, w):
+def supplied_power(p, t, x, tau, now, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, first, _ = layout(p)
-    rate = first_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, w[TENSION, 0])
+    rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
+    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
     power += joint_power(p.joints, x[nq + first : 2 * nq]) + now.given
     return power + forces_supply(p.forces, p, t, x, w, rate)
 
@@ -241,10 +249,10 @@ def _(p, t, q, v):
     return x
 
 
-@system.actuated.register(PlanarCrane)
+@system.actuated_joints.register(PlanarCrane)
 def _(p, x):
     nq, _, _ = layout(p)
-    return driven(p.trolley, p.hoist, x, 0), driven(p.trolley, p.hoist, x, nq)
+    return actuated_entries(p.trolley, p.hoist, x, 0), actuated_entries(p.trolley, p.hoist, x, nq)
 
 
 @system.acceleration.register(PlanarCrane)
@@ -257,10 +265,10 @@ def _(p, t, x, u):
 def energies(p, x):
     """Return (kinetic, potential) energy."""
     nq, first, _ = layout(p)
-    n, w, rate = len(p.cable.masses), system.workspace(p), first_link(p.hoist, p.cable, x, nq)[1]
+    n, w, rate = len(p.cable.masses), system.workspace(p), hoisted_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, w)
     v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
-    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * drum_inertia(p.hoist) * rate * rate
+    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * hoist_inertia(p.hoist) * rate * rate
     kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
     for k in range(n):
         mass = 1.0 / w[BELOW, k]
@@ -283,7 +291,7 @@ def _(p, x):
 @system.tensions.register(PlanarCrane)
 def _(p, t, x, u, rows, i, first):
     w = system.workspace(p)
-    solved(p, t, x, system.effort(u, p, t, x), w)
+    forward_dynamics(p, t, x, system.effort(u, p, t, x), w)
     for k in range(w.shape[1] - 1):
         rows[i, first + k] = w[TENSION, k]
 
@@ -291,10 +299,10 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(PlanarCrane)
 def _(p, t, x, u):
     tau, w = system.effort(u, p, t, x), system.workspace(p)
-    return supply(p, t, x, tau, solved(p, t, x, tau, w), w)
+    return supplied_power(p, t, x, tau, forward_dynamics(p, t, x, tau, w), w)
 
 
-@system.supplied.register(PlanarCrane)
+@system.energy_supplied.register(PlanarCrane)
 def _(p, x):
     nq, _, modes = layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
@@ -303,19 +311,19 @@ def _(p, x):
 @system.points.register(PlanarCrane)
 def _(p, t, x, out):
     nq, first, _ = layout(p)
-    length, _ = first_link(p.hoist, p.cable, x, nq)
+    length, _ = hoisted_link(p.hoist, p.cable, x, nq)
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for k in range(len(p.cable.masses)):
         link = length if k == 0 else p.cable.lengths[k]
         out[k + 1, 0] = out[k, 0] + link * sin(x[first + k])
         out[k + 1, 1] = 0.0
         out[k + 1, 2] = out[k, 2] - link * cos(x[first + k])
-    show(p.base, t, out)
+    to_world_in_place(p.base, t, out)
 
 
 @system.switching.register(PlanarCrane)
 def _(p):
-    return switching_of(p.switches, rubs(p.trolley), layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley), layout(p)[0])
 
 
 @system.guard.register(PlanarCrane)
@@ -327,17 +335,17 @@ def _(p, t, x, u, work):
 def least_guard(p, t, x, tau, w):
     """Return (the smallest guard, its number, evaluations)."""
     nq, _, modes = layout(p)
-    forces = p.switches.taut > 0.0 or (rubs(p.trolley) and x[modes] == 0.0)
-    pull = solved(p, t, x, tau, w).pull if forces else 0.0
+    forces = p.switches.taut > 0.0 or (has_friction(p.trolley) and x[modes] == 0.0)
+    pull = forward_dynamics(p, t, x, tau, w).pull if forces else 0.0
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
-    best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
+    best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
     value, which = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
     return value, which, int(forces)
 
 
-@system.switched.register(PlanarCrane)
+@system.apply_reset_map.register(PlanarCrane)
 def _(p, t, x, u, which):
     return switch(p, t, x, system.effort(u, p, t, x), which)
 
@@ -355,6 +363,6 @@ def switch(p, t, x, tau, which):
     if which == FRICTION:
         failed = x[modes]
         x[nq], x[modes] = (0.0 if failed != 0.0 else x[nq]), 0.0
-        x[modes] = freed(p.trolley, failed, tau, 0, solved(p, t, x, tau, system.workspace(p)).pull)
+        x[modes] = mode_after_stop(p.trolley, failed, tau, 0, forward_dynamics(p, t, x, tau, system.workspace(p)).pull)
         return x, friction_event(0, x[modes]), True
     return x, which, False

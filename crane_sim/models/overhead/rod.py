@@ -26,22 +26,37 @@ from crane_sim.models.overhead.modes import (
     PAYLOAD,
     Switches,
     changes_before,
+    describe_event,
     friction_event,
     hoist_guard,
-    lesser,
     limits_guard,
     mode_of,
     payload_guard,
     payload_mass,
-    story,
+    smaller_guard,
     switching_of,
 )
-from crane_sim.models.supports.actuation import driven, metered
-from crane_sim.models.supports.hoist import Hoist, MasslessHoist, drum, drum_inertia, drum_power, hoisted
-from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, freed, rail, rubs
+from crane_sim.models.supports.actuation import actuated_entries, add_meter
+from crane_sim.models.supports.hoist import (
+    Hoist,
+    MasslessHoist,
+    hoist_coordinates,
+    hoist_inertia,
+    hoist_power,
+    hoist_response,
+)
+from crane_sim.models.supports.rails import (
+    Axis,
+    axis_guard,
+    axis_mass,
+    axis_power,
+    axis_response,
+    has_friction,
+    mode_after_stop,
+)
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
-from crane_sim.numerics.states import replaced
+from crane_sim.numerics.states import replace_entry
 
 MASS, DISTANCE = 0, 1
 """Rows of a line's nodes: m_i [kg], the payload's as the scene has it at first, and b_i [m]."""
@@ -71,11 +86,11 @@ class RodCrane(NamedTuple):
 
     def metered(self, held: bool) -> "RodCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return metered(self, held)
+        return add_meter(self, held)
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(self.switches, which)
+        return describe_event(self.switches, which)
 
 
 class Swing(NamedTuple):
@@ -93,7 +108,7 @@ class Swing(NamedTuple):
 @kernel
 def layout(p):
     """Return (number of coordinates, index of the first mode)."""
-    nq = 2 + hoisted(p.hoist)
+    nq = 2 + hoist_coordinates(p.hoist)
     return nq, 2 * nq + meter_size(p.meter)
 
 
@@ -120,7 +135,7 @@ def moments(p, x, length):
 
 
 @generic
-def pulled(hoist, total, rest, push, give, s, c, side, known):
+def solve_pull(hoist, total, rest, push, give, s, c, side, known):
     """Return (trolley's acceleration, tension, acceleration of the length).
 
     Args:
@@ -130,7 +145,7 @@ def pulled(hoist, total, rest, push, give, s, c, side, known):
         push, give: free acceleration [m/s²] and compliance [1/kg] of the trolley.
         s, c: sine and cosine of the angle.
         side: (M - S²/I [kg], g sin α + 2 l' α' [m/s²]), what the line carries across.
-        known: (compliance, free acceleration) of the length, as of `drum`.
+        known: (compliance, free acceleration) of the length, as of `hoist_response`.
     """
     across, fall = side
     pay, run = known
@@ -141,7 +156,7 @@ def pulled(hoist, total, rest, push, give, s, c, side, known):
     return a, tension, run + pay * tension
 
 
-@pulled.register(MasslessHoist)
+@solve_pull.register(MasslessHoist)
 def _(hoist, total, rest, push, give, s, c, side, known):
     across, fall = side
     _, tension = known
@@ -156,11 +171,11 @@ def swing_of(p, t, x, tau):
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, gram = moments(p, x, length)
-    give, push = rail(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
+    give, push = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
     across, fall = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
-    known = drum(p.hoist, t, tau)
-    a, tension, paid = pulled(p.hoist, total, rest, push, give, s, c, (across, fall), known)
+    known = hoist_response(p.hoist, t, tau)
+    a, tension, paid = solve_pull(p.hoist, total, rest, push, give, s, c, (across, fall), known)
     turning = -(first / second) * (c * a + fall)
     return Swing(s, c, a, paid, turning, tension, tension * s - across * (c * a + fall) * c)
 
@@ -204,16 +219,16 @@ def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
     now = swing_of(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, now.paid)
-    power = on_meter(p.meter, supply(p, x, tau, now))
+    power = on_meter(p.meter, supplied_power(p, x, tau, now))
     return (x[nq], *rate, x[2 * nq - 1], now.trolley, *paid, now.turning, *power, *frozen(p.switches))
 
 
 @kernel
-def supply(p, x, tau, now):
+def supplied_power(p, x, tau, now):
     """Return the power [W] that drives, imposed motions and losses supply."""
     nq, _ = layout(p)
     _, rate = upper(p.hoist, p.cable, x)
-    return axis_power(p.trolley, tau, 0, x[nq], now.pull) + drum_power(p.hoist, tau, rate, now.tension)
+    return axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, now.tension)
 
 
 @generic
@@ -250,10 +265,10 @@ def _(p, x):
     return coordinates(p.hoist, x, 0), coordinates(p.hoist, x, nq)
 
 
-@system.actuated.register(RodCrane)
+@system.actuated_joints.register(RodCrane)
 def _(p, x):
     nq, _ = layout(p)
-    return driven(p.trolley, p.hoist, x, 0), driven(p.trolley, p.hoist, x, nq)
+    return actuated_entries(p.trolley, p.hoist, x, 0), actuated_entries(p.trolley, p.hoist, x, nq)
 
 
 @system.acceleration.register(RodCrane)
@@ -269,7 +284,7 @@ def _(p, x):
     total, first, second, _ = moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
-    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * drum_inertia(p.hoist) * rate * rate
+    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_inertia(p.hoist) * rate * rate
 
 
 @system.potential.register(RodCrane)
@@ -298,7 +313,7 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(RodCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return supply(p, x, tau, swing_of(p, t, x, tau))
+    return supplied_power(p, x, tau, swing_of(p, t, x, tau))
 
 
 @generic
@@ -312,7 +327,7 @@ def _(meter, x, i):
     return 0.0
 
 
-@system.supplied.register(RodCrane)
+@system.energy_supplied.register(RodCrane)
 def _(p, x):
     nq, _ = layout(p)
     return reading(p.meter, x, 2 * nq)
@@ -336,7 +351,7 @@ def _(p, t, x, out):
 
 @system.switching.register(RodCrane)
 def _(p):
-    return switching_of(p.switches, rubs(p.trolley), layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley), layout(p)[0])
 
 
 @system.guard.register(RodCrane)
@@ -344,13 +359,13 @@ def _(p, t, x, u, work):
     nq, modes = layout(p)
     tau = system.effort(u, p, t, x)
     taut = p.switches.taut > 0.0
-    forces = taut or (rubs(p.trolley) and x[modes] == 0.0)
+    forces = taut or (has_friction(p.trolley) and x[modes] == 0.0)
     tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, upper(p.hoist, p.cable, x)[0])
     best = payload_guard(p.switches, best, t, x[modes + 1])
-    value, which = lesser(best, tension, LINK) if taut else best
+    value, which = smaller_guard(best, tension, LINK) if taut else best
     return value, which, int(forces)
 
 
@@ -361,7 +376,7 @@ def forces_of(p, t, x, tau):
     return now.tension, now.pull
 
 
-@system.switched.register(RodCrane)
+@system.apply_reset_map.register(RodCrane)
 def _(p, t, x, u, which):
     return switch(p, t, x, system.effort(u, p, t, x), which)
 
@@ -377,11 +392,11 @@ def switch(p, t, x, tau, which):
     """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
     nq, modes = layout(p)
     if which == PAYLOAD:
-        after = replaced(x, modes + 1, x[modes + 1] + 1.0)
+        after = replace_entry(x, modes + 1, x[modes + 1] + 1.0)
         gained = energy(p, after) - energy(p, x)  # the payload takes its energy along
-        return replaced(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
+        return replace_entry(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
     if which == FRICTION:
-        still = replaced(replaced(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
-        mode = freed(p.trolley, x[modes], tau, 0, swing_of(p, t, still, tau).pull)
-        return replaced(still, modes, mode), friction_event(0, mode), True
+        still = replace_entry(replace_entry(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
+        mode = mode_after_stop(p.trolley, x[modes], tau, 0, swing_of(p, t, still, tau).pull)
+        return replace_entry(still, modes, mode), friction_event(0, mode), True
     return x, which, False

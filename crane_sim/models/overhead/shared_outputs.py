@@ -9,22 +9,22 @@ from crane_sim.models.supports.actuation import efforts, efforts_both
 from crane_sim.models.supports.hoist import hoist_limited
 
 
-@system.held.register(RodCrane)
-@system.held.register(PlanarCrane)
+@system.efforts_from_row.register(RodCrane)
+@system.efforts_from_row.register(PlanarCrane)
 def _(p, row):
     return efforts(p.trolley, p.hoist, row)
 
 
-@system.held.register(SpatialCrane)
-@system.held.register(ElasticCrane)
+@system.efforts_from_row.register(SpatialCrane)
+@system.efforts_from_row.register(ElasticCrane)
 def _(p, row):
     return efforts_both(p.trolley, p.bridge, p.hoist, row)
 
 
-@system.limited.register(RodCrane)
-@system.limited.register(PlanarCrane)
-@system.limited.register(SpatialCrane)
-@system.limited.register(ElasticCrane)
+@system.saturate.register(RodCrane)
+@system.saturate.register(PlanarCrane)
+@system.saturate.register(SpatialCrane)
+@system.saturate.register(ElasticCrane)
 def _(p, u):
     return hoist_limited(p.hoist, u)
 

@@ -14,32 +14,49 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
-from crane_sim.models.cables.chain_3d import Directions, Top, aligned, node_velocities, paid_out, solve_tensions, turn
+from crane_sim.models.cables.chain_3d import (
+    Directions,
+    UpperEnd,
+    align,
+    node_velocities,
+    paid_out,
+    solve_tensions,
+    turn,
+)
 from crane_sim.models.energy_meter import Meter, meter_size
-from crane_sim.models.moving_base import carried
-from crane_sim.models.overhead.base_load import Moving, push_axes, push_directions, show
+from crane_sim.models.moving_base import carried_at
+from crane_sim.models.overhead.base_load import Moving, push_axes, push_directions, to_world_in_place
 from crane_sim.models.overhead.modes import (
     FRICTION,
     LIMIT,
     PAYLOAD,
     Switches,
     changes_before,
+    describe_event,
     friction_event,
     hoist_guard,
-    lesser,
     limits_guard,
     mode_count,
     mode_of,
     payload_guard,
     payload_mass,
     slack_guard,
-    story,
+    smaller_guard,
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.actuation import driven_both, metered
-from crane_sim.models.supports.hoist import Hoist, drum, drum_inertia, drum_power, hoisted
-from crane_sim.models.supports.rails import Axis, axis_guard, axis_mass, axis_power, demands, freed, rail, rubs
+from crane_sim.models.supports.actuation import add_meter, driven_both
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
+from crane_sim.models.supports.rails import (
+    Axis,
+    axis_guard,
+    axis_mass,
+    axis_power,
+    axis_response,
+    has_friction,
+    input_count,
+    mode_after_stop,
+)
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 
 
@@ -59,11 +76,11 @@ class SpatialCrane(NamedTuple):
 
     def metered(self, held: bool) -> "SpatialCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return metered(self, held)
+        return add_meter(self, held)
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(self.switches, which)
+        return describe_event(self.switches, which)
 
 
 class Work(NamedTuple):
@@ -78,7 +95,7 @@ class Work(NamedTuple):
 class Solved(NamedTuple):
     """What state and efforts fix at one instant, beside what is in the work arrays."""
 
-    top: Top
+    top: UpperEnd
     pull: tuple[float, float]  # N, of the cable and of a moving base on trolley and bridge
     axes: tuple[float, float]  # m/s², of trolley and bridge
     given: float  # W, that the moving base supplies
@@ -87,18 +104,18 @@ class Solved(NamedTuple):
 @lean_kernel
 def layout(p):
     """Return (number of coordinates, index of the first unit vector, index of the first mode)."""
-    first = 2 + hoisted(p.hoist)
+    first = 2 + hoist_coordinates(p.hoist)
     nq = first + 3 * len(p.cable.masses)
     return nq, first, 2 * nq + meter_size(p.meter)
 
 
 @lean_generic
-def first_link(hoist, chain, x, nq):
+def hoisted_link(hoist, chain, x, nq):
     """Return (length, rate) of the first link."""
     return x[2], x[nq + 2]
 
 
-@first_link.register(type(None))
+@hoisted_link.register(type(None))
 def _(hoist, chain, x, nq):
     return chain.lengths[0], 0.0
 
@@ -114,7 +131,7 @@ def straighten(p, x):
     """Give unit vectors their length 1, and take from their rates what is not across them."""
     nq, first, _ = layout(p)
     for i in range(first, nq, 3):
-        (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = aligned(x, i, nq + i)
+        (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = align(x, i, nq + i)
 
 
 @system.workspace.register(SpatialCrane)
@@ -136,50 +153,52 @@ def links_of(p, x, links):
     nq, first, _ = layout(p)
     n = len(p.cable.masses)
     for k in range(n):
-        unit, rate = aligned(x, first + 3 * k, nq + first + 3 * k)
+        unit, rate = align(x, first + 3 * k, nq + first + 3 * k)
         links.units[k, 0], links.units[k, 1], links.units[k, 2] = unit
         links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
         links.speeds[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
-    links.lengths[0] = first_link(p.hoist, p.cable, x, nq)[0]
+    links.lengths[0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
     links.below[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
 
 
 @lean_routine
-def solved(p, t, x, tau, work):
+def forward_dynamics(p, t, x, tau, work):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
     nq, _, modes = layout(p)
     links, acc, tension, ratio = work
     links_of(p, x, links)
-    rate, place, speed = first_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
+    rate, place, speed = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
     for k in range(1, len(acc)):
         acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
     add_forces(p.forces, t, links.below, acc)
-    give_x, push_x = rail(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    give_y, push_y = rail(p.bridge, t, tau, demands(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1))
-    now = carried(p.base, p.gravity, t)
+    give_x, push_x = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    give_y, push_y = axis_response(
+        p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
+    )
+    now = carried_at(p.base, p.gravity, t)
     deck = push_axes(now, p.trolley, p.bridge, p.share, place, speed)
     power = push_directions(now, links, place, speed, rate, acc)
     acc[0, 0], acc[0, 1] = push_x + give_x * deck.x, push_y + give_y * deck.y
-    pay, run = drum(p.hoist, t, tau)
-    top = Top((give_x, give_y), pay, run, rate)
+    pay, run = hoist_response(p.hoist, t, tau)
+    top = UpperEnd((give_x, give_y), pay, run, rate)
     solve_tensions(links, top, acc, tension, ratio)
     x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
     axes = acc[0, 0] + give_x * x_pull, acc[0, 1] + give_y * y_pull
     return Solved(top, (x_pull + deck.x, y_pull + deck.y), axes, deck.power + power)
 
 
-@system.fill.register(SpatialCrane)
+@system.rhs_into.register(SpatialCrane)
 def _(p, t, x, u, out, work):
-    derive(p, t, x, u, out, work)
+    write_derivative(p, t, x, u, out, work)
 
 
 @lean_routine
-def derive(p, t, x, u, out, work):
+def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout(p)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
-    now = solved(p, t, x, tau, work)
+    now = forward_dynamics(p, t, x, tau, work)
     for axis in range(2):
         out[axis], out[nq + axis] = x[nq + axis], now.axes[axis]
     if first == 3:
@@ -191,17 +210,17 @@ def derive(p, t, x, u, out, work):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supply(p, t, x, tau, now, work)
+        out[2 * nq] = supplied_power(p, t, x, tau, now, work)
 
 
 @lean_kernel
-def supply(p, t, x, tau, now, work):
+def supplied_power(p, t, x, tau, now, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, _ = layout(p)
-    rate = first_link(p.hoist, p.cable, x, nq)[1]
+    rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
-    power += axis_power(p.bridge, tau, demands(p.trolley), x[nq + 1], now.pull[1])
-    power += drum_power(p.hoist, tau, rate, work.tension[0])
+    power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], now.pull[1])
+    power += hoist_power(p.hoist, tau, rate, work.tension[0])
     return power + now.given + forces_supply(p.forces, p, t, x, work.links, rate)
 
 
@@ -234,7 +253,7 @@ def _(p, t, q, v):
     return x
 
 
-@system.actuated.register(SpatialCrane)
+@system.actuated_joints.register(SpatialCrane)
 def _(p, x):
     nq, _, _ = layout(p)
     return driven_both(p.trolley, p.bridge, p.hoist, x, 0), driven_both(p.trolley, p.bridge, p.hoist, x, nq)
@@ -250,11 +269,11 @@ def _(p, t, x, u):
 def energies(p, x):
     """Return (kinetic, potential) energy."""
     nq, _, _ = layout(p)
-    links, rate = system.workspace(p).links, first_link(p.hoist, p.cable, x, nq)[1]
+    links, rate = system.workspace(p).links, hoisted_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, links)
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
-    kinetic += 0.5 * drum_inertia(p.hoist) * rate * rate
+    kinetic += 0.5 * hoist_inertia(p.hoist) * rate * rate
     for k in range(len(links.speeds)):
         mass = 1.0 / links.below[k]
         z = z + links.lengths[k] * links.units[k, 2]
@@ -276,7 +295,7 @@ def _(p, x):
 @system.tensions.register(SpatialCrane)
 def _(p, t, x, u, rows, i, first):
     work = system.workspace(p)
-    solved(p, t, x, system.effort(u, p, t, x), work)
+    forward_dynamics(p, t, x, system.effort(u, p, t, x), work)
     for k in range(len(work.tension)):
         rows[i, first + k] = work.tension[k]
 
@@ -284,10 +303,10 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(SpatialCrane)
 def _(p, t, x, u):
     tau, work = system.effort(u, p, t, x), system.workspace(p)
-    return supply(p, t, x, tau, solved(p, t, x, tau, work), work)
+    return supplied_power(p, t, x, tau, forward_dynamics(p, t, x, tau, work), work)
 
 
-@system.supplied.register(SpatialCrane)
+@system.energy_supplied.register(SpatialCrane)
 def _(p, x):
     nq, _, modes = layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
@@ -296,7 +315,7 @@ def _(p, x):
 @system.points.register(SpatialCrane)
 def _(p, t, x, out):
     place(p, x, out)
-    show(p.base, t, out)
+    to_world_in_place(p.base, t, out)
 
 
 @routine
@@ -312,7 +331,7 @@ def place(p, x, out):
 
 @system.switching.register(SpatialCrane)
 def _(p):
-    return switching_of(p.switches, rubs(p.trolley) or rubs(p.bridge), layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley) or has_friction(p.bridge), layout(p)[0])
 
 
 @system.guard.register(SpatialCrane)
@@ -324,20 +343,20 @@ def _(p, t, x, u, work):
 def least_guard(p, t, x, tau, work):
     """Return (the smallest guard, its number, evaluations)."""
     nq, _, modes = layout(p)
-    sticks = (rubs(p.trolley) and x[modes] == 0.0) or (rubs(p.bridge) and x[modes + 1] == 0.0)
+    sticks = (has_friction(p.trolley) and x[modes] == 0.0) or (has_friction(p.bridge) and x[modes + 1] == 0.0)
     forces = sticks or p.switches.taut > 0.0
-    pull = solved(p, t, x, tau, work).pull if forces else (0.0, 0.0)
+    pull = forward_dynamics(p, t, x, tau, work).pull if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull[0]), FRICTION)
-    bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, demands(p.trolley), pull[1])
-    best = limits_guard(p.switches, lesser(best, bridge, FRICTION + 1), 0, x[0])
+    bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), pull[1])
+    best = limits_guard(p.switches, smaller_guard(best, bridge, FRICTION + 1), 0, x[0])
     best = limits_guard(p.switches, best, 1, x[1])
-    best = hoist_guard(p.switches, best, first_link(p.hoist, p.cable, x, nq)[0])
+    best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
     value, which = slack_guard(p.switches, best, work.tension, len(work.tension))
     return value, which, int(forces)
 
 
-@system.switched.register(SpatialCrane)
+@system.apply_reset_map.register(SpatialCrane)
 def _(p, t, x, u, which):
     return switch(p, t, x, system.effort(u, p, t, x), which)
 
@@ -356,14 +375,18 @@ def switch(p, t, x, tau, which):
         axis = which - FRICTION
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        x[modes + axis] = way(p, failed, tau, axis, solved(p, t, x, tau, system.workspace(p)).pull[axis])
+        x[modes + axis] = axis_mode_after_stop(
+            p, failed, tau, axis, forward_dynamics(p, t, x, tau, system.workspace(p)).pull[axis]
+        )
         return x, friction_event(axis, x[modes + axis]), True
     return x, which, False
 
 
 @lean_kernel
-def way(p, failed, tau, axis, pull):
-    """Return the mode of an axis at rest that the cable pulls, as `freed` does."""
+def axis_mode_after_stop(p, failed, tau, axis, pull):
+    """Return the mode of an axis at rest that the cable pulls, as `mode_after_stop` does."""
     return (
-        freed(p.trolley, failed, tau, 0, pull) if axis == 0 else freed(p.bridge, failed, tau, demands(p.trolley), pull)
+        mode_after_stop(p.trolley, failed, tau, 0, pull)
+        if axis == 0
+        else mode_after_stop(p.bridge, failed, tau, input_count(p.trolley), pull)
     )

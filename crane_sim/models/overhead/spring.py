@@ -10,8 +10,8 @@ from typing import NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.overhead.rod import on_meter, reading
-from crane_sim.models.supports.actuation import driven, efforts, metered
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, rail
+from crane_sim.models.supports.actuation import actuated_entries, add_meter, efforts
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.jit import lean_kernel
 
 
@@ -34,7 +34,7 @@ class SpringCrane(NamedTuple):
 
     def metered(self, held: bool) -> "SpringCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return self._replace(meter=Meter()) if self.cable.damping else metered(self, held)
+        return self._replace(meter=Meter()) if self.cable.damping else add_meter(self, held)
 
 
 @lean_kernel
@@ -53,13 +53,13 @@ def pull(p, x):
 def accelerations(p, t, x, tau):
     """Return the accelerations of trolley and payload (3,) [m/s²]."""
     (nx, nz), tension, _, _ = pull(p, x)
-    give, push = rail(p.trolley, t, tau, 0, x[3], 0.0)
+    give, push = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
     drawn = tension / p.cable.mass
     return push + give * tension * nx, -drawn * nx, -drawn * nz - p.gravity
 
 
 @lean_kernel
-def supply(p, x, tau):
+def supplied_power(p, x, tau):
     """Return the power [W] that drive and imposed motion supply, less what the damper takes."""
     (nx, _), tension, _, lost = pull(p, x)
     return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
@@ -68,7 +68,7 @@ def supply(p, x, tau):
 @system.rhs.register(SpringCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *on_meter(p.meter, supply(p, x, tau)))
+    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *on_meter(p.meter, supplied_power(p, x, tau)))
 
 
 @system.state.register(SpringCrane)
@@ -81,12 +81,12 @@ def _(p, x):
     return (x[0], x[1], x[2]), (x[3], x[4], x[5])
 
 
-@system.actuated.register(SpringCrane)
+@system.actuated_joints.register(SpringCrane)
 def _(p, x):
-    return driven(p.trolley, None, x, 0), driven(p.trolley, None, x, 3)
+    return actuated_entries(p.trolley, None, x, 0), actuated_entries(p.trolley, None, x, 3)
 
 
-@system.held.register(SpringCrane)
+@system.efforts_from_row.register(SpringCrane)
 def _(p, row):
     return efforts(p.trolley, None, row)
 
@@ -114,10 +114,10 @@ def _(p, t, x, u, rows, i, first):
 
 @system.power.register(SpringCrane)
 def _(p, t, x, u):
-    return supply(p, x, system.effort(u, p, t, x))
+    return supplied_power(p, x, system.effort(u, p, t, x))
 
 
-@system.supplied.register(SpringCrane)
+@system.energy_supplied.register(SpringCrane)
 def _(p, x):
     return reading(p.meter, x, 6)
 

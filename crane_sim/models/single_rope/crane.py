@@ -39,7 +39,7 @@ from crane_sim.models.moving_base import (
     added_energy,
     airspeed,
     base_state,
-    carried,
+    carried_at,
     pose_at,
     seen_turned,
     to_base,
@@ -47,24 +47,24 @@ from crane_sim.models.moving_base import (
     turned_back,
 )
 from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
-from crane_sim.models.stops import Stops, story
+from crane_sim.models.stops import Stops, describe_event
 from crane_sim.models.supports import (
-    corners,
-    demanded,
+    actuated_joints,
+    add_yaw_moment,
     drive_power,
-    driven,
-    entered,
-    posture,
-    shown,
-    shown_acceleration,
-    skeleton,
+    efforts_from_row,
+    forward_kinematics,
+    joint_accelerations,
+    joint_coordinates,
+    state_from_joints,
     support_acceleration,
     support_base_energy,
     support_kinetic,
+    support_polyline,
+    support_polyline_size,
     support_potential,
     tip_acceleration,
     with_base,
-    with_couple,
     yaw,
 )
 from crane_sim.models.supports.driven_point import Point
@@ -98,7 +98,7 @@ class Crane(NamedTuple):
 
     def story(self, which: int) -> tuple[str, str]:
         """Return (what guard number `which` tells, what a user can change) in words."""
-        return story(self.support, self.stops or Stops(), which)
+        return describe_event(self.support, self.stops or Stops(), which)
 
 
 class Motion(NamedTuple):
@@ -127,7 +127,7 @@ def add_swing_friction(friction, line, force, reaction, tau, support):
     fz = inverse * (a1 * s1 + a2 * c1 * nx)
     couple = line.length * (line.n[1] * fx - nx * fy)
     force = (force[0] + fx, force[1] + fy, force[2] + fz)
-    return force, (reaction[0] - fx, reaction[1] - fy, reaction[2] - fz), with_couple(support, tau, couple)
+    return force, (reaction[0] - fx, reaction[1] - fy, reaction[2] - fz), add_yaw_moment(support, tau, couple)
 
 
 @add_swing_friction.register(type(None))
@@ -165,13 +165,13 @@ def _(given, force, p, t, xs):
 @kernel
 def base_of(p, t, xs):
     """Return the base at time t in the axes of the support's frame, None where it rests."""
-    return seen_turned(carried(p.base, p.gravity, t), yaw(p.support, xs))
+    return seen_turned(carried_at(p.base, p.gravity, t), yaw(p.support, xs))
 
 
 @kernel
 def motion(p, t, xs, xc, tau):
     """Return the Motion of crane p at time t and its state under joint efforts tau."""
-    pose = posture(p.support, xs)
+    pose = forward_kinematics(p.support, xs)
     line = span(pose, xc)
     position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
     base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
@@ -211,7 +211,7 @@ def _(p, t, x, u):
 
 @system.project.register(Crane)
 def _(p, x):
-    return metered_like(p.meter, x, (x[0], held_to_rope(p.cable, posture(p.support, x[0]), x[1])))
+    return metered_like(p.meter, x, (x[0], held_to_rope(p.cable, forward_kinematics(p.support, x[0]), x[1])))
 
 
 @system.tensions.register(Crane)
@@ -219,46 +219,46 @@ def _(p, t, x, u, rows, i, first):
     rows[i, first] = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
 
 
-@system.limited.register(Crane)
+@system.saturate.register(Crane)
 def _(p, u):
     return rope_limited(p.cable, u)
 
 
 @system.joints.register(Crane)
 def _(p, x):
-    return shown(p.support, p, x)
+    return joint_coordinates(p.support, p, x)
 
 
-@system.actuated.register(Crane)
+@system.actuated_joints.register(Crane)
 def _(p, x):
-    return driven(p.support, p, x)
+    return actuated_joints(p.support, p, x)
 
 
-@system.held.register(Crane)
+@system.efforts_from_row.register(Crane)
 def _(p, row):
-    return demanded(p.support, p, row)
+    return efforts_from_row(p.support, p, row)
 
 
 @system.state.register(Crane)
 def _(p, t, q, v):
-    return metered_state(p.meter, entered(p.support, p, q, v))
+    return metered_state(p.meter, state_from_joints(p.support, p, q, v))
 
 
 @system.acceleration.register(Crane)
 def _(p, t, x, u):
-    return shown_acceleration(p.support, p, motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
+    return joint_accelerations(p.support, p, motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
 
 
 @system.kinetic.register(Crane)
 def _(p, x):
-    pose = posture(p.support, x[0])
+    pose = forward_kinematics(p.support, x[0])
     vx, vy, vz = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
     return support_kinetic(p.support, pose) + 0.5 * p.load.mass * (vx * vx + vy * vy + vz * vz)
 
 
 @system.potential.register(Crane)
 def _(p, x):
-    pose = posture(p.support, x[0])
+    pose = forward_kinematics(p.support, x[0])
     energy = support_potential(p.support, pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
     return add_rope_energy(p.cable, energy, span(pose, x[1]).length)
 
@@ -276,7 +276,7 @@ def added_to(now, p, x):
 
 @added_to.register(BaseState)
 def _(now, p, x):
-    pose = posture(p.support, x[0])
+    pose = forward_kinematics(p.support, x[0])
     moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
     kinetic, potential = added_energy(now, p.gravity, p.load.mass, x[1][:3], moving)
     others = support_base_energy(p.support, now, pose, p.gravity)
@@ -285,22 +285,22 @@ def _(now, p, x):
 
 @system.point_count.register(Crane)
 def _(p):
-    return 1 + corners(p.support)
+    return 1 + support_polyline_size(p.support)
 
 
 @system.tip_index.register(Crane)
 def _(p):
-    return corners(p.support) - 1
+    return support_polyline_size(p.support) - 1
 
 
 @system.points.register(Crane)
 def _(p, t, x, out):
     angle, pose = yaw(p.support, x[0]), pose_at(p.base, t)
     c, s = cos(angle), sin(angle)
-    for i, (a, b, z) in enumerate((*skeleton(p.support, x[0]), x[1][:3])):
+    for i, (a, b, z) in enumerate((*support_polyline(p.support, x[0]), x[1][:3])):
         out[i, 0], out[i, 1], out[i, 2] = to_world(pose, (c * a - s * b, s * a + c * b, z))
 
 
-@system.supplied.register(Crane)
+@system.energy_supplied.register(Crane)
 def _(p, x):
     return reading(p.meter, x)

@@ -6,7 +6,15 @@ What a support registers here depends on the rope below it, so supports and cabl
 from math import atan2, cos, sin, sqrt
 
 from crane_sim.models.cables.rope import LockedRope, span, swing
-from crane_sim.models.supports import demanded, driven, entered, posture, shown, shown_acceleration, tip_acceleration
+from crane_sim.models.supports import (
+    actuated_joints,
+    efforts_from_row,
+    forward_kinematics,
+    joint_accelerations,
+    joint_coordinates,
+    state_from_joints,
+    tip_acceleration,
+)
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.numerics.jit import generic, kernel
@@ -15,10 +23,10 @@ POLE = 1e-9
 """cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from it."""
 
 
-@shown.register(Knuckle)
+@joint_coordinates.register(Knuckle)
 def _(support, p, x):
     xs, xc = x[0], x[1]
-    line = span(posture(p.support, xs), xc)
+    line = span(forward_kinematics(p.support, xs), xc)
     _, _, c2, w1, w2 = swing(line)
     theta1, theta2 = atan2(line.n[1], -line.n[2]), atan2(line.n[0], c2)
     return (*xs[:3], line.length, theta1, theta2), (*xs[3:], line.rate, w1 / max(c2, POLE), w2)
@@ -35,9 +43,9 @@ def _(rope, line):
     return (), ()
 
 
-@driven.register(Knuckle)
+@actuated_joints.register(Knuckle)
 def _(support, p, x):
-    q, v = winch_joint(p.cable, span(posture(p.support, x[0]), x[1]))
+    q, v = winch_joint(p.cable, span(forward_kinematics(p.support, x[0]), x[1]))
     return (*x[0][:3], *q), (*x[0][3:], *v)
 
 
@@ -52,16 +60,16 @@ def _(rope, row):
     return ()
 
 
-@demanded.register(Knuckle)
+@efforts_from_row.register(Knuckle)
 def _(support, p, row):
     return (row[0], row[1], row[2], *winch_effort(p.cable, row))
 
 
-@entered.register(Knuckle)
+@state_from_joints.register(Knuckle)
 def _(support, p, q, v):
     d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
     rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
-    pose = posture(p.support, (q[0], q[1], q[2], v[0], v[1], v[2]))
+    pose = forward_kinematics(p.support, (q[0], q[1], q[2], v[0], v[1], v[2]))
     (x, y, z), (vx, vy, vz) = pose.tip, pose.tip_velocity
     payload = (x + d * s2, y + d * c2 * s1, z - d * c1 * c2)
     velocity = (
@@ -72,7 +80,7 @@ def _(support, p, q, v):
     return (q[0], q[1], q[2], v[0], v[1], v[2]), (*payload, *velocity)
 
 
-@shown_acceleration.register(Knuckle)
+@joint_accelerations.register(Knuckle)
 def _(support, p, now):
     line = now.line
     tip, _ = tip_acceleration(p.support, now.pose, now.support)
@@ -88,9 +96,9 @@ def _(support, p, now):
     return (*now.support, rope, first / max(c2, POLE), second)
 
 
-@shown.register(Point)
+@joint_coordinates.register(Point)
 def _(support, p, x):
-    line = span(posture(support, x[0]), x[1])
+    line = span(forward_kinematics(support, x[0]), x[1])
     return (*x[0][:3], *line.n), (*x[0][3:], *_rates(line))
 
 
@@ -101,7 +109,7 @@ def _rates(line):
     return (vx - rate * nx) / line.length, (vy - rate * ny) / line.length, (vz - rate * nz) / line.length
 
 
-@shown_acceleration.register(Point)
+@joint_accelerations.register(Point)
 def _(support, p, now):
     line, tip = now.line, now.support
     (nx, ny, nz), (wx, wy, wz) = line.n, _rates(line)
@@ -112,7 +120,7 @@ def _(support, p, now):
     return (*tip, x, y, (az - along * nz - 2.0 * line.rate * wz) / line.length)
 
 
-@entered.register(Point)
+@state_from_joints.register(Point)
 def _(support, p, q, v):
     inverse, length = 1.0 / sqrt(q[3] * q[3] + q[4] * q[4] + q[5] * q[5]), p.cable.length
     nx, ny, nz = q[3] * inverse, q[4] * inverse, q[5] * inverse

@@ -3,8 +3,8 @@
 from crane_sim import system
 from crane_sim.models.cables.rope import span
 from crane_sim.models.single_rope.crane import Crane, motion
-from crane_sim.models.stops import ROPE, SLACK, lesser, switching_of
-from crane_sim.models.supports import posture, support_guard
+from crane_sim.models.stops import ROPE, SLACK, smaller_guard, switching_of
+from crane_sim.models.supports import forward_kinematics, support_guard
 from crane_sim.numerics.jit import lean_routine
 
 
@@ -22,16 +22,16 @@ def _(p, t, x, u, work):
 def least_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
     stops, forces = p.stops, p.stops.taut > 0.0
-    line = span(posture(p.support, x[0]), x[1])
+    line = span(forward_kinematics(p.support, x[0]), x[1])
     left = line.length + stops.lead * min(line.rate, 0.0) - stops.shortest
-    best = lesser((left, ROPE), stops.longest - line.length, ROPE + 1)
+    best = smaller_guard((left, ROPE), stops.longest - line.length, ROPE + 1)
     best = support_guard(p.support, best, x[0])
     value, which = best
     if forces:
-        value, which = lesser(best, motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension, SLACK)
+        value, which = smaller_guard(best, motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension, SLACK)
     return value, which, int(forces)
 
 
-@system.switched.register(Crane)
+@system.apply_reset_map.register(Crane)
 def _(p, t, x, u, which):
     return x, which, False

@@ -9,7 +9,7 @@ from crane_sim.numerics.jit import generic
 
 
 @generic
-def posture(support, xs):
+def forward_kinematics(support, xs):
     """Return a NamedTuple of what state xs fixes: at least tip (3,), tip_velocity (3,), yaw_rate."""
     raise NotImplementedError
 
@@ -33,7 +33,7 @@ def tip_mobility(support, pose, n):
 
 
 @generic
-def with_couple(support, tau, couple):
+def add_yaw_moment(support, tau, couple):
     """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
     raise NotImplementedError
 
@@ -42,7 +42,7 @@ def with_couple(support, tau, couple):
 def with_base(support, tau, base, pose):
     """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
 
-    `base` is as of `crane_sim.models.moving_base.carried`, in the axes of the support's frame. A support without
+    `base` is as of `crane_sim.models.moving_base.carried_at`, in the axes of the support's frame. A support without
     masses, and a base that rests, leave tau as it is.
     """
     return tau
@@ -61,7 +61,7 @@ def yaw(support, xs):
 
 
 @generic
-def skeleton(support, xs):
+def support_polyline(support, xs):
     """Return the support's polyline, base to tip, in its own frame: a tuple of (x, y, z)."""
     raise NotImplementedError
 
@@ -95,36 +95,36 @@ def support_guard(support, best, xs):
 
 
 @generic
-def corners(support):
+def support_polyline_size(support):
     """Return the number of points of the support's polyline."""
     raise NotImplementedError
 
 
 @generic
-def shown(support, p, x):
+def joint_coordinates(support, p, x):
     """Return (q, v), the joint coordinates of the crane p on this support in state x."""
     raise NotImplementedError
 
 
 @generic
-def entered(support, p, q, v):
+def state_from_joints(support, p, q, v):
     """Return (support state, payload state) of the crane p on this support at joint coordinates q, v."""
     raise NotImplementedError
 
 
 @generic
-def shown_acceleration(support, p, now):
+def joint_accelerations(support, p, now):
     """Return the joint accelerations of the crane p on this support, whose Motion is `now`."""
     raise NotImplementedError
 
 
 @generic
-def driven(support, p, x):
+def actuated_joints(support, p, x):
     """Return (q, v) of the actuated joints only."""
     raise NotImplementedError
 
 
 @generic
-def demanded(support, p, row):
+def efforts_from_row(support, p, row):
     """Return the efforts in the array `row` as a tuple."""
     raise NotImplementedError

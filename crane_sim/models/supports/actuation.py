@@ -1,6 +1,6 @@
 """Which joints take commands: the axes that a force drives, then the hoist that one drives.
 
-`driven` and `efforts` are for a trolley alone, `driven_both` and `efforts_both` for a trolley on a bridge.
+`actuated_entries` and `efforts` are for a trolley alone, `driven_both` and `efforts_both` for a trolley on a bridge.
 
 When an overhead crane needs a meter: the work of held efforts follows from samples, all other work does not.
 """
@@ -9,42 +9,42 @@ from typing import Any
 
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.supports.hoist import PrescribedHoist
-from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, demands
+from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_count
 from crane_sim.numerics.jit import generic, kernel
 
 
 @kernel
-def driven(trolley, hoist, x, i):
+def actuated_entries(trolley, hoist, x, i):
     """Return the actuated joints' share of the coordinates from x[i] on as a tuple, the trolley's first."""
-    return (*pushed(trolley, x, i), *wound(hoist, x, i + 1))
+    return (*axis_entry(trolley, x, i), *wound(hoist, x, i + 1))
 
 
 @kernel
 def driven_both(trolley, bridge, hoist, x, i):
     """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
-    return (*pushed(trolley, x, i), *pushed(bridge, x, i + 1), *wound(hoist, x, i + 2))
+    return (*axis_entry(trolley, x, i), *axis_entry(bridge, x, i + 1), *wound(hoist, x, i + 2))
 
 
 @kernel
 def efforts(trolley, hoist, row):
     """Return the efforts in the array `row` as a tuple, the trolley's first."""
-    return (*pushed(trolley, row, 0), *wound(hoist, row, demands(trolley)))
+    return (*axis_entry(trolley, row, 0), *wound(hoist, row, input_count(trolley)))
 
 
 @kernel
 def efforts_both(trolley, bridge, hoist, row):
     """Return the efforts in the array `row` as a tuple: trolley, bridge, hoist."""
-    first, last = demands(trolley), demands(trolley) + demands(bridge)
-    return (*pushed(trolley, row, 0), *pushed(bridge, row, first), *wound(hoist, row, last))
+    first, last = input_count(trolley), input_count(trolley) + input_count(bridge)
+    return (*axis_entry(trolley, row, 0), *axis_entry(bridge, row, first), *wound(hoist, row, last))
 
 
 @generic
-def pushed(axis, row, i):
+def axis_entry(axis, row, i):
     """Return entry i of the row as a tuple for an axis that takes an effort, empty for others."""
     return ()
 
 
-@pushed.register(ForceAxis)
+@axis_entry.register(ForceAxis)
 def _(axis, row, i):
     return (row[i],)
 
@@ -61,7 +61,7 @@ def _(hoist, row, i):
     return ()
 
 
-def metered(p: Any, held: bool) -> Any:
+def add_meter(p: Any, held: bool) -> Any:
     """Return the model with a meter where held efforts do not tell all the energy supplied."""
     parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)

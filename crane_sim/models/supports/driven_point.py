@@ -11,19 +11,19 @@ from typing import NamedTuple
 from crane_sim.files.types import NonNegative, Positive, Range
 from crane_sim.models.stops import LIMIT, travel_guard
 from crane_sim.models.supports import (
-    corners,
-    demanded,
+    actuated_joints,
+    add_yaw_moment,
     drive_power,
-    driven,
-    posture,
-    skeleton,
+    efforts_from_row,
+    forward_kinematics,
     support_acceleration,
     support_guard,
     support_kinetic,
+    support_polyline,
+    support_polyline_size,
     support_potential,
     tip_acceleration,
     tip_mobility,
-    with_couple,
     yaw,
 )
 from crane_sim.numerics.jit import generic
@@ -71,37 +71,37 @@ class PointPosture(NamedTuple):
 
 
 @generic
-def served(servo, demand, q, v):
+def servo_acceleration(servo, demand, q, v):
     """Return the acceleration [m/s²] of an axis at position q and velocity v: the demand itself without a servo."""
     return demand
 
 
-@served.register(Servo)
+@servo_acceleration.register(Servo)
 def _(servo, demand, q, v):
     return -servo.kd * v - servo.kp * (q - demand)
 
 
 @generic
-def lifted(lift, servo, tau, pose):
+def vertical_acceleration(lift, servo, tau, pose):
     """Return the vertical acceleration [m/s²]: none without a lift."""
     return 0.0
 
 
-@lifted.register(Lift)
+@vertical_acceleration.register(Lift)
 def _(lift, servo, tau, pose):
-    return served(servo, tau[2], pose.tip[2], pose.tip_velocity[2])
+    return servo_acceleration(servo, tau[2], pose.tip[2], pose.tip_velocity[2])
 
 
-@posture.register(Point)
+@forward_kinematics.register(Point)
 def _(support, xs):
     return PointPosture(xs[:3], xs[3:], 0.0)
 
 
 @support_acceleration.register(Point)
 def _(support, pose, gravity, tau, force):
-    x = served(support.servo, tau[0], pose.tip[0], pose.tip_velocity[0])
-    y = served(support.servo, tau[1], pose.tip[1], pose.tip_velocity[1])
-    return x, y, lifted(support.lift, support.servo, tau, pose)
+    x = servo_acceleration(support.servo, tau[0], pose.tip[0], pose.tip_velocity[0])
+    y = servo_acceleration(support.servo, tau[1], pose.tip[1], pose.tip_velocity[1])
+    return x, y, vertical_acceleration(support.lift, support.servo, tau, pose)
 
 
 @tip_acceleration.register(Point)
@@ -114,7 +114,7 @@ def _(support, pose, n):
     return 0.0
 
 
-@with_couple.register(Point)
+@add_yaw_moment.register(Point)
 def _(support, tau, couple):
     return tau
 
@@ -148,12 +148,12 @@ def _(support, xs):
     return 0.0
 
 
-@skeleton.register(Point)
+@support_polyline.register(Point)
 def _(support, xs):
     return (xs[:3],)
 
 
-@corners.register(Point)
+@support_polyline_size.register(Point)
 def _(support):
     return 1
 
@@ -168,22 +168,22 @@ def _(support, pose, gravity):
     return 0.0
 
 
-@driven.register(Point)
+@actuated_joints.register(Point)
 def _(support, p, x):
-    return moved(support.lift, x[0][:3]), moved(support.lift, x[0][3:])
+    return driven_components(support.lift, x[0][:3]), driven_components(support.lift, x[0][3:])
 
 
-@demanded.register(Point)
+@efforts_from_row.register(Point)
 def _(support, p, row):
-    return moved(support.lift, row)
+    return driven_components(support.lift, row)
 
 
 @generic
-def moved(lift, vector):
+def driven_components(lift, vector):
     """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
     return vector[0], vector[1]
 
 
-@moved.register(Lift)
+@driven_components.register(Lift)
 def _(lift, vector):
     return vector[0], vector[1], vector[2]

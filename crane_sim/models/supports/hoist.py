@@ -30,55 +30,55 @@ Hoist = PrescribedHoist | ForceHoist | MasslessHoist
 
 
 @lean_generic
-def hoisted(hoist):
+def hoist_coordinates(hoist):
     """Return how many coordinates the hoist has."""
     return 1
 
 
-@hoisted.register(type(None))
+@hoist_coordinates.register(type(None))
 def _(hoist):
     return 0
 
 
 @lean_generic
-def drum(hoist, t, tau):
+def hoist_response(hoist, t, tau):
     """Return (compliance [1/kg], free acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
     return 0.0, 0.0
 
 
-@drum.register(PrescribedHoist)
+@hoist_response.register(PrescribedHoist)
 def _(hoist, t, tau):
     return 0.0, moved_at(hoist.profile, t)[2]
 
 
-@drum.register(ForceHoist)
+@hoist_response.register(ForceHoist)
 def _(hoist, t, tau):
     return 1.0 / hoist.inertia, tau[len(tau) - 1] / hoist.inertia
 
 
-@drum.register(MasslessHoist)
+@hoist_response.register(MasslessHoist)
 def _(hoist, t, tau):
     return -1.0, -tau[len(tau) - 1]
 
 
 @lean_generic
-def drum_inertia(hoist):
+def hoist_inertia(hoist):
     """Return the modelled inertia [kg] of the winch."""
     return 0.0
 
 
-@drum_inertia.register(ForceHoist)
+@hoist_inertia.register(ForceHoist)
 def _(hoist):
     return hoist.inertia
 
 
 @lean_generic
-def drum_power(hoist, tau, rate, tension):
+def hoist_power(hoist, tau, rate, tension):
     """Return the power [W] that the winch supplies at this rate of length and tension."""
     return -tension * rate
 
 
-@drum_power.register(ForceHoist)
+@hoist_power.register(ForceHoist)
 def _(hoist, tau, rate, tension):
     return tau[len(tau) - 1] * rate
 

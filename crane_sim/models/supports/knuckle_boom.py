@@ -30,22 +30,22 @@ from crane_sim.models.effects import (
     add_spring,
     add_spring_energy,
 )
-from crane_sim.models.moving_base import Carried, added_energy, added_spin, cross, dot, imposed
+from crane_sim.models.moving_base import Carried, added_energy, added_spin, cross, dot, imposed_acceleration
 from crane_sim.models.stops import LIMIT, travel_guard
 from crane_sim.models.supports import (
-    corners,
+    add_yaw_moment,
     drive_power,
-    posture,
-    skeleton,
+    forward_kinematics,
     support_acceleration,
     support_base_energy,
     support_guard,
     support_kinetic,
+    support_polyline,
+    support_polyline_size,
     support_potential,
     tip_acceleration,
     tip_mobility,
     with_base,
-    with_couple,
     yaw,
 )
 from crane_sim.numerics.elementary import sincos
@@ -118,7 +118,7 @@ def _(axial, inertia, c, s):
     return inertia * c * c + axial * s * s, (inertia - axial) * s * c
 
 
-@posture.register(Knuckle)
+@forward_kinematics.register(Knuckle)
 def _(support, xs):
     _, beta, gamma, yaw_rate, vb, vg = xs
     boom, jib = support.boom, support.jib
@@ -192,7 +192,7 @@ def _(support, pose, n):
     return slew * slew / pose.slew_inertia + boom * luff + jib * knuckle
 
 
-@with_couple.register(Knuckle)
+@add_yaw_moment.register(Knuckle)
 def _(support, tau, couple):
     return (tau[0] + couple, *tau[1:])
 
@@ -209,7 +209,7 @@ def _(support, xs):
     return xs[0]
 
 
-@skeleton.register(Knuckle)
+@support_polyline.register(Knuckle)
 def _(support, xs):
     boom, jib = support.boom.length, support.jib.length
     x, z = boom * cos(xs[1]), boom * sin(xs[1])
@@ -234,7 +234,7 @@ def _(support, pose, gravity):
 
 @with_base.register(Knuckle)
 def _(support, tau, base, pose):
-    return shaken(base, support, tau, pose)
+    return base_efforts(base, support, tau, pose)
 
 
 @drive_power.register(Knuckle)
@@ -243,12 +243,12 @@ def _(support, tau, pose, pull):
 
 
 @generic
-def shaken(base, support, tau, pose):
+def base_efforts(base, support, tau, pose):
     """Return the joint efforts tau plus what the base imposes on tower, boom and jib."""
     return tau
 
 
-@shaken.register(Carried)
+@base_efforts.register(Carried)
 def _(base, support, tau, pose):
     slew, luff, fold = _efforts(base, support, pose)
     return (tau[0] + slew, tau[1] + luff, tau[2] + fold, *tau[3:])
@@ -257,20 +257,20 @@ def _(base, support, tau, pose):
 @lean_routine
 def _efforts(base, support, pose):
     boom, jib = support.boom, support.jib
-    slew, x, z = pushed(base, boom, pose, (0.0, 0.0), (0.0, 0.0), pose.cb, pose.sb, pose.beta_rate)
+    slew, x, z = mass_load(base, boom, pose, (0.0, 0.0), (0.0, 0.0), pose.cb, pose.sb, pose.beta_rate)
     knee, rate = boom.length, boom.length * pose.beta_rate
     knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
-    turn, jx, jz = pushed(base, jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
+    turn, jx, jz = mass_load(base, jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
     luff = boom.length * (pose.cb * (0.5 * z + jz) - pose.sb * (0.5 * x + jx))
     fold = 0.5 * jib.length * (pose.cg * jz - pose.sg * jx)
-    boom_turn, boom_luff = spun(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
-    jib_turn, jib_fold = spun(base, jib, pose, pose.cg, pose.sg, pose.gamma_rate)
+    boom_turn, boom_luff = gyroscopic_moments(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
+    jib_turn, jib_fold = gyroscopic_moments(base, jib, pose, pose.cg, pose.sg, pose.gamma_rate)
     slew = slew + turn + boom_turn + jib_turn - support.tower.inertia * base.turn_rate[2]
     return slew, luff + boom_luff, fold + jib_fold
 
 
 @lean_kernel
-def pushed(base, rod, pose, root, root_rate, c, s, rate):
+def mass_load(base, rod, pose, root, root_rate, c, s, rate):
     """Return (moment about the vertical [N m], radial, vertical force [N]) that the base imposes on a rod's mass.
 
     Args:
@@ -279,22 +279,22 @@ def pushed(base, rod, pose, root, root_rate, c, s, rate):
         c, s, rate: cosine and sine of the rod's elevation, its rate [rad/s].
     """
     at, moves = middle(rod, pose, root, root_rate, c, s, rate)
-    x, y, z = imposed(base, at, moves)
+    x, y, z = imposed_acceleration(base, at, moves)
     return rod.mass * y * at[0], rod.mass * x, rod.mass * z
 
 
 @lean_kernel
 def middle(rod, pose, root, root_rate, c, s, rate):
-    """Return (position [m], velocity [m/s]) of a rod's middle relative to the base (3,); arguments as of `pushed`."""
+    """Return (position [m], velocity [m/s]) of a rod's middle relative to the base (3,); arguments of `mass_load`."""
     half = 0.5 * rod.length
     at = (root[0] + half * c, 0.0, root[1] + half * s)
     return at, (root_rate[0] - half * s * rate, pose.yaw_rate * at[0], root_rate[1] + half * c * rate)
 
 
 @lean_kernel
-def spun(base, rod, pose, c, s, rate):
+def gyroscopic_moments(base, rod, pose, c, s, rate):
     """Return the moments [N m] (about the vertical, about the luffing axis) by which a rod's inertia resists."""
-    a, b, d = tensor(rod.axial_inertia, rod.inertia, c, s)
+    a, b, d = inertia_tensor(rod.axial_inertia, rod.inertia, c, s)
     own = (0.0, -rate, pose.yaw_rate)
     x, y, z = cross(base.turn, own)
     resisted = (x + base.turn_rate[0], y + base.turn_rate[1], z + base.turn_rate[2])
@@ -308,12 +308,12 @@ def spun(base, rod, pose, c, s, rate):
 
 
 @lean_generic
-def tensor(axial, inertia, c, s):
+def inertia_tensor(axial, inertia, c, s):
     """Return (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²] of a rod; about the luffing axis only."""
     return 0.0, inertia, (0.0, -1.0, 0.0)
 
 
-@tensor.register(float)
+@inertia_tensor.register(float)
 def _(axial, inertia, c, s):
     return inertia, axial - inertia, (c, 0.0, s)
 
@@ -336,14 +336,14 @@ def rod_energy(now, gravity, rod, pose, root, root_rate, c, s, rate):
     Args:
         now: BaseState.
         gravity: m/s².
-        rod, pose, root, root_rate, c, s, rate: as of `pushed`.
+        rod, pose, root, root_rate, c, s, rate: as of `mass_load`.
     """
     at, moves = middle(rod, pose, root, root_rate, c, s, rate)
     kinetic, potential = added_energy(now, gravity, rod.mass, at, moves)
     own = (0.0, -rate, pose.yaw_rate)
-    return kinetic + added_spin(now, tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
+    return kinetic + added_spin(now, inertia_tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
 
 
-@corners.register(Knuckle)
+@support_polyline_size.register(Knuckle)
 def _(support):
     return 3

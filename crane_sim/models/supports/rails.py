@@ -40,18 +40,18 @@ Axis = ForceAxis | PrescribedAxis | FixedAxis
 
 
 @lean_generic
-def demands(axis):
+def input_count(axis):
     """Return how many efforts the axis takes."""
     return 0
 
 
-@demands.register(ForceAxis)
+@input_count.register(ForceAxis)
 def _(axis):
     return 1
 
 
 @lean_generic
-def rail(axis, t, tau, i, v, mode):
+def axis_response(axis, t, tau, i, v, mode):
     """Return (compliance [1/kg], free acceleration [m/s²]) of an axis.
 
     Args:
@@ -64,23 +64,23 @@ def rail(axis, t, tau, i, v, mode):
     return 0.0, 0.0
 
 
-@rail.register(ForceAxis)
+@axis_response.register(ForceAxis)
 def _(axis, t, tau, i, v, mode):
-    return rubbed(axis.friction, axis.mass, tau[i], v, mode)
+    return friction_response(axis.friction, axis.mass, tau[i], v, mode)
 
 
-@rail.register(PrescribedAxis)
+@axis_response.register(PrescribedAxis)
 def _(axis, t, tau, i, v, mode):
     return 0.0, moved_at(axis.motion, t)[2]
 
 
 @lean_generic
-def rubbed(friction, mass, force, v, mode):
+def friction_response(friction, mass, force, v, mode):
     """Return (compliance, free acceleration) of a mass on its rail under a force."""
     return 1.0 / mass, force / mass
 
 
-@rubbed.register(Friction)
+@friction_response.register(Friction)
 def _(friction, mass, force, v, mode):
     if mode == 0.0:
         return 0.0, 0.0
@@ -106,33 +106,33 @@ def axis_power(axis, tau, i, v, pull):
 
 @axis_power.register(ForceAxis)
 def _(axis, tau, i, v, pull):
-    return (tau[i] - lost(axis.friction, v)) * v
+    return (tau[i] - friction_force(axis.friction, v)) * v
 
 
 @lean_generic
-def lost(friction, v):
+def friction_force(friction, v):
     """Return the friction force [N] against a velocity v other than 0."""
     return 0.0
 
 
-@lost.register(Friction)
+@friction_force.register(Friction)
 def _(friction, v):
     direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
     return direction * friction.coulomb + friction.viscous * v
 
 
 @lean_generic
-def rubs(part):
+def has_friction(part):
     """Return whether an axis, or what rubs there, sticks and slips."""
     return False
 
 
-@rubs.register(ForceAxis)
+@has_friction.register(ForceAxis)
 def _(part):
-    return rubs(part.friction)
+    return has_friction(part.friction)
 
 
-@rubs.register(Friction)
+@has_friction.register(Friction)
 def _(part):
     return True
 
@@ -160,7 +160,7 @@ def _(friction, v, mode, force):
 
 
 @lean_generic
-def freed(axis, mode, tau, i, pull):
+def mode_after_stop(axis, mode, tau, i, pull):
     """Return the mode of an axis at rest after its guard has failed in `mode`: 0 when friction holds it, else the way.
 
     An axis that stuck is free now: asking again whether friction holds it could, in the last digit, say yes.
@@ -168,18 +168,18 @@ def freed(axis, mode, tau, i, pull):
     return 0.0
 
 
-@freed.register(ForceAxis)
+@mode_after_stop.register(ForceAxis)
 def _(axis, mode, tau, i, pull):
-    return broken_loose(axis.friction, mode, tau[i] + pull)
+    return breakaway_mode(axis.friction, mode, tau[i] + pull)
 
 
 @lean_generic
-def broken_loose(friction, mode, force):
-    """Return the mode of `freed`."""
+def breakaway_mode(friction, mode, force):
+    """Return the mode of `mode_after_stop`."""
     return 0.0
 
 
-@broken_loose.register(Friction)
+@breakaway_mode.register(Friction)
 def _(friction, mode, force):
     if mode != 0.0 and abs(force) <= friction.static:
         return 0.0

@@ -13,7 +13,7 @@ from rosbags.rosbag2.enums import StoragePlugin
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 
-from crane_sim.recording.files import hold, unfinished
+from crane_sim.recording.files import acquire_lock, unfinished_name
 from crane_sim.recording.mcap.repair import repair_folder
 from crane_sim.recording.mcap.topic import Topic
 
@@ -34,11 +34,11 @@ class McapFile:
         Raises:
             FileExistsError: another recorder is writing it.
         """
-        self.path, self.part = path, unfinished(path)
+        self.path, self.part = path, unfinished_name(path)
         _make_room(self.part)
         self._writer = Writer(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
-        self._lock = hold(self.part)
+        self._lock = acquire_lock(self.part)
         types = get_typestore(Stores.ROS2_JAZZY)
         self._connections = [
             self._writer.add_connection(topic.name, topic.kind, typestore=types, offered_qos_profiles=[_qos(topic)])

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from math import inf
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
-from crane_sim.recording.files import free_name, held
+from crane_sim.recording.files import free_name, lock_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +65,7 @@ class Chunk(NamedTuple):
         return file.read(self.size)
 
 
-def scanned(file: BinaryIO) -> tuple[int, list[Chunk]]:
+def scan_file(file: BinaryIO) -> tuple[int, list[Chunk]]:
     """Return where the last whole record of a file ends, and its chunks; no chunk where it is no MCAP file."""
     size = file.seek(0, 2)
     file.seek(0)
@@ -157,22 +157,22 @@ def repair_folder(part: Path, left: Callable[[], float] = lambda: inf) -> Path |
     Raises:
         OSError: the disk is full or gone, or no time is left.
     """
-    with held(part) as ours:
+    with lock_file(part) as ours:
         if not ours:
             return None
         target = None
         for file in sorted(part.glob("*.mcap")):
-            if _closed(file, left):
+            if _close_file(file, left):
                 target = free_name(part)
                 file.replace(target)
         shutil.rmtree(part)
         return target
 
 
-def _closed(path: Path, left: Callable[[], float]) -> bool:
+def _close_file(path: Path, left: Callable[[], float]) -> bool:
     """Cut a file behind its last whole record and write its index there; return whether it has messages."""
     with path.open("r+b") as file:
-        end, chunks = scanned(file)
+        end, chunks = scan_file(file)
         found = any(chunk.indices for chunk in chunks)
         if found:
             behind = ending(file, end, chunks, left)

@@ -44,7 +44,7 @@ ROPE = (214, 219, 226)
 STRAND = 0.0035  # radius of a rope, of the crane's size
 
 
-class Lever(NamedTuple):
+class EffortArrow(NamedTuple):
     """Where an effort pushes: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
 
     frame: str
@@ -52,14 +52,14 @@ class Lever(NamedTuple):
     direction: Vector
 
 
-class Cast(Protocol):
+class CraneVisual(Protocol):
     """A crane that is drawn."""
 
-    def lever(self, joint: str) -> Lever:
+    def effort_arrow(self, joint: str) -> EffortArrow:
         """Return where the effort of an actuated joint pushes."""
         ...
 
-    def dress(self, size: float) -> None:
+    def set_size(self, size: float) -> None:
         """Log what depends on the crane's size [m] and does not move."""
 
     def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
@@ -69,7 +69,7 @@ class Cast(Protocol):
         """
         ...
 
-    def settle(self) -> Framing | None:
+    def fit_to_motion(self) -> Framing | None:
         """Fit what stands still to the whole motion; return how to look at it, None if that is as before."""
         ...
 
@@ -134,7 +134,7 @@ def _color(shape: Shape) -> tuple[int, ...]:
 ARM = 0.15  # of the crane's size: where the push is drawn that a torque makes
 
 
-class RobotCast:
+class RobotVisual:
     """Draws the solids of a URDF at the joint coordinates, and rods from node to node of the rope."""
 
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
@@ -148,15 +148,15 @@ class RobotCast:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand), static=True)
 
-    def lever(self, joint: str) -> Lever:
+    def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""
         found = self._joints[joint]
         axis = np.array(found.axis)
         if found.joint_type == "prismatic":
-            return Lever(found.child_link, (0.0, 0.0, 0.0), _vector(axis))
-        return Lever(found.child_link, (ARM, 0.0, 0.0), _vector(np.cross(axis, (1.0, 0.0, 0.0))))
+            return EffortArrow(found.child_link, (0.0, 0.0, 0.0), _vector(axis))
+        return EffortArrow(found.child_link, (ARM, 0.0, 0.0), _vector(np.cross(axis, (1.0, 0.0, 0.0))))
 
-    def dress(self, size: float) -> None:
+    def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
         rods = rr.Cylinders3D(lengths=1.0, radii=STRAND * size, colors=ROPE, fill_mode="solid")
         self._rec.log("rope", rods, static=True)
@@ -173,7 +173,7 @@ class RobotCast:
             self._rec.send_columns(f"tf/{joint.name}", time, columns)
         self._hang(time, nodes[:, self._layout.tip :])
 
-    def settle(self) -> Framing | None:
+    def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
 
     def _hang(self, time: list[rr.TimeColumn], nodes: Numbers) -> None:
@@ -207,13 +207,13 @@ SLACK = 0.3  # of its edges, that a room grows beyond what it has to hold: it gr
 
 
 LEVERS = {
-    "trolley": Lever("trolley", (0.0, -0.06, 0.03), (1.0, 0.0, 0.0)),
-    "bridge": Lever("trolley", (0.1, 0.0, 0.03), (0.0, 1.0, 0.0)),
-    "hoist": Lever("trolley", (0.1, -0.06, 0.03), (0.0, 0.0, -1.0)),
+    "trolley": EffortArrow("trolley", (0.0, -0.06, 0.03), (1.0, 0.0, 0.0)),
+    "bridge": EffortArrow("trolley", (0.1, 0.0, 0.03), (0.0, 1.0, 0.0)),
+    "hoist": EffortArrow("trolley", (0.1, -0.06, 0.03), (0.0, 0.0, -1.0)),
 }
 
 
-class GantryCast:
+class GantryVisual:
     """Draws what `Suspension` tells."""
 
     def __init__(self, rec: rr.RecordingStream, suspension: Suspension, stand: str) -> None:
@@ -224,11 +224,11 @@ class GantryCast:
             rec.log(entity, rr.CoordinateFrame(stand), static=True)
         self._build(suspension.room)
 
-    def lever(self, joint: str) -> Lever:
+    def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a place beside the trolley, where it hides nothing."""
         return LEVERS[joint]
 
-    def dress(self, size: float) -> None:
+    def set_size(self, size: float) -> None:
         """Log the cable's thickness."""
         self._rec.log("rope", rr.LineStrips3D.from_fields(colors=ROPE, radii=STRAND * size), static=True)
         radii = np.array(self._radii(self._room))
@@ -253,7 +253,7 @@ class GantryCast:
             self._rec.send_columns("rope/nodes", time, beads.partition([nodes.shape[1] - 2] * len(nodes)))
         return grown
 
-    def settle(self) -> Framing | None:
+    def fit_to_motion(self) -> Framing | None:
         """Make the room as large as the motion was."""
         if not np.isfinite(self._low).all():
             return None

@@ -118,7 +118,7 @@ def _length(nodes: Numbers) -> Numbers:
 
 def channels(layout: Layout) -> list[Channel]:
     """List every curve of a run, in the order in which they are written."""
-    return [channel for channel in _stored(layout) + _shown(layout) if channel.names]
+    return [channel for channel in _stored_curves(layout) + _shown_curves(layout) if channel.names]
 
 
 def turns(layout: Layout) -> list[int]:
@@ -126,7 +126,7 @@ def turns(layout: Layout) -> list[int]:
     return [i for i in layout.driven if layout.units[i] == "rad"]
 
 
-def _stored(layout: Layout) -> list[Channel]:
+def _stored_curves(layout: Layout) -> list[Channel]:
     driven = layout.driven
     names = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.joints, layout.units, strict=True))
     rates = tuple(f"{label(j)} [{u}/s]" for j, u in zip(layout.joints, layout.units, strict=True))
@@ -149,7 +149,7 @@ def _stored(layout: Layout) -> list[Channel]:
     ]
 
 
-def _shown(layout: Layout) -> list[Channel]:
+def _shown_curves(layout: Layout) -> list[Channel]:
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
     ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.ways]
     return [

@@ -31,7 +31,7 @@ def read_curves(path: Path, entity: str) -> Curves:
     """
     batches = [
         chunk.to_record_batch()
-        for chunk in _opened(path).stream()
+        for chunk in _open_recording(path).stream()
         if chunk.entity_path == f"/{entity}" and not chunk.is_static
     ]
     batches = [batch for batch in batches if SCALARS in batch.schema.names]
@@ -50,13 +50,13 @@ def read_summary(path: Path) -> dict[str, Any]:
     Raises:
         KeyError: it has none: its recorder was killed.
     """
-    for chunk in _opened(path).stream():
+    for chunk in _open_recording(path).stream():
         if chunk.entity_path == "/__properties/summary":
             return json.loads(chunk.to_record_batch()["json"][0].as_py()[0])
     raise KeyError(f"{path} has no summary")
 
 
-def _opened(path: Path) -> RrdReader:
+def _open_recording(path: Path) -> RrdReader:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "RRD file has no footer")  # that of a long run, or of a killed recorder
         return RrdReader(path)

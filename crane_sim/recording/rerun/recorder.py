@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.files import before_reset, set_aside
-from crane_sim.recording.rerun.repair import LIMIT, Before, Parts
+from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
 from crane_sim.recording.rerun.session import Session, block_of
 from crane_sim.recording.rerun.writer import RecordingError
-from crane_sim.recording.step_assembler import Pairing, Row
+from crane_sim.recording.step_assembler import Row, StepAssembler
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -39,7 +39,7 @@ class Recorder:
         live_port: int | None = None,
         run_id: str = "",
         whole: Path | None = None,
-        before: Before | None = None,
+        before: Previous | None = None,
     ) -> None:
         """Start the file.
 
@@ -54,14 +54,14 @@ class Recorder:
         Raises:
             RecordingError: the file cannot be written.
         """
-        before = before or Before()
+        before = before or Previous()
         self._scene, self._path = scene, whole or path
         warm_up(scene)
         self._parts = Parts(self._path, before)
         self._run_id, self.passes = run_id, before.passes
         self._session = Session(scene, path, live_port, self._pass_id, repairs=whole is None)
         self._session.recorded = before.recorded
-        self._pairing = Pairing(scene.period_ns, scene.reference, scene.sampled, before.after)
+        self._pairing = StepAssembler(scene.period_ns, scene.reference, scene.sampled, before.after)
         self._mode = ""
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._heard = time.monotonic()
@@ -174,7 +174,7 @@ class Recorder:
         A file that could not be written stays as it is, and has no step behind the reset.
         """
         done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
-        self._pairing = Pairing(self._scene.period_ns, self._scene.reference, self._scene.sampled)
+        self._pairing = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
         recorded, self._session.recorded = self._session.recorded, 0
         if self.broken:
@@ -183,7 +183,7 @@ class Recorder:
         set_aside(
             [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)
         )
-        self._parts = Parts(self._path, Before())
+        self._parts = Parts(self._path, Previous())
         self.on_reset()
         fresh = self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id))
         self._session = fresh or self._session

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import rerun_cli
 
-from crane_sim.process_signals import tie
-from crane_sim.recording.files import free_name, held, hold, joining
+from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.recording.files import acquire_lock, free_name, lock_file, temporary_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -45,12 +45,12 @@ def repair(part: Path, left: Callable[[], float] | None = None) -> Path | None:
     Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
     are no seconds `left`; without that, `LIMIT`.
     """
-    with held(part) as ours:
+    with lock_file(part) as ours:
         if not ours:
             return None
         target = free_name(part)
-        fresh = joining(target)
-        if not optimized([part], fresh, left or countdown(LIMIT)):
+        fresh = temporary_name(target)
+        if not optimize_recordings([part], fresh, left or countdown(LIMIT)):
             return None
         fresh.replace(target)
         part.unlink()
@@ -64,7 +64,7 @@ def countdown(seconds: float) -> Callable[[], float]:
     return lambda: until - time.monotonic()
 
 
-def optimized(parts: Sequence[Path], whole: Path, left: Callable[[], float]) -> bool:
+def optimize_recordings(parts: Sequence[Path], whole: Path, left: Callable[[], float]) -> bool:
     """Whether recordings, which may be unfinished, have become the `whole`; else there is none.
 
     That is given up as soon as there are no seconds `left`, which is asked again and again: they may become fewer. The
@@ -74,7 +74,9 @@ def optimized(parts: Sequence[Path], whole: Path, left: Callable[[], float]) -> 
         return False
     command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(whole)]
     quiet = subprocess.DEVNULL
-    with subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=tie()) as program:
+    with subprocess.Popen(
+        command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
+    ) as program:
         while program.poll() is None and left() > 0.0:
             with suppress(subprocess.TimeoutExpired):
                 program.wait(_LOOK)
@@ -93,7 +95,7 @@ def viewer_program() -> Path:
 _MARGIN = 0.3  # s less than there are, so that the outcome can still be told
 
 
-class Before(NamedTuple):
+class Previous(NamedTuple):
     """What earlier recorders of the same run have left."""
 
     after: int = 0  # the last step that is known to be on the disk
@@ -105,11 +107,11 @@ class Before(NamedTuple):
 class Parts:
     """The earlier files of a run, kept from everyone who looks for leftovers."""
 
-    def __init__(self, whole: Path, before: Before) -> None:
+    def __init__(self, whole: Path, before: Previous) -> None:
         """Take over what is there; `whole` is what all become in the end."""
         self._whole = whole
         self._parts = [part for part in before.parts if part.exists()]
-        self._locks = [hold(part) for part in self._parts]
+        self._locks = [acquire_lock(part) for part in self._parts]
 
     def all(self, last: Path) -> list[Path]:
         """Return the earlier files and the `last` one."""
@@ -123,8 +125,8 @@ class Parts:
         """
         if not self._parts:
             return self.all(last)
-        fresh = joining(self._whole)
-        if not optimized([*self._parts, last], fresh, countdown(within - _MARGIN)):
+        fresh = temporary_name(self._whole)
+        if not optimize_recordings([*self._parts, last], fresh, countdown(within - _MARGIN)):
             return self.all(last)
         fresh.replace(self._whole)
         for part in {*self._parts, last} - {self._whole}:

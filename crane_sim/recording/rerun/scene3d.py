@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.layout import WORLD, aboard, turns
-from crane_sim.recording.rerun.cranes import GantryCast, RobotCast
+from crane_sim.recording.layout import WORLD, to_base, turns
+from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ TRAIL, TARGET, PUSH = (255, 132, 74), (64, 214, 132), (88, 176, 255)
 GROUND, GRID = (70, 77, 86), (108, 117, 128)
 
 
-class Stage:
+class Scene3D:
     """Draws blocks into a recording; keeps the last payload position, so that the trail joins across blocks."""
 
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
@@ -30,11 +30,13 @@ class Stage:
         self._stride = max(1, FRAME_NS // layout.period_ns)
         self._last: Numbers | None = None
         self._aimed = False
-        self._cast = GantryCast(rec, layout.suspension, layout.stand) if layout.suspension else RobotCast(rec, layout)
+        self._cast = (
+            GantryVisual(rec, layout.suspension, layout.stand) if layout.suspension else RobotVisual(rec, layout)
+        )
         for entity in ("payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
-            rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.lever(name).frame), static=True)
+            rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.effort_arrow(name).frame), static=True)
         self._fit(layout.framing)
 
     def draw(self, block: Block) -> None:
@@ -44,7 +46,7 @@ class Stage:
             return
         time = times(self._layout, block.step[rows])
         base = None if block.base is None else block.base[rows]
-        self._fit(self._cast.move(time, block.q[rows], aboard(block.nodes[rows], base)))
+        self._fit(self._cast.move(time, block.q[rows], to_base(block.nodes[rows], base)))
         if base is not None:
             self._carry(time, base)
         self._trail(time, block.nodes[rows, -1])
@@ -63,9 +65,9 @@ class Stage:
         )
         self._rec.send_columns(f"tf/{self._layout.stand}", time, columns)
 
-    def settle(self) -> Framing | None:
+    def fit_to_motion(self) -> Framing | None:
         """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""
-        framing = self._cast.settle()
+        framing = self._cast.fit_to_motion()
         self._fit(framing)
         return framing
 
@@ -74,7 +76,7 @@ class Stage:
         if framing is None:
             return
         self._framing, rec, size = framing, self._rec, framing.size
-        self._cast.dress(size)
+        self._cast.set_size(size)
         rec.log("payload/trail", rr.LineStrips3D.from_fields(colors=TRAIL, radii=0.003 * size), static=True)
         rec.log("reference/path", rr.LineStrips3D.from_fields(colors=TARGET, radii=0.002 * size), static=True)
         if self._aimed:
@@ -105,7 +107,7 @@ class Stage:
     def _push(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
         size = self._framing.size
         for name, values, scale in zip(self._layout.actuated, effort.T, self._layout.effort_scales, strict=True):
-            _, origin, direction = self._cast.lever(name)
+            _, origin, direction = self._cast.effort_arrow(name)
             vectors = np.outer(0.14 * size * np.clip(values / scale, -2.0, 2.0), direction)
             origins = np.tile(size * np.array(origin), (len(vectors), 1))
             self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))

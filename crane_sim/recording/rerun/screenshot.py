@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rerun.experimental import ViewerClient
 
-from crane_sim.process_signals import tie
+from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.recording.rerun.repair import viewer_program
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def picture(recording: Path, output: Path, at: float | None = None) -> list[str]
         raise PictureError(f"{recording}: no such file")
     with _viewer() as viewer:
         viewer.ask(lambda client: client.open(str(recording.resolve())))
-        end = _end_of_run(_loaded(viewer, recording), recording)
+        end = _end_of_run(_load_recording(viewer, recording), recording)
         shown = end if at is None else at
         viewer.ask(lambda client: client.set_time("sim_time", duration=shown, play_state="paused"))
         time.sleep(DRAW_SECONDS)
@@ -104,7 +104,7 @@ def _viewer() -> Iterator[_Viewer]:
     command = [viewer_program(), "--headless", "--hide-welcome-screen", "--bind", "127.0.0.1", "--port", str(port)]
     env, quiet = os.environ | {"RERUN_APP_ONLY": "true"}, subprocess.DEVNULL  # no questions about analytics
     try:
-        process = subprocess.Popen(command, env=env, stdout=quiet, stderr=quiet, preexec_fn=tie())
+        process = subprocess.Popen(command, env=env, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal())
     except OSError as error:
         raise PictureError(f"no viewer: {error}") from error
     try:
@@ -117,7 +117,7 @@ def _viewer() -> Iterator[_Viewer]:
         process.wait()
 
 
-def _loaded(viewer: _Viewer, recording: Path) -> ViewerState:
+def _load_recording(viewer: _Viewer, recording: Path) -> ViewerState:
     deadline = time.monotonic() + LOAD_SECONDS
     while time.monotonic() < deadline:
         state = viewer.ask(lambda client: client.get_state())

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crane_sim.recording.layout import Block, aboard, ashore, base_of, hanging_still, of_scene
+from crane_sim.recording.layout import Block, base_of, hanging_still, of_scene, to_base, to_world
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.writer import RunWriter
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 from crane_sim.trajectories.base_motion import places
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
     t = _array((row.step - 1) * scene.period for row in rows)
-    known = derived(scene, t, q, v, effort)
+    known = derive(scene, t, q, v, effort)
     reference, base = _references(rows), _base(scene, t)
     return Block(
         step=np.array([row.step for row in rows], dtype=np.int64),
@@ -111,7 +111,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
         reference=reference,
         nodes=known.nodes,
         base=base,
-        target=None if reference is None else _targets(scene, t, reference, q, aboard(known.nodes, base), base),
+        target=None if reference is None else _targets(scene, t, reference, q, to_base(known.nodes, base), base),
         kinetic=known.kinetic,
         potential=known.potential,
         energy=known.energy,
@@ -146,12 +146,12 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     `nodes` are in the frame of the base (K, 6), what is returned is in the world.
     """
     if scene.crane == "overhead":
-        return ashore(hanging_still(scene.actuated, reference, nodes), base)
+        return to_world(hanging_still(scene.actuated, reference, nodes), base)
     rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
     rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     if "link_1_z" in scene.joint_names:
         rest[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down
-    return derived(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
+    return derive(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
 
 
 def _lyapunov(scene: Scene, t: Numbers, rows: Sequence[Row]) -> Numbers | None:

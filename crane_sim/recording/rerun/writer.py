@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import rerun as rr
 
-from crane_sim.recording.files import unfinished
+from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.layout import Block, Layout
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
-from crane_sim.recording.rerun.scene3d import Stage
+from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import properties, table
 from crane_sim.recording.rerun.timelines import set_time, times
 
@@ -50,7 +50,7 @@ class RunWriter:
         Raises:
             RecordingError: the file cannot be written, or the port is taken.
         """
-        self.path, self.part = path, unfinished(path)
+        self.path, self.part = path, unfinished_name(path)
         self._layout, self._channels = layout, channels(layout)
         if live_port is not None:
             _require_free(live_port)
@@ -63,7 +63,7 @@ class RunWriter:
         self._rec.send_recording_name(layout.name)
         self._rec.send_property("run", rr.AnyValues(**layout.properties))
         self._log_styles()
-        self._stage = Stage(self._rec, layout)
+        self._stage = Scene3D(self._rec, layout)
         self._check()
 
     def write(self, block: Block) -> None:
@@ -100,7 +100,7 @@ class RunWriter:
         Raises:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
-        if framing := self._stage.settle():
+        if framing := self._stage.fit_to_motion():
             self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing)))
         text = table(self._layout.name, summary)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derived
+from crane_sim.simulation.metrics import derive
 
 _HARD = 1e5  # rad/s² or m/s², for a joint with all that it carries; in other units than N m and N, as it stands
 
@@ -34,12 +34,12 @@ def largest_efforts(scene: Scene, given: float = 0.0) -> tuple[float, ...]:
         return (given,) * len(scene.actuated)
     if not scene.actuated:
         return ()
-    inertia, load = _asked(scene)
+    inertia, load = _required_efforts(scene)
     bounds = np.where(np.isin(scene.effort_units, ("N m", "N")), _HARD * inertia + _LOADS * load, _HARD)
     return tuple(bounds.tolist())
 
 
-def _asked(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+def _required_efforts(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the inertia of each joint with all that it carries (nu,), and what gravity asks of it (nu,), at first."""
     joints = [scene.joint_names.index(joint) for joint in scene.actuated]
     n = len(joints)
@@ -48,7 +48,7 @@ def _asked(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     q[0, each, joints] += _APART
     q[1, each, joints] -= _APART
     v[2, each, joints] = 1.0
-    known = derived(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
+    known = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
     up, down, _, _ = known.potential_relative.reshape(4, n)
     _, _, moving, still = known.kinetic_relative.reshape(4, n)
     return 2.0 * np.abs(moving - still), np.abs(up - down) / (2.0 * _APART)
@@ -75,12 +75,12 @@ _LATE = ("late", "stale")
 _TOLD = 200  # characters of a refusal
 
 
-class CommandGate:
+class CommandValidator:
     """Screens the commands of one run; knows stamps [ns], joint names and numbers, but no ROS.
 
     Attributes:
         received: commands that arrived, good or bad.
-        refused: number of refusals by reason (`names`, `length`, `not finite`, `huge`, `unreadable`, `commander`,
+        refused: number of refusals by reason (`names`, `length`, `not finite`, `huge`, `unreadable`, `owner`,
             `unstamped`, `future`, `late`, `stale`, `duplicate`).
         last_refusal: one line on the latest refusal, empty while there is none.
     """
@@ -97,7 +97,7 @@ class CommandGate:
         self._actuated = list(actuated)
         self._newest = 0  # stamp of the last accepted command
 
-    def screen(
+    def validate(
         self, stamp: int, names: Sequence[str], efforts: Sequence[float], *, now: int, oldest: int
     ) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command in joint order, or None when it is refused.
@@ -112,16 +112,16 @@ class CommandGate:
         self.received += 1
         if reason := self._untimely(stamp, now, oldest):
             return self.refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
-        ordered = self.sized(names, efforts)
+        ordered = self.match_joints(names, efforts)
         if ordered is not None:
             self._newest = stamp
         return ordered
 
-    def sized(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
+    def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command in joint order, or None when it is refused, whatever its stamp."""
         return self._numbers(efforts) if names == self._actuated else self._sorted(names, efforts)
 
-    def screen_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
+    def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command without names and stamp, in joint order, or None when refused."""
         self.received += 1
         return self._numbers(efforts)
@@ -135,7 +135,7 @@ class CommandGate:
             "duplicate": self.refused["duplicate"],
         }
 
-    def opened(self, decode: Callable[[bytes], Opened], data: bytes) -> Opened | None:
+    def decode(self, decode: Callable[[bytes], Opened], data: bytes) -> Opened | None:
         """Return what a message says, or None when it is refused because it says nothing."""
         try:
             return decode(data)

@@ -25,7 +25,7 @@ LEASE = 2.0
 """s after which the middleware no longer counts a dead peer, as the profile in `config/` has it."""
 
 
-def taken(subscription: Subscription, kind: Any) -> bytes:
+def take_message(subscription: Subscription, kind: Any) -> bytes:
     """Return a serialized message that waits, taken without the executor, empty where there is none."""
     with subscription.handle:
         found = subscription.handle.take_message(kind, True)

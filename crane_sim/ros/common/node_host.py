@@ -21,7 +21,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
 from crane_sim.ros.common.lifecycle import MANAGED, Managed
-from crane_sim.ros.common.parameters import Option, declared, foreseen
+from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 
 _POLL = 0.05  # s between looks at the control pipe
 
@@ -62,7 +62,7 @@ class Pipes:
         return [line.decode() for line in lines]
 
 
-class Host:
+class NodeHost:
     """A node with its executor and pipes.
 
     Attributes:
@@ -141,7 +141,7 @@ class Host:
 def main(
     name: str,
     options: dict[str, Option],
-    body: Callable[[Host, SimpleNamespace], None],
+    body: Callable[[NodeHost, SimpleNamespace], None],
     managed: bool = False,
 ) -> int:
     """Run one node as a process of its own and return its exit code.
@@ -163,10 +163,10 @@ def main(
     except (ValueError, RuntimeError) as error:  # arguments that ROS cannot read, a name that is none
         print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
         return 2
-    common = foreseen(node)
-    host = Host(node, Pipes(common.control_fd, common.report_fd), common.executor)
+    common = common_parameters(node)
+    host = NodeHost(node, Pipes(common.control_fd, common.report_fd), common.executor)
     try:
-        body(host, declared(node, options | MANAGED if managed else options))
+        body(host, declare_parameters(node, options | MANAGED if managed else options))
         return 0
     except (ValueError, InvalidParameterValueException, Fault) as error:
         if not host.pipes.attached:

@@ -35,22 +35,22 @@ COMMON = {
 }
 
 
-def given(node: Node) -> dict[str, Any]:
+def read_overrides(node: Node) -> dict[str, Any]:
     """Return the parameters that a node was started with; it declares them from overrides."""
     names = [name for name in node.get_parameters_by_prefix("") if name not in _OF_ROS]
     return {parameter.name: parameter.value for parameter in node.get_parameters(names)}
 
 
-def foreseen(node: Node) -> SimpleNamespace:
+def common_parameters(node: Node) -> SimpleNamespace:
     """Return what all nodes need before they can complain: where a value is not possible, its default."""
     found = {name: option.default for name, option in COMMON.items()}
-    for name, value in given(node).items():
+    for name, value in read_overrides(node).items():
         with suppress(ValueError):
-            found |= {name: checked(name, value, COMMON[name])} if name in COMMON else {}
+            found |= {name: check_value(name, value, COMMON[name])} if name in COMMON else {}
     return SimpleNamespace(**found)
 
 
-def declared(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
+def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
     """Declare the options of a node and return the values in force, which follow those set while it runs.
 
     Args:
@@ -60,16 +60,16 @@ def declared(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
     Raises:
         ValueError: a parameter is unknown, or its value is not possible; one line.
     """
-    found, known = given(node), COMMON | dict(options)
+    found, known = read_overrides(node), COMMON | dict(options)
     if unknown := sorted(found.keys() - known.keys()):
         raise ValueError(f"unknown parameter {', '.join(unknown)}; this node has {', '.join(sorted(known))}")
     for name in found:
         node.undeclare_parameter(name)
-    values = {name: checked(name, found.get(name, option.default), option) for name, option in known.items()}
+    values = {name: check_value(name, found.get(name, option.default), option) for name, option in known.items()}
     for name, option in known.items():
         node.declare_parameter(name, values[name], _descriptor(option), ignore_override=True)
     settings = SimpleNamespace(**values)
-    node.add_pre_set_parameters_callback(lambda parameters: [_typed(parameter, known) for parameter in parameters])
+    node.add_pre_set_parameters_callback(lambda parameters: [_with_type(parameter, known) for parameter in parameters])
     node.add_on_set_parameters_callback(lambda parameters: _set(parameters, known, settings))
     for name, option in known.items():
         if isinstance(option.default, tuple):  # declared empty, it would be described as an array of bytes
@@ -77,7 +77,7 @@ def declared(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
     return settings
 
 
-def checked(name: str, value: Any, option: Option) -> Any:
+def check_value(name: str, value: Any, option: Option) -> Any:
     """Return the value of a parameter in the type of its default.
 
     Raises:
@@ -121,7 +121,7 @@ def _descriptor(option: Option) -> ParameterDescriptor:
     return found
 
 
-def _typed(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
+def _with_type(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
     """Return the parameter; an array of numbers as one, whatever type an empty one, or one of integers, came with."""
     if parameter.name not in known or not isinstance(known[parameter.name].default, tuple):
         return parameter
@@ -136,7 +136,9 @@ def _set(parameters: Sequence[Parameter], known: Mapping[str, Option], settings:
     """Take over what is set while the node runs, all of it or nothing."""
     ours = [parameter for parameter in parameters if parameter.name in known]
     try:
-        values = {parameter.name: checked(parameter.name, parameter.value, known[parameter.name]) for parameter in ours}
+        values = {
+            parameter.name: check_value(parameter.name, parameter.value, known[parameter.name]) for parameter in ours
+        }
     except ValueError as error:
         return SetParametersResult(successful=False, reason=str(error))
     vars(settings).update(values)

@@ -33,7 +33,7 @@ class Errors:
         return 0.0
 
 
-class Punctuality:
+class StepTiming:
     """Compares the instants at which steps were taken with their deadlines, one period apart."""
 
     def __init__(self) -> None:

@@ -13,12 +13,12 @@ from crane_sim.scenes.schema.reference import PLACES
 from crane_sim.trajectories.joint_trajectory import Point, Trajectory
 from crane_sim.trajectories.path import Path
 from crane_sim.trajectories.polynomials import values
-from crane_sim.trajectories.replanning import followed, joined, pieces_of, redirected
+from crane_sim.trajectories.replanning import join_path, path_of_law, pieces_of, with_path
 
 _FORM = TypeAdapter(Trajectory)
 
 
-class PathOrders:
+class TrajectoryInput:
     """The newest trajectory that somebody sent, until the law has it.
 
     A stamp of zero is now; any other is on the clock of the joint states. Coordinates are the actuated joints, or x, y
@@ -30,12 +30,12 @@ class PathOrders:
         self._node, self._scene = node, scene
         self._own = messages.reference_message(scene.actuated, scene.reference or ())
         self._waiting: JointTrajectory | None = None
-        path = followed(law)
+        path = path_of_law(law)
         if path is None:
             return
         self._names = _names(path, scene)
         here = tuple(values(pieces_of(path), path.starts[:1])[0].tolist())
-        joined(Trajectory(self._names, (Point(here, 1.0),)), path, self._names, 0.0)  # imports what takes long
+        join_path(Trajectory(self._names, (Point(here, 1.0),)), path, self._names, 0.0)  # imports what takes long
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
     def _on_message(self, message: JointTrajectory) -> None:
@@ -45,11 +45,11 @@ class PathOrders:
     def applied(self, law: Any, t: float) -> Any:
         """Return the law, from time t [s] on with its new path if one has arrived."""
         message, self._waiting = self._waiting, None
-        path = followed(law) if message is not None else None
+        path = path_of_law(law) if message is not None else None
         if message is None or path is None:
             return law
         try:
-            return redirected(law, joined(self._read(message, t), path, self._names, t))
+            return with_path(law, join_path(self._read(message, t), path, self._names, t))
         except ValidationError as error:
             self._refuse(one_line(error, Trajectory))
         except ValueError as error:

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from crane_sim.ros.common.node_host import Fault, Host
+from crane_sim.ros.common.node_host import Fault, NodeHost
 
 
-class Answering(Protocol):
+class Responder(Protocol):
     """A node that answers.
 
     Attributes:
@@ -32,7 +32,7 @@ class Answering(Protocol):
         ...
 
 
-class Standby:
+class ActivationBuffer:
     """Hands messages on while its node is active; of those that come before, only the newest, as soon as it is."""
 
     def __init__(self, take: Callable[[bytes], None]) -> None:
@@ -54,7 +54,7 @@ class Standby:
             self._kept = data
 
 
-def attend(host: Host, node: Answering, autostart: bool) -> None:
+def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
     """Let a node answer until it is told to finish; raises Fault when it cannot go on.
 
     Without `autostart` it is a spare: matched and ready, but silent until it is activated.

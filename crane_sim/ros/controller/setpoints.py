@@ -14,7 +14,7 @@ from crane_sim.ros.controller.states import State
 _MISSED = 3.0  # intervals without a demand that call for a warning
 
 
-class Demands:
+class Setpoints:
     """The newest demand: waited for in lockstep, in real time held until the next one comes, however late.
 
     A demand is late when it misses the control step after the one that it was made for.

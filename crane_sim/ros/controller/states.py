@@ -10,7 +10,7 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from crane_sim.laws import Law, asked
+from crane_sim.laws import Law, ask_law
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import Frame, JointWire
 from crane_sim.ros.common.timing import Errors
@@ -60,7 +60,7 @@ class StateReader:
 _DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
 
 
-class Workload:
+class ExecutionTime:
     """Asks a law, takes the time, and tells the diagnostics."""
 
     def __init__(self, node: Node) -> None:
@@ -76,7 +76,7 @@ class Workload:
             LawError: as `laws.asked`.
         """
         began = time.perf_counter()
-        effort = asked(law, state.t, state.q, state.v, nu)
+        effort = ask_law(law, state.t, state.q, state.v, nu)
         self._durations.add(time.perf_counter() - began)
         self._stamp = state.stamp
         return effort

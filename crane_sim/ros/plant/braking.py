@@ -4,16 +4,16 @@ import time
 from functools import partial
 from math import ceil
 
-from crane_sim.ros.common.node_host import Host
-from crane_sim.ros.plant.scheduler import BLOCK, Pace
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _LIMIT = 30.0  # simulated s after which a crane that still moves is left to itself
 _ALONE = 30.0  # s of wall time in a row after which a crane on the same clock that is behind is waited for no more
 _LOOK = 0.02  # s of wall time between two looks at services and pipes
 
 
-def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> None:
+def brake_to_rest(host: NodeHost, stepper: SimulationRun, pace: StepScheduler, period: float) -> None:
     """Brake, at one step per `period` [s] of wall time or as fast as it goes (0); leaves the run with a fault.
 
     Cranes on the same clock are waited for, as `pace` does, but not for ever: the run is to end.
@@ -34,7 +34,7 @@ def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> No
             continue
         stepper.step(nobody)
         if not period:  # at the pace of the wall clock subscribers have time enough, and nobody may delay the brakes
-            stepper.let_catch_up(BLOCK, partial(_interrupted, host))
+            stepper.throttle_for_recorder(BLOCK, partial(_is_interrupted, host))
         due = max(due + period, time.monotonic())
         if due >= look:
             look = due + _LOOK
@@ -45,7 +45,7 @@ def brake_to_rest(host: Host, stepper: Stepper, pace: Pace, period: float) -> No
     stepper.fault = f"{host.brake}; while braking: {stepper.fault}" if stepper.fault else host.brake + restless
 
 
-def _interrupted(host: Host) -> bool:
+def _is_interrupted(host: NodeHost) -> bool:
     """Take the orchestrator's orders; return whether they or a signal end the braking, too."""
     host.poll()
     return bool(host.stopping)

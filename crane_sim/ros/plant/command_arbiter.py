@@ -15,37 +15,37 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.node_host import Host
-from crane_sim.ros.plant.sender_subscription import Inbox, publishers
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.plant.sender_subscription import SenderSubscription, publishers
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 
-class Helm:
+class CommandLease:
     """The lease on the crane: one owner at a time, known by the identifier of its publisher.
 
     Attributes:
-        commander: the owner, empty while there is none; a sole publisher that has sent valid commands may be put in.
+        owner: the owner, empty while there is none; a sole publisher that has sent valid commands may be put in.
     """
 
     def __init__(self, lease: float) -> None:
         """Let a commander keep the crane for `lease` seconds without a good command."""
-        self.commander = b""
+        self.owner = b""
         self._lease, self._heard = lease, 0.0
 
-    def admits(self, sender: bytes, now: float) -> bool:
+    def accepts(self, sender: bytes, now: float) -> bool:
         """Return whether a message that this sender published at `now` [s] may be a command."""
-        return sender == self.commander or not self.commander or now - self._heard > self._lease
+        return sender == self.owner or not self.owner or now - self._heard > self._lease
 
     def follow(self, sender: bytes, now: float) -> None:
         """Make the sender of a valid command at `now` [s] the owner, and begin its lease anew."""
-        self.commander, self._heard = sender, now
+        self.owner, self._heard = sender, now
 
     def renew(self, now: float) -> None:
         """Begin the commander's lease anew at `now` [s], if that is later than it began."""
         self._heard = max(self._heard, now)
 
 
-Taker = Callable[[bytes], bool]  # whether it was a good command
+Callback = Callable[[bytes], bool]  # whether it was a good command
 
 
 _MOST = 1000  # messages handed on at a time, so that other work of the node is not held up
@@ -63,14 +63,14 @@ _MEMORY = 2.0  # s for which a refused commander is warned of
 _GONE = "a node that left"
 
 
-class Commands:
+class CommandArbiter:
     """Hands on the commands of one commander, and refuses those of all other publishers by name."""
 
     def __init__(
         self,
-        host: Host,
-        stepper: Stepper,
-        takers: Mapping[str, tuple[Any, Taker]],
+        host: NodeHost,
+        stepper: SimulationRun,
+        takers: Mapping[str, tuple[Any, Callback]],
         lease: float,
         excused: Callable[[], bool],
     ) -> None:
@@ -84,7 +84,7 @@ class Commands:
             lease: time without a good command that costs a commander the crane, s.
             excused: whether the commander has a good reason to send none.
         """
-        self._node, self._stepper, self._takers, self._helm = host.node, stepper, takers, Helm(lease)
+        self._node, self._stepper, self._takers, self._helm = host.node, stepper, takers, CommandLease(lease)
         self._lease, self._excused = lease, excused
         self._ears: dict[str, Subscription] = {
             topic: host.node.create_subscription(
@@ -92,11 +92,11 @@ class Commands:
             )
             for topic, (kind, take) in takers.items()
         }
-        self._inboxes: dict[str, Inbox] = {}
+        self._inboxes: dict[str, SenderSubscription] = {}
         self._refused: dict[bytes, float] = {}  # senders refused lately, and the last instant [s]
         self._line = ""  # the words for it
         self._there: dict[bytes, str] = {}  # publishers at the last look, while there were several, by name of the node
-        self._alone, self._at_work = b"", False  # the only publisher, and whether it has sent a good command
+        self._sole_publisher, self._proven = b"", False  # the only publisher, and whether it has sent a good command
         self._heard = self._looked = 0.0  # s, the newest good command, and the last look
 
     @property
@@ -119,7 +119,7 @@ class Commands:
             return self.poll()
         for topic, ear in self._ears.items():
             kind, take = self._takers[topic]
-            if data := messages.taken(ear, kind):
+            if data := messages.take_message(ear, kind):
                 self._on_message(take, data)
                 return True
         return False
@@ -137,7 +137,7 @@ class Commands:
                     break
                 found = True
                 now = time.monotonic()
-                if not self._helm.admits(letter.sender, now):
+                if not self._helm.accepts(letter.sender, now):
                     self._refuse(letter.sender)
                 elif self._takers[topic][1](letter.data):
                     self._helm.follow(letter.sender, now)
@@ -165,46 +165,48 @@ class Commands:
             self._close()
         if self._inboxes:
             there = self._publishers()
-            if self._helm.commander in self._there.keys() - there.keys():
-                self._helm.commander = b""  # it has left in order: its lease is over
+            if self._helm.owner in self._there.keys() - there.keys():
+                self._helm.owner = b""  # it has left in order: its lease is over
             self._there = there
         if count < 2:
-            self._know(list(self._publishers()))
+            self._set_sole_publisher(list(self._publishers()))
         self._refused = {who: when for who, when in self._refused.items() if now - when < _MEMORY}
         self._tell()
 
-    def _know(self, publishers: list[bytes]) -> None:
+    def _set_sole_publisher(self, publishers: list[bytes]) -> None:
         """Record the sole publisher; it owns the crane from its first valid command on, however idle."""
         alone = publishers[0] if len(publishers) == 1 else b""
-        if self._alone in publishers:
-            alone = self._alone  # the graph knows a publisher before it is matched
-        if alone != self._alone:
+        if self._sole_publisher in publishers:
+            alone = self._sole_publisher  # the graph knows a publisher before it is matched
+        if alone != self._sole_publisher:
             # A publisher that was not known before may have sent the first good command already.
-            proven = alone == self._helm.commander or (not self._alone and self._at_work)
-            self._alone, self._at_work = alone, bool(alone) and proven
-        self._helm.commander = alone if self._at_work else b""
+            proven = alone == self._helm.owner or (not self._sole_publisher and self._proven)
+            self._sole_publisher, self._proven = alone, bool(alone) and proven
+        self._helm.owner = alone if self._proven else b""
 
-    def _on_message(self, take: Taker, data: bytes) -> None:
+    def _on_message(self, take: Callback, data: bytes) -> None:
         if self._inboxes:
             return  # they have it, too, and its sender
         if self.count() > 1:
             self._open()  # the sender of this one is unknown; what does not come again is lost
             return
         if take(data):
-            self._heard, self._at_work = time.monotonic(), True
+            self._heard, self._proven = time.monotonic(), True
 
     def _open(self) -> None:
         now = time.monotonic()
-        self._know([self._alone])
+        self._set_sole_publisher([self._sole_publisher])
         busy = now - self._heard < self._lease
         # A busy publisher needs a while to find the inboxes; then the middleware knows whether it is alive.
         self._helm.renew(now + messages.LEASE if busy else self._heard)
-        self._alone, self._at_work = b"", False
-        self._inboxes = {topic: Inbox(self._node, kind, topic, _QOS) for topic, (kind, _) in self._takers.items()}
+        self._sole_publisher, self._proven = b"", False
+        self._inboxes = {
+            topic: SenderSubscription(self._node, kind, topic, _QOS) for topic, (kind, _) in self._takers.items()
+        }
 
     def _close(self) -> None:
         for topic, ear in self._ears.items():
-            while messages.taken(ear, self._takers[topic][0]):
+            while messages.take_message(ear, self._takers[topic][0]):
                 pass  # the inboxes have it, too, and know whose it is
         self.poll()
         for inbox in self._inboxes.values():
@@ -222,10 +224,10 @@ class Commands:
 
     def _tell(self) -> None:
         """Warn of senders refused lately; again with every look, since the graph may know a node before its name."""
-        self._refused.pop(self._helm.commander, None)  # it owns the crane by now
+        self._refused.pop(self._helm.owner, None)  # it owns the crane by now
         if self._refused:
             intruders = " and ".join(sorted({self._there.get(who, _GONE) for who in self._refused}))
-            self._line = f"command of {intruders} refused: {self._there.get(self._helm.commander, _GONE)} commands"
+            self._line = f"command of {intruders} refused: {self._there.get(self._helm.owner, _GONE)} commands"
         self._stepper.warn(self._line if self._refused else "", "commander")
 
     def _publishers(self) -> dict[bytes, str]:

@@ -8,13 +8,13 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from crane_sim.ros.common.node_host import Host
+from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import JointWire
 from crane_sim.ros.plant.acknowledgement import Acknowledgement
-from crane_sim.ros.plant.command_arbiter import Commands
-from crane_sim.ros.plant.peers import Companions
-from crane_sim.ros.plant.scheduler import called_away
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.plant.command_arbiter import CommandArbiter
+from crane_sim.ros.plant.peers import ClockPeers
+from crane_sim.ros.plant.scheduler import should_stop
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _AGAIN = 0.05  # s between two messages of the same state while nobody answers, or it is not clear who does
 _COMPANY = 0.5  # s between two messages of the same state while another crane on the same clock is behind
@@ -25,25 +25,25 @@ _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of
 class Lockstep:
     """Publishes state k, waits for the command with exactly its stamp, steps; wall time changes no number."""
 
-    def __init__(self, host: Host, stepper: Stepper, settings: SimpleNamespace) -> None:
+    def __init__(self, host: NodeHost, stepper: SimulationRun, settings: SimpleNamespace) -> None:
         """Listen to `joint_commands`."""
         self._host, self._stepper, self._settings = host, stepper, settings
         self._wire = JointWire(stepper.scene.actuated, effort=True)
-        self._called_away = partial(called_away, host)
-        self._companions = Companions(host.node, settings.beside)
+        self._called_away = partial(should_stop, host)
+        self._companions = ClockPeers(host.node, settings.beside)
         self._answer: tuple[float, ...] | None = None  # to the present state, while something keeps it waiting
         self._since = self._sent = 0.0  # when the present state left for the first time, and the last
         takers = {"joint_commands": (JointState, self._on_command)}
-        self._commands = Commands(host, stepper, takers, settings.command_lease, self._excused)
+        self._commands = CommandArbiter(host, stepper, takers, settings.command_lease, self._excused)
         self._acknowledgement = Acknowledgement(settings.command_lease)
 
     def missing(self) -> str:
-        """See `Pace`."""
+        """See `StepScheduler`."""
         number = self._settings.expected_controllers - self._commands.count()
         return f"{number} more publisher(s) of {self._commands.topics}" if number > 0 else self._companions.missing()
 
     def run(self) -> None:
-        """See `Pace`; a state that stays without a valid answer is sent again and again, and nothing moves."""
+        """See `StepScheduler`; a state that stays without a valid answer is sent again and again, and nothing moves."""
         stepper = self._stepper
         self._commands.begin()
         stepper.begin()
@@ -57,14 +57,14 @@ class Lockstep:
                 self._repeat()
 
     def level(self) -> bool:
-        """See `Pace`; a crane that is behind may have missed this one's state, which is sent again now and then."""
+        """See `StepScheduler`; a crane that is behind may have missed this state, which is sent again now and then."""
         behind = self._companions.behind(self._stepper.stamp)
         if behind and time.monotonic() - self._sent > _COMPANY:
             self._repeat()
         return not behind
 
     def step_once(self) -> str:
-        """See `Pace`; waits a little for the controller's answer to the present state, and for other cranes."""
+        """See `StepScheduler`; waits briefly for the controller's answer to the present state, and for other cranes."""
         deadline = time.monotonic() + self._settings.step_timeout
         while obstacle := self._obstacle():
             if time.monotonic() > deadline:
@@ -78,17 +78,17 @@ class Lockstep:
         return ""
 
     def go_on(self) -> None:
-        """See `Pace`."""
+        """See `StepScheduler`."""
         self._since = self._sent = time.monotonic()
         self._proceed()
 
     def forget(self) -> None:
-        """See `Pace`."""
+        """See `StepScheduler`."""
         self._answer = None
         self._since = self._sent = time.monotonic()
 
     def figures(self) -> dict[str, Any]:
-        """See `Pace`; nothing is due at any time."""
+        """See `StepScheduler`; nothing is due at any time."""
         return {}
 
     def _on_command(self, data: bytes) -> bool:
@@ -96,8 +96,8 @@ class Lockstep:
         if not stepper.stamp or not stepper.running:
             return False  # the answer to the final state moves nothing
         gate, now = stepper.gate, stepper.stamp
-        command = gate.opened(self._wire.decode, data)
-        effort = command and gate.screen(command.stamp, command.names, command.effort, now=now, oldest=now)
+        command = gate.decode(self._wire.decode, data)
+        effort = command and gate.validate(command.stamp, command.names, command.effort, now=now, oldest=now)
         if effort is None:
             return False
         if stepper.waiting:
@@ -133,7 +133,7 @@ class Lockstep:
             self._note_acknowledgement()
         effort, self._answer = self._answer, None
         self._stepper.step(effort)
-        self._stepper.let_catch_up(_BLOCK, self._called_away)
+        self._stepper.throttle_for_recorder(_BLOCK, self._called_away)
         self._since = self._sent = time.monotonic()
 
     def _patience(self) -> float:

@@ -10,7 +10,7 @@ from crane_sim.recording.mcap.topic import has_stamp, stamp_of
 from crane_sim.ros.common import messages
 
 
-class Companions:
+class ClockPeers:
     """Knows how far the other cranes are, by the stamps of their joint states."""
 
     def __init__(self, node: Node, namespaces: str) -> None:
@@ -39,7 +39,7 @@ class Companions:
     def fetch(self) -> bool:
         """Take a state that waits, without the executor; False where there is none."""
         for name, states in self._states.items():
-            if data := messages.taken(states, JointState):
+            if data := messages.take_message(states, JointState):
                 self._note(name, data)
                 return True
         return False

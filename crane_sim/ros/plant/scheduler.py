@@ -3,21 +3,21 @@
 from functools import partial
 from typing import Any, Protocol
 
-from crane_sim.ros.common.node_host import Host
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.plant.simulation_run import SimulationRun
 
 BLOCK = 500
 """Steps that nobody answers between two waits for a recorder: what the smallest usual socket buffer holds."""
 _LOOK = 100  # open-loop steps between two looks at services and pipes
 
 
-def called_away(host: Host) -> bool:
+def should_stop(host: NodeHost) -> bool:
     """Take the orchestrator's orders; return whether they or a signal end the pace: for whoever waits for something."""
     host.poll()
     return bool(host.stopping or host.brake)
 
 
-class Pace(Protocol):
+class StepScheduler(Protocol):
     """Takes the steps of a run."""
 
     def missing(self) -> str:
@@ -52,16 +52,16 @@ class Pace(Protocol):
 class OpenLoop:
     """Steps as fast as the subscribers can follow; nobody commands."""
 
-    def __init__(self, host: Host, stepper: Stepper) -> None:
+    def __init__(self, host: NodeHost, stepper: SimulationRun) -> None:
         """Step without commands."""
         self._host, self._stepper = host, stepper
 
     def missing(self) -> str:
-        """See `Pace`; nobody is needed."""
+        """See `StepScheduler`; nobody is needed."""
         return ""
 
     def run(self) -> None:
-        """See `Pace`."""
+        """See `StepScheduler`."""
         stepper = self._stepper
         stepper.begin()
         while stepper.running and not self._host.stopping and not self._host.brake:
@@ -69,26 +69,26 @@ class OpenLoop:
                 self._host.spin()
             else:
                 self.step_once()
-                stepper.let_catch_up(BLOCK, partial(called_away, self._host))
+                stepper.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
             if stepper.plant.k % _LOOK == 0:
                 self._host.spin(0.0)
             stepper.heartbeat()
 
     def level(self) -> bool:
-        """See `Pace`; it shares its clock with nobody."""
+        """See `StepScheduler`; it shares its clock with nobody."""
         return True
 
     def step_once(self) -> str:
-        """See `Pace`."""
+        """See `StepScheduler`."""
         self._stepper.step(None)
         return ""
 
     def go_on(self) -> None:
-        """See `Pace`; there is no thread to pick up."""
+        """See `StepScheduler`; there is no thread to pick up."""
 
     def forget(self) -> None:
-        """See `Pace`; there are no commands."""
+        """See `StepScheduler`; there are no commands."""
 
     def figures(self) -> dict[str, Any]:
-        """See `Pace`; nothing is due at any time."""
+        """See `StepScheduler`; nothing is due at any time."""
         return {}

@@ -38,7 +38,7 @@ _OK = 0  # return code of rcl
 _ROOM = 4096  # bytes for a message at first; rcl makes more where it needs more
 
 
-class Letter(NamedTuple):
+class MessageWithSender(NamedTuple):
     """A message as it came over the wire, and the identifier of its publisher."""
 
     data: bytes
@@ -70,7 +70,7 @@ class _About(ctypes.Structure):
     ]
 
 
-class Inbox:
+class SenderSubscription:
     """The messages of one topic, each with its sender."""
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
@@ -86,11 +86,11 @@ class Inbox:
         self._bytes, self._about = _room(), _About()
         self._arguments = (self._pointer, ctypes.byref(self._bytes), ctypes.byref(self._about), None)
 
-    def take(self) -> Letter | None:
+    def take(self) -> MessageWithSender | None:
         """Return the oldest message that waits, None where there is none."""
         if self._take(*self._arguments) != _OK:
             return None
-        return Letter(ctypes.string_at(self._bytes.buffer, self._bytes.length), bytes(self._about.sender))
+        return MessageWithSender(ctypes.string_at(self._bytes.buffer, self._bytes.length), bytes(self._about.sender))
 
     def close(self) -> None:
         """Unsubscribe; what still waits is lost."""

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from crane_sim.ros.common.node_host import Host
-from crane_sim.ros.plant.scheduler import BLOCK, Pace, called_away
-from crane_sim.ros.plant.simulation_run import Stepper
+from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler, should_stop
+from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.simulation.plant import Plant
 
 
@@ -37,7 +37,7 @@ class PlantServices:
     How many steps, and which state, are the parameters `step_count`, `reset_positions` and `reset_velocities`.
     """
 
-    def __init__(self, host: Host, stepper: Stepper, pace: Pace, settings: SimpleNamespace) -> None:
+    def __init__(self, host: NodeHost, stepper: SimulationRun, pace: StepScheduler, settings: SimpleNamespace) -> None:
         """Offer the services; `settings` follow the parameters."""
         self._host, self._stepper, self._pace, self._settings = host, stepper, pace, settings
         node = host.node
@@ -69,13 +69,13 @@ class PlantServices:
         for taken in range(wanted):
             if obstacle := self._obstacle():
                 return f"{taken} of {wanted} steps: {obstacle}" if wanted > 1 else obstacle
-            stepper.let_catch_up(BLOCK, partial(called_away, self._host))
+            stepper.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
             stepper.heartbeat()
         return stepper.fault
 
     def _obstacle(self) -> str:
         """Take a step; returns why not, empty where it is done."""
-        if called_away(self._host) or not self._stepper.running:
+        if should_stop(self._host) or not self._stepper.running:
             return self._stepper.fault or "the run is over"
         return self._pace.step_once()
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.command_filter import CommandGate
+from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.node_host import Pipes
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene
@@ -15,7 +15,7 @@ _PROGRESS = 0.1  # s of wall time between two progress reports
 _DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
 
 
-class Stepper:
+class SimulationRun:
     """Advances the plant and tells everyone about it.
 
     Attributes:
@@ -29,7 +29,7 @@ class Stepper:
     def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes, largest: Sequence[float]) -> None:
         """Prepare a run of `scene`, whose efforts are at most `largest` (nu,) [N m or N]; nothing is published yet."""
         self.scene, self.plant, self._largest = scene, plant, largest
-        self.gate = CommandGate(scene.actuated, largest)
+        self.gate = CommandValidator(scene.actuated, largest)
         self.stamp, self.deadline_misses = 0, 0
         self.waiting = self.ending = self.fault = ""
         self._pauses: set[str] = set()  # whose they are
@@ -91,7 +91,7 @@ class Stepper:
     def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
         """Return to the scene's initial state, or to another one, with new books; arguments as of `Plant.reset`."""
         self.plant.reset(q, v)
-        self.gate = CommandGate(self.scene.actuated, self._largest)
+        self.gate = CommandValidator(self.scene.actuated, self._largest)
         self.deadline_misses = 0
         self.begin()
 
@@ -122,7 +122,7 @@ class Stepper:
             self._topics.publish_effort(stamp, self.plant.applied)
         self._publish_rest()
 
-    def let_catch_up(self, block: int, given_up: Callable[[], bool]) -> None:
+    def throttle_for_recorder(self, block: int, given_up: Callable[[], bool]) -> None:
         """Wait for a recorder every `block` steps, unless that is `given_up`: writers keep only so many messages."""
         if self.plant.k % block == 0 and self._topics.effort_heard:
             self._topics.flush(given_up)
@@ -132,12 +132,12 @@ class Stepper:
         now = time.monotonic()
         if now < self._next_progress:
             return
-        self.tell_time()
+        self.publish_clock_if_due()
         self._pipes.report("progress", step=self.plant.k)
         if now >= self._next_diagnostics:
             self._tell(now)
 
-    def tell_time(self) -> None:
+    def publish_clock_if_due(self) -> None:
         """Publish the clock now and then, also before the run begins and while it stands: somebody may have come."""
         now = time.monotonic()
         if now < self._next_progress:

@@ -5,7 +5,7 @@ Time in which the run is paused does not count.
 
 import time
 
-WAYS = {"zero": "zero effort", "hold": "the last effort holds", "brake": "the brakes act"}
+COMMAND_TIMEOUT_ACTIONS = {"zero": "zero effort", "hold": "the last effort holds", "brake": "the brakes act"}
 """The ways to choose from, and what is told of each."""
 
 

@@ -7,7 +7,7 @@ from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.command_filter import CommandGate, largest_efforts
+from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.serialization import Frame, JointWire
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ TOPICS = (
 MODES = ("stopped", "playing", "paused", "quitting")
 
 
-class Transcript:
+class MessageDecoder:
     """Decodes serialized messages and passes their numbers on to a recorder."""
 
     def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
@@ -33,7 +33,7 @@ class Transcript:
         self._recorder, self._scene, self._over = recorder, scene, False
         self._state_wire = JointWire(scene.joint_names, effort=False)
         self._effort_wire = JointWire(scene.actuated, effort=True)
-        self._gate = CommandGate(scene.actuated, largest_efforts(scene))  # as the plant's own
+        self._gate = CommandValidator(scene.actuated, largest_efforts(scene))  # as the plant's own
 
     def takers(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
@@ -47,26 +47,26 @@ class Transcript:
         }
 
     def _on_state(self, data: bytes) -> None:
-        state = _decoded(self._state_wire, data)
+        state = _decode(self._state_wire, data)
         if state is not None:
             self._recorder.state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
         if self._over:
             return  # the drives are switched off behind the last step: that is none itself
-        applied = _decoded(self._effort_wire, data)
+        applied = _decode(self._effort_wire, data)
         if applied is not None:
             self._recorder.effort(applied.stamp, applied.effort)
 
     def _on_command(self, data: bytes) -> None:
-        command = _decoded(self._effort_wire, data)
-        effort = self._gate.sized(command.names, command.effort) if command is not None else None
+        command = _decode(self._effort_wire, data)
+        effort = self._gate.match_joints(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
             self._recorder.command(command.stamp, effort)
 
     def _on_accepted(self, data: bytes) -> None:
-        command = _decoded(self._effort_wire, data)
-        effort = self._gate.sized(command.names, command.effort) if command is not None else None
+        command = _decode(self._effort_wire, data)
+        effort = self._gate.match_joints(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
             self._recorder.accepted(command.stamp, effort)
 
@@ -96,7 +96,7 @@ class Transcript:
         return tuple(by_name[name] for name in self._scene.actuated)
 
 
-def _decoded(wire: JointWire, data: bytes) -> Frame | None:
+def _decode(wire: JointWire, data: bytes) -> Frame | None:
     """Return what a message says, None where it is no such message: anybody may publish anything."""
     try:
         return wire.decode(data)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rclpy.node import Node
 
-from crane_sim.recording.files import found, part_of
+from crane_sim.recording.files import existing_parts, part_of
 from crane_sim.ros.common.node_host import Fault
-from crane_sim.ros.recorder.decoder import Transcript
+from crane_sim.ros.recorder.decoder import MessageDecoder
 from crane_sim.ros.recorder.subscriptions import topics
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Output(Protocol):
         ...
 
 
-class Handover(NamedTuple):
+class ResumeState(NamedTuple):
     """What a recorder is told that goes on for another one."""
 
     after: int = 0  # the last step that the other one is known to have written
@@ -60,13 +60,13 @@ class Outputs:
     """
 
     def __init__(
-        self, node: Node, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: Handover
+        self, node: Node, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: ResumeState
     ) -> None:
         """Open the files; raises Fault where one cannot be written. What must outlive a failure goes into `kept`."""
         self._bag = bag = _opened_bag(node, scene, settings, before)
         self.recorder = _opened_recorder(scene, settings, kept, bag, before)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
-        readers = [bag, self.recorder and Transcript(scene, self.recorder)]
+        readers = [bag, self.recorder and MessageDecoder(scene, self.recorder)]
         self.takers: list[dict[str, Callable[[bytes], None]]] = [reader.takers() for reader in readers if reader]
         steps = [step for step, output in ((before.bagged, bag), (before.after, self.recorder)) if output]
         self.behind = [step * scene.period_ns for step in steps]
@@ -100,12 +100,12 @@ class Outputs:
         return own | added | ({"error": "; ".join(errors)} if errors else {})
 
 
-def read_handover(told: str) -> Handover:
+def read_resume_state(told: str) -> ResumeState:
     """Return what the orchestrator tells a recorder that goes on for another one; nothing: there was none."""
-    return Handover(**json.loads(told)) if told else Handover()
+    return ResumeState(**json.loads(told)) if told else ResumeState()
 
 
-def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: Handover) -> "Bag | None":
+def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: ResumeState) -> "Bag | None":
     if not settings.mcap:
         return None
     from crane_sim.recording.mcap.bag import Bag  # needs rosbags, which not everyone has
@@ -117,16 +117,16 @@ def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: H
 
 
 def _opened_recorder(
-    scene: "Scene", settings: SimpleNamespace, kept: list[object], bag: "Bag | None", before: Handover
+    scene: "Scene", settings: SimpleNamespace, kept: list[object], bag: "Bag | None", before: ResumeState
 ) -> "Recorder | None":
     if not settings.path:
         return None
     from crane_sim.recording.rerun.recorder import Recorder  # needs Rerun
-    from crane_sim.recording.rerun.repair import Before
+    from crane_sim.recording.rerun.repair import Previous
     from crane_sim.recording.rerun.writer import RecordingError
 
-    parts = tuple(found(settings.path, before.number - 1, before.since))
-    earlier = Before(before.after, before.recorded, parts, before.passes)
+    parts = tuple(existing_parts(settings.path, before.number - 1, before.since))
+    earlier = Previous(before.after, before.recorded, parts, before.passes)
     whole = Path(settings.path) if before.number > 1 else None
     port = settings.live_port or None
     try:

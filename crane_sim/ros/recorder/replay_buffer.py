@@ -23,7 +23,7 @@ class _Message(NamedTuple):
     data: bytes
 
 
-class Tail:
+class ReplayBuffer:
     """Takes serialized messages: keeps the newest ones, and passes all on as soon as there is somebody to take them."""
 
     def __init__(self, names: Iterable[str], passes: int = 0) -> None:

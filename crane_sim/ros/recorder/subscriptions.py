@@ -21,7 +21,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim.recording.mcap.topic import Topic, has_stamp
 from crane_sim.ros.common import messages
 
-Taker = Callable[[bytes], None]
+Callback = Callable[[bytes], None]
 
 _DEPTH = 10_000  # more steps than a plant makes while a block is written
 _STREAM = QoSProfile(depth=_DEPTH)
@@ -54,31 +54,31 @@ def topics(node: Node) -> dict[str, Topic]:
     return {name: _topic(node.resolve_topic_name(name), source) for name, source in _SOURCES.items()}
 
 
-class Hearing:
+class RecorderSubscriptions:
     """Hands every message to all who take its topic, whenever it is asked to.
 
     Attributes:
         over: the plant said that the run has ended.
     """
 
-    def __init__(self, node: Node, listeners: Sequence[Mapping[str, Taker]]) -> None:
+    def __init__(self, node: Node, listeners: Sequence[Mapping[str, Callback]]) -> None:
         """Subscribe to the topics that a listener takes."""
         self._began, self.over = False, False
         everyone = ({"simulation_state": self._on_mode}, *listeners)
-        self._ears: dict[str, Ear] = {}
-        self._waiting: list[tuple[int, Taker, bytes]] = []
+        self._ears: dict[str, PolledSubscription] = {}
+        self._waiting: list[tuple[int, Callback, bytes]] = []
         self._newest = 0  # ns, when the last of them was sent
         for name in NAMES:
             takers = [listener[name] for listener in everyone if name in listener]
             if takers:
-                self._ears[name] = Ear(node, name, _to_all(takers))
+                self._ears[name] = PolledSubscription(node, name, _to_all(takers))
 
-    def pass_on(self) -> None:
+    def dispatch(self) -> None:
         """Hand over what had come by the last call, in the order in which it was sent.
 
         What has come since then stays: of what was sent before it, something may still be on its way on another topic.
         """
-        self._waiting += [message for ear in self._ears.values() for message in ear.drain()]
+        self._waiting += [message for ear in self._ears.values() for message in ear.take_all()]
         self._waiting.sort(key=_sent)
         count = bisect_right(self._waiting, self._newest, key=_sent)
         settled, self._waiting = self._waiting[:count], self._waiting[count:]
@@ -102,15 +102,15 @@ class Hearing:
         self.over = self._began and mode in (messages.STOPPED, messages.QUITTING)
 
 
-class Ear:
+class PolledSubscription:
     """A subscription that no executor serves.
 
     Attributes:
         topic: its name with the namespace.
     """
 
-    def __init__(self, node: Node, name: str, take: Taker) -> None:
-        """Subscribe to the topic of this name; `take` is what `drain` names with its messages."""
+    def __init__(self, node: Node, name: str, take: Callback) -> None:
+        """Subscribe to the topic of this name; `take` is what `take_all` names with its messages."""
         source = _SOURCES[name]
         self._take, self._kind, self._sent = take, source.kind, 0
         self._stamped = _topic(name, source).stamped
@@ -125,7 +125,7 @@ class Ear:
         """Whether somebody publishes it."""
         return self._handle.get_publisher_count() > 0
 
-    def drain(self) -> Iterator[tuple[int, Taker, bytes]]:
+    def take_all(self) -> Iterator[tuple[int, Callback, bytes]]:
         """Yield (time at which it was sent [ns], who takes it, message) for every message that waits."""
         with self._handle:
             while taken := self._handle.take_message(self._kind, True):
@@ -147,7 +147,7 @@ def _topic(name: str, source: _Source) -> Topic:
     )
 
 
-def _to_all(takers: Sequence[Taker]) -> Taker:
+def _to_all(takers: Sequence[Callback]) -> Callback:
     if len(takers) == 1:
         return takers[0]
 

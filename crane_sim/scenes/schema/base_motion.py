@@ -14,10 +14,19 @@ from pydantic import BeforeValidator, Field
 from crane_sim.files.csv_table import read_table
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, no_switch
-from crane_sim.scenes.schema.base_smoothing import MOST_ROWS, smoothed
+from crane_sim.scenes.schema.base_smoothing import MOST_ROWS, smooth
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
-from crane_sim.trajectories.waves import BREAKING, Response, Sea, Waves, answered, largest_observed, sampled, steepness
+from crane_sim.trajectories.waves import (
+    BREAKING,
+    Response,
+    Sea,
+    Waves,
+    apply_response,
+    largest_observed,
+    sample_sea,
+    steepness,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -41,7 +50,7 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     Args:
         file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad].
         duration: s, of the run that it has to cover.
-        cut_off: Hz, of the low pass that the rows go through first, as of `smoothed`; None: none.
+        cut_off: Hz, of the low pass that the rows go through first, as of `smooth`; None: none.
 
     Raises:
         SceneError: the file cannot be read, or does not say what it must.
@@ -65,7 +74,7 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
 
 
 def _low_passed(where: str, times: Array, values: Array, cut_off: float) -> Array:
-    """Return the rows after the low pass of `smoothed`.
+    """Return the rows after the low pass of `smooth`.
 
     Raises:
         SceneError: it would leave all of them, or nothing but a line.
@@ -78,7 +87,7 @@ def _low_passed(where: str, times: Array, values: Array, cut_off: float) -> Arra
             f"{rate:.3g} rows a second"
         )
     try:
-        return smoothed(times, values, cut_off)
+        return smooth(times, values, cut_off)
     except ValueError as error:
         raise SceneError(f"{where}: {error}") from None
 
@@ -175,14 +184,14 @@ class Roll(Group):
     offset: Lean = 0.0  # rad, added to the sine
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return (value,) if isinstance(value, dict) else value
 
 
-Sways = Annotated[tuple[Sway, ...], BeforeValidator(_listed), Field(max_length=MOST)]
+Sways = Annotated[tuple[Sway, ...], BeforeValidator(_as_list), Field(max_length=MOST)]
 
 
-Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_listed), Field(max_length=MOST)]
+Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_as_list), Field(max_length=MOST)]
 
 
 class Answer(Group):
@@ -248,12 +257,12 @@ class SeaGroup(Group):
         Raises:
             SceneError: settings contradict each other.
         """
-        waves = sampled(self._sea(), self.components, seed if self.seed is None else self.seed)
+        waves = sample_sea(self._sea(), self.components, seed if self.seed is None else self.seed)
         response = (
             Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
         )
         given = {name: getattr(response, name) for name in AXES}
-        return {name: answered(waves, answer.table(name)) for name, answer in given.items() if answer is not None}
+        return {name: apply_response(waves, answer.table(name)) for name, answer in given.items() if answer is not None}
 
     def _sea(self) -> Sea:
         """Return the sea.

@@ -9,7 +9,7 @@ Array = npt.NDArray[np.float64]
 MOST_ROWS = 5000  # in a period of the cut-off: beyond, the equations lose more digits than a record has
 
 
-def smoothed(times: Array, values: Array, cut_off: float) -> Array:
+def smooth(times: Array, values: Array, cut_off: float) -> Array:
     """Return rows (n, m) at times (n,) [s], even or not, after a low pass that shifts no phase.
 
     Of a sinusoid of frequency f, 1 / (1 + (f / cut_off)⁴) is left: half of it at the cut-off [Hz], -6 dB. The rows are

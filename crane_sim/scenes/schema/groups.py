@@ -84,16 +84,18 @@ class Picker:
         return found
 
 
-def picked(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
+def make_picker(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
     """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
     return BeforeValidator(Picker(key, choices, optional))
 
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
-Friction = Annotated[Any, picked("model", _FRICTION, optional=True)]
+Friction = Annotated[Any, make_picker("model", _FRICTION, optional=True)]
 _METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3, "rodas": Rodas}
-Method = Annotated[Any, picked("method", _METHODS)]
-Channel = Annotated[Any, picked("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})]
+Method = Annotated[Any, make_picker("method", _METHODS)]
+Channel = Annotated[
+    Any, make_picker("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})
+]
 
 
 class Inline(NamedTuple):
@@ -125,7 +127,7 @@ def _period(value: Any) -> Any:
 
 Profile = Annotated[
     Any,
-    picked("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True),
+    make_picker("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True),
 ]
 
 

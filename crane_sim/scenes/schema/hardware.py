@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.types import NonNegative, Positive, Real, no_switch
-from crane_sim.scenes.schema.groups import Group, picked
+from crane_sim.scenes.schema.groups import Group, make_picker
 
 ALL = "all"
 """Stands for every joint in place of a joint's name."""
@@ -27,13 +27,13 @@ def _range(value: Any) -> Any:
     raise ValueError("must be a number greater than 0, or [low, high]")
 
 
-def _ordered(value: tuple[float, float]) -> tuple[float, float]:
+def _check_order(value: tuple[float, float]) -> tuple[float, float]:
     if not value[0] < value[1]:
         raise ValueError("must be [low, high] with low < high")
     return value
 
 
-def _named(faults: dict[str, Any]) -> dict[str, Any]:
+def _check_names(faults: dict[str, Any]) -> dict[str, Any]:
     for name in faults:
         if not _NAME.fullmatch(name):
             raise ValueError(f"{name!r}: a fault's name is of small letters, digits and single _, a letter first")
@@ -42,7 +42,7 @@ def _named(faults: dict[str, Any]) -> dict[str, Any]:
 
 Sizes = Annotated[tuple[NonNegative, NonNegative], BeforeValidator(_pair)]
 Reals = Annotated[tuple[Real, Real], BeforeValidator(_pair)]
-Limits = Annotated[tuple[Real, Real], BeforeValidator(_range), AfterValidator(_ordered)]
+Limits = Annotated[tuple[Real, Real], BeforeValidator(_range), AfterValidator(_check_order)]
 Chance = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 
 
@@ -154,7 +154,7 @@ FAULTS: dict[str, Any] = {
     "payload": PayloadChange,
 }
 """Kinds of faults, in the order of `hardware.faults.KINDS`."""
-Fault = Annotated[Any, picked("kind", FAULTS)]
+Fault = Annotated[Any, make_picker("kind", FAULTS)]
 
 
 class HardwareGroups(Group):
@@ -163,7 +163,7 @@ class HardwareGroups(Group):
     brake: BrakeGroup | None = None  # brakes of all actuated joints, for silent controllers and stuck joints
     sensors: dict[str, SensorGroup] = {}  # by joint, or `all`: what `joint_states`, and so every law, sees
     actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: what becomes of a demand
-    faults: Annotated[dict[str, Fault], AfterValidator(_named)] = {}  # by a name of your own, in small
+    faults: Annotated[dict[str, Fault], AfterValidator(_check_names)] = {}  # by a name of your own, in small
     # letters; a fault is there in every period that begins at or after its time; a slack cable is no fault
 
 
@@ -172,7 +172,7 @@ def source(groups: dict[str, Fitted], joint: str, key: str) -> str:
     return joint if joint in groups and key in groups[joint].model_fields_set else ALL
 
 
-def merged(groups: dict[str, Fitted], joint: str, kind: type[Fitted]) -> Fitted:
+def merge_groups(groups: dict[str, Fitted], joint: str, kind: type[Fitted]) -> Fitted:
     """Return the group of a joint: its own keys, else those of `all`."""
     found: dict[str, Any] = {}
     for name in (ALL, joint):

@@ -27,7 +27,7 @@ class Cable:
     rates: tuple[Any, ...]  # of the links: rad/s, or their unit vectors' rates of change (3,)
 
 
-def filled(values: tuple[Any, ...], n: int, name: str) -> tuple[Any, ...]:
+def fill_list(values: tuple[Any, ...], n: int, name: str) -> tuple[Any, ...]:
     """Return n values: one stands for all.
 
     Raises:
@@ -48,8 +48,8 @@ def cable_of(file: "OverheadCrane") -> Cable:
     """
     group = file.cable
     n = group.links or max(len(group.lengths), len(group.node_masses))
-    lengths = filled(group.lengths, n, "cable.lengths")
-    masses = list(filled(group.node_masses, n, "cable.node_masses"))
+    lengths = fill_list(group.lengths, n, "cable.lengths")
+    masses = list(fill_list(group.node_masses, n, "cable.node_masses"))
     if file.payload is not None:
         masses[-1] = file.payload.mass
     if masses[-1] == 0.0:
@@ -57,7 +57,7 @@ def cable_of(file: "OverheadCrane") -> Cable:
     turns, rates = _turns(file, n), _rates(file, n)
     if file.dimensions == 3:
         _check_across(turns, rates)
-    return _merged(Cable(lengths, tuple(masses), turns, rates))
+    return _merge_links(Cable(lengths, tuple(masses), turns, rates))
 
 
 def _check_across(directions: tuple[Any, ...], rates: tuple[Any, ...]) -> None:
@@ -77,10 +77,10 @@ def _turns(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
     if file.dimensions == 2:
         if start.directions is not None:
             raise SceneError("initial.directions: belong to 3 dimensions; 2 take angles")
-        return filled(start.angles or (0.0,), n, "initial.angles")
+        return fill_list(start.angles or (0.0,), n, "initial.angles")
     if start.angles is not None:
         raise SceneError("initial.angles: belong to 2 dimensions; 3 take directions, unit vectors down the links")
-    given = filled(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
+    given = fill_list(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
     for k, direction in enumerate(given):
         if not abs(np.linalg.norm(direction) - 1.0) < UNIT:
             raise SceneError(f"initial.directions[{k}] = {list(direction)}: must be a unit vector")
@@ -108,10 +108,10 @@ def _rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
     if rates.shape not in (((1,), (n,)) if flat else ((1, 3), (n, 3))) or not np.all(np.isfinite(rates)):
         form = f"{n} numbers" if flat else f"{n} vectors of 3"
         raise SceneError(f"initial.rates: has the shape {rates.shape}, must be {form}, all finite")
-    return filled(tuple(rates.tolist()), n, "initial.rates")
+    return fill_list(tuple(rates.tolist()), n, "initial.rates")
 
 
-def _merged(cable: Cable) -> Cable:
+def _merge_links(cable: Cable) -> Cable:
     kept: list[list[Any]] = []
     for length, mass, turn, rate in zip(cable.lengths, cable.masses, cable.turns, cable.rates, strict=True):
         if kept and kept[-1][1] == 0.0:

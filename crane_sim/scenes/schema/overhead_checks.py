@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError
-from crane_sim.scenes.schema.overhead_cable import OverheadCrane, filled
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup
 from crane_sim.scenes.schema.overhead_models import check_straight
 
@@ -99,7 +99,7 @@ def _check_massless(file: OverheadCrane) -> None:
     taken = [name for name, group in users.items() if group is not None]
     group = file.cable
     n = group.links or max(len(group.lengths), len(group.node_masses))
-    above = filled(group.node_masses, n, "cable.node_masses")[:-1]
+    above = fill_list(group.node_masses, n, "cable.node_masses")[:-1]
     massless = next((k for k, mass in enumerate(above, 1) if mass == 0.0), 0)
     if taken and massless:
         raise SceneError(

@@ -14,28 +14,28 @@ from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.trajectories.inputs import Constant
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else (value,)
 
 
-def _sized(value: float) -> float:
+def _check_size(value: float) -> float:
     if value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
         raise ValueError(f"must be 0 or of a size of {SMALLEST:g} to {LARGEST:g}")
     return value
 
 
-def _bounded(value: float) -> float:
+def _check_bound(value: float) -> float:
     if not abs(value) <= LARGEST:
         raise ValueError(f"must be within -{LARGEST:g} .. {LARGEST:g}")
     return value
 
 
 SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of several stay numbers of the machine
-Size = Annotated[Positive, AfterValidator(_sized)]
-SizeOrZero = Annotated[NonNegative, AfterValidator(_sized)]
-Place = Annotated[Real, AfterValidator(_bounded)]
+Size = Annotated[Positive, AfterValidator(_check_size)]
+SizeOrZero = Annotated[NonNegative, AfterValidator(_check_size)]
+Place = Annotated[Real, AfterValidator(_check_bound)]
 MOST_LINKS = 500
-_Some = (BeforeValidator(_listed), Field(min_length=1, max_length=MOST_LINKS))
+_Some = (BeforeValidator(_as_list), Field(min_length=1, max_length=MOST_LINKS))
 Lengths = Annotated[tuple[Size, ...], *_Some]
 Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
 Vector = tuple[Place, Place, Place]
@@ -105,7 +105,7 @@ class Start(Group):
     vy: Place = 0.0  # m/s, of the bridge
     length: Size | None = None  # m, of a force-driven hoist; left out: its link's
     length_rate: Place = 0.0  # m/s, of a force-driven hoist
-    angles: Annotated[tuple[Tilt, ...], BeforeValidator(_listed)] | None = None  # rad, of the links from the downward
+    angles: Annotated[tuple[Tilt, ...], BeforeValidator(_as_list)] | None = None  # rad, of the links from the downward
     # vertical (2D); left out: they hang
     rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
     directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang

@@ -24,7 +24,7 @@ from crane_sim.models.stops import SHORTEST
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
 from crane_sim.scenes.schema.integrator import Demands, asks_frequency, implicit
-from crane_sim.scenes.schema.overhead_cable import OverheadCrane, filled
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.scenes.schema.overhead_stiffness import stiffest
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
@@ -52,8 +52,8 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
         raise SceneError("cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only")
     if isinstance(hoist, MasslessHoist):
         raise SceneError("hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia")
-    stiffness, damping = filled(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
-    damping = filled(damping, n, "cable.damping")
+    stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
+    damping = fill_list(damping, n, "cable.damping")
     masses, lengths = np.array(parts.masses), np.array(parts.lengths)
     return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
 
@@ -129,11 +129,11 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
     bends, inertia, hoist = _bends(file), file.cable.inertia, hoist_of(file)
     joints = None
     if bends is not None:
-        parts = (filled(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
+        parts = (fill_list(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
         joints = Joints(*map(np.array, parts))
     if inertia is not None and isinstance(hoist, MasslessHoist):
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
-    rods = Rods(np.array(filled(inertia, n, "cable.inertia"))) if inertia is not None else None
+    rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
     cable = Chain(np.array(file.parts.masses), lengths)
     trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
     return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), switches_of(file))

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.models.stops import SHORTEST
-from crane_sim.scenes.schema.overhead_cable import OverheadCrane, filled
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
 Array = npt.NDArray[np.float64]
@@ -18,13 +18,13 @@ def stiffest(file: OverheadCrane) -> float:
     if file.modelled == "straight":
         reach = np.cumsum(lengths)
         swing = float(np.sqrt(file.gravity * (masses @ reach) / (masses @ reach**2)))
-        return max(rates, swing, _slowed(file))
+        return max(rates, swing, _friction_rate(file))
     tension = file.gravity * np.cumsum(masses[::-1])[::-1]
     across = tension / lengths
-    found = [rates, _largest(file, across), _slowed(file)]
+    found = [rates, _largest(file, across), _friction_rate(file)]
     if file.modelled == "elastic" and file.cable.stiffness is not None:
-        stiffness = np.array(filled(file.cable.stiffness, len(lengths), "cable.stiffness"))
-        damping = np.array(filled(file.cable.damping or (0.0,), len(lengths), "cable.damping"))
+        stiffness = np.array(fill_list(file.cable.stiffness, len(lengths), "cable.stiffness"))
+        damping = np.array(fill_list(file.cable.damping or (0.0,), len(lengths), "cable.damping"))
         found += [_largest(file, stiffness), _largest(file, damping) ** 2]
     joints = file.joints or file.cable.joints
     if joints is not None:  # a bound: no node feels more than four times two neighbours' moments
@@ -44,7 +44,7 @@ def _shortest_first(file: OverheadCrane) -> float:
     return max(_least(hoist.profile, file.duration), hoist.limits[0] if hoist.limits else 0.0, SHORTEST)
 
 
-def _slowed(file: OverheadCrane) -> float:
+def _friction_rate(file: OverheadCrane) -> float:
     """Return the rate [1/s] at which the axes' viscous friction slows them at most."""
     rubs, carried, found = file.friction, file.trolley.mass or 0.0, 0.0
     if rubs is not None and rubs.trolley is not None:

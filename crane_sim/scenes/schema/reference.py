@@ -8,16 +8,16 @@ from pydantic import BeforeValidator, TypeAdapter, model_validator
 
 from crane_sim.files.errors import SceneError, no_group
 from crane_sim.files.types import Real
-from crane_sim.scenes.schema.groups import Group, Inline, picked
+from crane_sim.scenes.schema.groups import Group, Inline, make_picker
 from crane_sim.trajectories.joint_trajectory import Trajectory, read_trajectory
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.obstacle import Obstacle
 from crane_sim.trajectories.path import Path, path_of
 from crane_sim.trajectories.point_to_point import PointToPoint
-from crane_sim.trajectories.polynomials import Pieces, reordered
+from crane_sim.trajectories.polynomials import Pieces, reorder
 from crane_sim.trajectories.replanning import pieces_of
-from crane_sim.trajectories.shaping import Shaping, shaped
+from crane_sim.trajectories.shaping import Shaping, shape_path
 
 KINDS: dict[str, Any] = {
     "line": Line,
@@ -28,7 +28,7 @@ KINDS: dict[str, Any] = {
     "trajectory": Trajectory,
 }
 """The kinds of path, and what each takes."""
-_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, picked("kind", KINDS)])
+_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, make_picker("kind", KINDS)])
 _SHARED = ("of", "shaping")  # keys of a path of any kind, which stand beside the kind's own
 SAME_PLACE = 1e-6  # m, rad, relative to large ones: how far from the target a path of the joints may end
 PLACES = ("x", "y", "z")  # of the payload, in the base frame
@@ -87,7 +87,7 @@ def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tu
     return reference.q
 
 
-def aim(target: tuple[float, ...] | None, path: Path | None) -> tuple[float, ...] | None:
+def resolve_target(target: tuple[float, ...] | None, path: Path | None) -> tuple[float, ...] | None:
     """Return where the actuated joints should end: the target, or where their path ends if there is none.
 
     Raises:
@@ -148,7 +148,7 @@ def _pieces(group: PathGroup, file: Follower) -> Pieces:
     pieces = _in_order(group, file.actuated if group.of == "joints" else PLACES)
     if group.shaping is None:
         return pieces
-    return shaped(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
+    return shape_path(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
 
 
 def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
@@ -160,7 +160,7 @@ def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
     given = getattr(group.shape, "joint_names", names[:n])
     if sorted(given) != sorted(names[:n]):
         raise ValueError(f"joint_names = {', '.join(given)}: must be {', '.join(names[:n])}, in any order")
-    return reordered(pieces, [given.index(name) for name in names[:n]])
+    return reorder(pieces, [given.index(name) for name in names[:n]])
 
 
 def _frequency(shaping: Shaping, file: Follower) -> float:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.evaluation.bench.engine import Missing, Outcome, Run, ladder
+from crane_sim.evaluation.bench.engine import Missing, Outcome, Run, sweep_values
 from crane_sim.evaluation.bench.peers.joints import Joint, centre, fastest, joints, steps, tension
 from crane_sim.evaluation.bench.problem import Problem
 
@@ -72,7 +72,7 @@ class Drake:
 
     def _sweep(self, problem: Problem, row: list[Joint], plant: Any, method: _Method) -> list[Run]:
         bounds = method.first, method.last, method.per_decade
-        settings = steps(problem, *bounds) if method.fixed else ladder(*bounds)
+        settings = steps(problem, *bounds) if method.fixed else sweep_values(*bounds)
         name = f"{method.scheme}, {'fixed step' if method.fixed else 'error control'}"
         begin = 0.1 / fastest(problem)
         return [

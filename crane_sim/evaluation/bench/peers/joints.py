@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.engine import ladder
+from crane_sim.evaluation.bench.engine import sweep_values
 from crane_sim.evaluation.bench.problem import Boom, Chain, KnuckleCrane, Problem, Spring
 
 Array = npt.NDArray[np.float64]
@@ -68,7 +68,7 @@ def tension(row: list[Joint], q: Array) -> float | None:
 def steps(problem: Problem, first: float, last: float, per_decade: int = 6) -> list[float]:
     """Return steps [s] that fill the duration, from `first` down to `last`, both relative to the fastest motion."""
     frequency = fastest(problem)
-    counts = np.ceil(problem.duration / np.array(ladder(first / frequency, last / frequency, per_decade)))
+    counts = np.ceil(problem.duration / np.array(sweep_values(first / frequency, last / frequency, per_decade)))
     return [problem.duration / count for count in counts]
 
 

@@ -119,12 +119,12 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
     data = [mujoco.MjData(model) for _ in range(threads)]
     began = time.perf_counter()
     with rollout.Rollout(nthread=threads) as pool:
-        ends = _passed(pool, model, data, state, count)
+        ends = _roll_out(pool, model, data, state, count)
     seconds = time.perf_counter() - began
     return np.array([centre(row, end[1 : 1 + n]) for end in ends]), seconds
 
 
-def _passed(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
+def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
     """Return the states after `count` steps; a rollout keeps all states between, so it is done piece by piece."""
     while count:
         kept, _ = pool.rollout(model, data, state, nstep=min(piece, count))

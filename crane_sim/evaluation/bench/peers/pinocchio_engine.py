@@ -55,7 +55,7 @@ class Pinocchio:
         """
         include = _headers()
         self.version = _version(include)
-        self._library = ctypes.CDLL(str(_compiled(include)))
+        self._library = ctypes.CDLL(str(_compile_loop(include)))
         self._library.crane_new.argtypes, self._library.crane_new.restype = [_POINTER, ctypes.c_int, _REAL], _POINTER
         self._library.crane_delete.argtypes, self._library.crane_delete.restype = [_POINTER], None
         arguments = [_POINTER, ctypes.c_int, _POINTER, _REAL, _LONG, _LONG, _POINTER]
@@ -81,7 +81,7 @@ class _Crane:
     def __init__(self, library: ctypes.CDLL, row: list[Joint], gravity: float) -> None:
         self.row, self._pass = row, library.crane_pass
         self.start, self.end = np.array([joint.start for joint in row]), np.empty(len(row))
-        numbers = packed(row)  # a name keeps it alive through the call
+        numbers = pack_joints(row)  # a name keeps it alive through the call
         self.made = library.crane_new(numbers.ctypes.data, len(row), gravity)
         weakref.finalize(self, library.crane_delete, self.made)
 
@@ -97,7 +97,7 @@ class _Crane:
         return go
 
 
-def packed(row: Sequence[Joint]) -> Array:
+def pack_joints(row: Sequence[Joint]) -> Array:
     """Return the joints (n, 14) as the C++ struct of that name."""
     numbers = ((j.slides, j.axis, *j.offset, j.mass, *j.centre, *j.inertia, *(j.spring or (0.0, 0.0))) for j in row)
     return np.array(list(numbers), float)
@@ -108,13 +108,15 @@ def tableaus() -> str:
     text = "#pragma once\n"
     for method in (rk4, dop853):
         a, b = dense(method.A).tolist(), [weight or 0.0 for weight in method.B]
-        rows = ", ".join(_braced(row) for row in a)
+        rows = ", ".join(_format_braces(row) for row in a)
         text += f"struct Order{method.ORDER} {{\n    static constexpr int stages = {len(b)};\n"
-        text += f"    static constexpr double a[{len(b)}][{len(b)}] = {{{rows}}}, b[{len(b)}] = {_braced(b)};\n}};\n"
+        text += (
+            f"    static constexpr double a[{len(b)}][{len(b)}] = {{{rows}}}, b[{len(b)}] = {_format_braces(b)};\n}};\n"
+        )
     return text
 
 
-def _braced(numbers: Sequence[float]) -> str:
+def _format_braces(numbers: Sequence[float]) -> str:
     return "{" + ", ".join(map(repr, numbers)) + "}"
 
 
@@ -148,7 +150,7 @@ def _version(include: list[Path]) -> str:
     return next((line.split('"')[1] for line in lines if "define PINOCCHIO_VERSION " in line), "unknown")
 
 
-def _compiled(include: list[Path]) -> Path:
+def _compile_loop(include: list[Path]) -> Path:
     """Return the compiled loop; its name tells what it was made of."""
     compiler = shutil.which("g++") or shutil.which("clang++")
     if compiler is None:

@@ -9,14 +9,14 @@ import scipy
 from scipy.integrate import solve_ivp
 from scipy.linalg.lapack import get_lapack_funcs
 
-from crane_sim.evaluation.bench.engine import Outcome, Run, ladder
+from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
 from crane_sim.evaluation.bench.loops import Reading
 from crane_sim.evaluation.bench.peers.floor import form_of
 from crane_sim.evaluation.bench.problem import Chain, KnuckleCrane, Problem, Spring
 
 Array = npt.NDArray[np.float64]
 Slope = Callable[[float, Array], list[float] | Array]
-METHODS, TOLERANCES = ("RK45", "DOP853", "LSODA"), ladder(1e-2, 1e-12, 2)
+METHODS, TOLERANCES = ("RK45", "DOP853", "LSODA"), sweep_values(1e-2, 1e-12, 2)
 
 
 class Scipy:

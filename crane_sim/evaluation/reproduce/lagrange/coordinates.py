@@ -41,7 +41,7 @@ def unpack(q: Array) -> tuple[Any, Array, Array]:
     return q[0], q[1 : n + 1], q[n + 1 :]
 
 
-def transformed(mass: Array, jacobian: Array) -> Array:
+def transform_mass(mass: Array, jacobian: Array) -> Array:
     """Return the mass matrix in the coordinates y, given ∂y/∂q, equations (157) and (191).
 
     Raises:

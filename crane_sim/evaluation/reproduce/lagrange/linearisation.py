@@ -26,7 +26,7 @@ class Collocated(NamedTuple):
         return -np.linalg.solve(self.angle_mass, self.coupling @ actuated + self.angle_bias)
 
 
-def collocated(crane: LumpedCrane, q: Array, v: Array) -> Collocated:
+def collocate(crane: LumpedCrane, q: Array, v: Array) -> Collocated:
     """Return the crane with trolley and first length actuated, l_2 .. l_N fixed, at q and v (2N+1,)."""
     n = len(crane.masses)
     mass, load = mass_matrix(crane, q), bias(crane, q, v)

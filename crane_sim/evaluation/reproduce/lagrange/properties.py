@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.evaluation.reproduce.lagrange.chain import LumpedCrane, mass_matrix
-from crane_sim.evaluation.reproduce.lagrange.coordinates import Array, absolute_map, transformed
+from crane_sim.evaluation.reproduce.lagrange.coordinates import Array, absolute_map, transform_mass
 
 _STEP = 1e-100  # its square is nothing beside 1
 
@@ -61,5 +61,5 @@ def conditions(mass: Array, free: Array) -> tuple[float, float]:
     The coordinates that stay are `free`, as `free_coordinates` gives them (Lemma 1.8, equation (157)).
     """
     kept = np.ix_(free, free)
-    upright = transformed(mass, absolute_map(len(mass) // 2))
+    upright = transform_mass(mass, absolute_map(len(mass) // 2))
     return float(np.linalg.cond(upright[kept])), float(np.linalg.cond(mass[kept]))
