@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.drives import compute_drive_efforts, hanging
+from crane_control.tracking.drives import compute_drive_efforts, estimate_hanging
 from crane_control.tracking.suspension import Positioned, drive_of, pendulum_of
 from crane_sim import system
 from crane_sim.files.errors import SceneError
@@ -77,7 +77,7 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
-    goal, seen = reference_at(law.path, t), hanging(law.drive, law.length, q, v)
+    goal, seen = reference_at(law.path, t), estimate_hanging(law.drive, law.length, q, v)
     ax, ay = compute_damping(law.length, law.damping, seen.n, seen.dn)
     a = (
         ax + compute_tracking(law, goal, seen.tip, seen.dtip, 0),

@@ -42,7 +42,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     if scene.reference is None or not scene.actuated:
         raise SceneError(f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}")
     scene, target = average_scene(scene), scene.reference
-    q, u = _hanging(scene, target), np.zeros(len(scene.actuated))
+    q, u = _hanging_positions(scene, target), np.zeros(len(scene.actuated))
     n, free = len(q), [i for i, name in enumerate(scene.joint_names) if name not in scene.actuated]
     for _ in range(20):
         moved = acceleration(scene, q, np.zeros(n), u)
@@ -58,7 +58,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     raise SceneError(f"reference.q = {list(target)}: no efforts hold the crane at rest there")
 
 
-def _hanging(scene: Scene, reference: tuple[float, ...]) -> Array:
+def _hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
     """Return the joint positions (nq,) at the reference with the cable straight down."""
     down = {"rad": 0.0, "1": 0.0}
     start = zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True)

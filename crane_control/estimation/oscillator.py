@@ -72,7 +72,7 @@ def predict(ekf, i, square, tip, h):
     x[V] += h * (push - 0.5 * square * (y - x[Y]))
     x[Y] = y
     x[D], x[RATE] = later, x[RATE] * c - theta * d * s
-    spread(p, f, ekf.trace.work[1])
+    propagate_covariance(p, f, ekf.trace.work[1])
     for k in range(N):
         p[k, k] += h * ekf.noise[k]
 
@@ -98,7 +98,7 @@ def transition(f, square, theta, d, h):
 
 
 @kernel
-def spread(p, f, product):
+def propagate_covariance(p, f, product):
     """Overwrite the covariance p with f p fᵀ."""
     for j in range(N):
         for k in range(N):

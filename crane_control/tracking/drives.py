@@ -29,7 +29,7 @@ class Hanging(NamedTuple):
 
 
 @generic
-def hanging(drive, length, q, v):
+def estimate_hanging(drive, length, q, v):
     """Return the Hanging at joint positions q and velocities v (nq,) on a rope that is believed to be so long [m].
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.

@@ -21,7 +21,7 @@ from crane_control.tracking.drives import (
     Hanging,
     compute_drive_efforts,
     compute_tracking_acceleration,
-    hanging,
+    estimate_hanging,
     suspension_effort,
 )
 from crane_control.tracking.tracker import Demand
@@ -50,7 +50,7 @@ class Boom(NamedTuple):
     crane: Crane  # whose rope is told how its length should accelerate
 
 
-@hanging.register(Boom)
+@estimate_hanging.register(Boom)
 def _(drive, length, q, v):
     xs, xc = state_from_joints(drive.crane.support, drive.crane, q, v)
     pose = forward_kinematics(drive.crane.support, xs)

@@ -13,10 +13,10 @@ from crane_sim.cli.help_lines import HELP
 from crane_sim.evaluation.bench import scenes
 from crane_sim.evaluation.bench.cases import LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
-from crane_sim.evaluation.bench.page import page
+from crane_sim.evaluation.bench.page import write_page
 from crane_sim.evaluation.bench.parts import PARTS
 from crane_sim.evaluation.bench.results import best, points_of
-from crane_sim.evaluation.bench.store import merge_part, read_store, save
+from crane_sim.evaluation.bench.store import merge_part, read_store, write_store
 from crane_sim.files.errors import SceneError, unknown_key
 
 EVERY = ("scenes", *PARTS, "page")
@@ -47,7 +47,7 @@ def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], pe
             found = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
         data = merge_part(data, part, found)
         for case in found["scenes"]:
-            Console().print(_table(case, data["scenes"]["scenes"][case]))
+            Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
     elif part != "page":
         with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
             data = merge_part(data, part, PARTS[part].measure())
@@ -69,8 +69,8 @@ def _write(data: dict[str, Any], folder: Path) -> None:
 
     written, told = ["performance.json", "performance.md"], Console(stderr=True)
     try:
-        save(data, folder)
-        (folder / "performance.md").write_text(page(data))
+        write_store(data, folder)
+        (folder / "performance.md").write_text(write_page(data))
         if "scenes" in data and find_spec("matplotlib") is None:
             told.print("no figure: it needs matplotlib, which is not installed")
         elif "scenes" in data:
@@ -81,7 +81,7 @@ def _write(data: dict[str, Any], folder: Path) -> None:
     told.print(f"written to {folder}: {', '.join(written)}")
 
 
-def _table(case: str, scene: dict[str, Any]) -> Table:
+def _format_cheapest(case: str, scene: dict[str, Any]) -> Table:
     """Return the cheapest setting of every engine, and of every method of this simulator."""
     table = Table(
         title=f"{case}: {scene['title']}\nµs of wall time per simulated second, at errors of", title_justify="left"

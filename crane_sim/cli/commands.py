@@ -101,13 +101,13 @@ def docs(pages: tuple[str, ...]) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Write the page there instead of printing it.")
 def describe(folder: str | None) -> None:
     """Describe the format of scene files: every key, its unit, default and meaning (Markdown)."""
-    from crane_sim.evaluation.documentation.scene_format import save, scene_format
+    from crane_sim.evaluation.documentation.scene_format import save_page, scene_format
 
     check_folder(folder)
     if folder is None:
         print(scene_format(), end="")
     else:
-        save(folder)
+        save_page(folder)
 
 
 @app.command()
@@ -178,7 +178,7 @@ def _warm_plant(scene: Any) -> None:
 def _print_outcome(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
     """Print the summary and return the exit code it asks for."""
     if as_json:
-        print(json.dumps(report.plain(summary)))
+        print(json.dumps(report.replace_non_finite(summary)))
     elif summary.get("steps"):
         report.print_summary(summary, scene)
     if "error" in summary:

@@ -11,7 +11,7 @@ from crane_sim.evaluation.bench.store import round_floats
 from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, cells
 from crane_sim.evaluation.league.figure import draw
-from crane_sim.evaluation.league.table import lines, page
+from crane_sim.evaluation.league.table import lines, write_comparison
 from crane_sim.evaluation.reproduce.table import print_tables
 from crane_sim.files.errors import SceneError
 
@@ -32,7 +32,7 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
     else:
         print_tables(lines(found))
     if folder is not None:
-        save(found, Path(folder))
+        save_comparison(found, Path(folder))
 
 
 def document(found: Sequence[Cell]) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def document(found: Sequence[Cell]) -> dict[str, Any]:
     return {"cells": round_floats(told)}
 
 
-def save(found: Sequence[Cell], folder: Path) -> None:
+def save_comparison(found: Sequence[Cell], folder: Path) -> None:
     """Write league.md, league.png and league.json into the folder.
 
     Raises:
@@ -51,6 +51,6 @@ def save(found: Sequence[Cell], folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "league.json").write_text(json.dumps(document(found), indent=1, ensure_ascii=False) + "\n")
         draw(found, folder / "league.png")
-        (folder / "league.md").write_text(page(found))
+        (folder / "league.md").write_text(write_comparison(found))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None

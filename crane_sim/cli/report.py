@@ -76,12 +76,12 @@ def speed(run: "Rollout") -> dict[str, float]:
     }
 
 
-def plain(value: Any) -> Any:
+def replace_non_finite(value: Any) -> Any:
     """Return the value with non-finite numbers as None, which JSON can carry."""
     if isinstance(value, dict):
-        return {key: plain(part) for key, part in value.items()}
+        return {key: replace_non_finite(part) for key, part in value.items()}
     if isinstance(value, list):
-        return [plain(part) for part in value]
+        return [replace_non_finite(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -135,14 +135,14 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     law = summary.get("law") or "none"
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
     table = Table(title=title, show_header=False, title_justify="left")
-    seconds = f"{_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
+    seconds = f"{_format_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
     table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
     for keys in _GROUPS.values():
         table.add_section()
         for key in keys:
             if key in summary:
                 table.add_row(
-                    key.removesuffix("_deg").replace("_", " "), f"{_number(summary[key])} {_UNITS.get(key, '')}"
+                    key.removesuffix("_deg").replace("_", " "), f"{_format_number(summary[key])} {_UNITS.get(key, '')}"
                 )
     _add_commands(table, summary)
     console.print(table)
@@ -196,7 +196,7 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
         table.add_section()
         table.add_row("commands", ", ".join(f"{count} {name}" for name, count in commands.items()))
     if demands := summary.get("demands"):
-        held = f"held for up to {_number(demands['longest_hold'])} s"
+        held = f"held for up to {_format_number(demands['longest_hold'])} s"
         table.add_row("demands", f"{demands['received']} received, {demands['late']} late, {held}")
     for key, title in _TIMES.items():
         if key in summary:
@@ -210,7 +210,7 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
 def _print_pushes(console: Console, summary: dict[str, Any]) -> None:
     """Warn of a cable that pushed: no rope does."""
     if pushed := summary.get("negative_tension_steps", 0):
-        periods, most = f"{pushed} of {summary.get('steps')} periods", _number(-summary["min_rope_tension"])
+        periods, most = f"{pushed} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
         line = f"warning: the cable pushed in {periods}, with up to {most} N, and no rope can"
         console.print(line, highlight=False, soft_wrap=True)
 
@@ -224,15 +224,15 @@ def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> 
     for name, peak in summary["peak_effort"].items():
         error = summary.get("final_error", {}).get(name)
         settled = summary.get("settling_time", {}).get(name)
-        table.add_row(name, _with(error, units[name]), _number(settled), _with(peak, effort_units[name]))
+        table.add_row(name, _with(error, units[name]), _format_number(settled), _with(peak, effort_units[name]))
     console.print(table)
 
 
 def _with(value: Any, unit: str) -> str:
-    return "-" if value is None else f"{_number(value)} {unit}"
+    return "-" if value is None else f"{_format_number(value)} {unit}"
 
 
-def _number(value: Any) -> str:
+def _format_number(value: Any) -> str:
     """Return a figure in four digits, and zero, whatever its sign, for what is smaller than any figure means."""
     if isinstance(value, float):
         return f"{0.0 if abs(value) < _NOTHING else value:.4g}"

@@ -96,7 +96,7 @@ def realtime(seconds: float, **output: Any) -> None:
 
 @soak.command()
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Where the data are.")
-def page(folder: str) -> None:
+def rewrite_page(folder: str) -> None:
     """Write page and plots anew from the data that are there."""
     from crane_sim.evaluation.soak.store import write_page
 
@@ -110,13 +110,13 @@ def _tell(measure: _Measure, as_json: bool, folder: str | None) -> None:
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
         figures, data = measure()
     if folder is not None:
-        from crane_sim.evaluation.soak.store import save
+        from crane_sim.evaluation.soak.store import save_findings
 
-        save(part, _command_line(part), figures, data, Path(folder))
+        save_findings(part, _command_line(part), figures, data, Path(folder))
     if as_json:
         print(json.dumps({"part": part, "figures": [figure._asdict() for figure in figures], "data": data}))
     else:
-        Console().print(_table(part, figures))
+        Console().print(_format_table(part, figures))
     if not all(figure.kept for figure in figures):
         raise SystemExit(1)
 
@@ -127,7 +127,7 @@ def _command_line(part: str) -> str:
     return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in asked.items())])
 
 
-def _table(part: str, figures: Sequence[Figure]) -> Table:
+def _format_table(part: str, figures: Sequence[Figure]) -> Table:
     table = Table("figure", "", "promised", title=f"soak: {part}", title_justify="left")
     for figure in figures:
         broken = "" if figure.kept else "  not kept"

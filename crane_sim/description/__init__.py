@@ -30,11 +30,11 @@ def urdf(scene: Scene) -> str:
         add_comment(robot, line)
     ElementTree.SubElement(robot, "link", name="world")
     if scene.crane == "overhead":
-        overhead.describe(robot, scene)
+        overhead.add_overhead_crane(robot, scene)
     elif scene.crane == "pendulum":
-        pendulum.describe(robot, scene)
+        pendulum.add_pendulum(robot, scene)
     else:
-        knuckle.describe(robot, scene.model, scene.joint_names)
+        knuckle.add_knuckle_crane(robot, scene.model, scene.joint_names)
     add_limits(robot, scene)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)

@@ -64,7 +64,7 @@ def add_cable(robot: ElementTree.Element, joints: Sequence[str], hang: Hang, roo
     elif "swing_2" in joints:
         _turning(robot, hang, hoisted, room)
     else:
-        _rod(robot, hang, hoisted, room)
+        _add_straight_cable(robot, hang, hoisted, room)
 
 
 def _turning(robot: ElementTree.Element, hang: Hang, hoisted: bool, room: Room) -> None:
@@ -86,7 +86,7 @@ def _turning(robot: ElementTree.Element, hang: Hang, hoisted: bool, room: Room) 
         above = end
 
 
-def _rod(robot: ElementTree.Element, hang: Hang, hoisted: bool, room: Room) -> None:
+def _add_straight_cable(robot: ElementTree.Element, hang: Hang, hoisted: bool, room: Room) -> None:
     """Add a cable that stays straight: all nodes are fixed to the only link."""
     above, below = "link_1", np.cumsum(hang.lengths)
     add_link(robot, above, [] if hoisted else _strand(float(below[-1]), room))

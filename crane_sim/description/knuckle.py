@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from crane_sim.models.supports.knuckle_boom import Knuckle, Rod
 
 
-def describe(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
+def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
     """Add links and joints; the fixed `base` and the mimics `boom_level` and `jib_level` come on top of `joints`."""
-    _links(robot, crane)
-    _joints(robot, crane, joints)
+    _add_links(robot, crane)
+    _add_joints(robot, crane, joints)
 
 
 def pedestal_height(crane: Crane) -> float:
@@ -47,7 +47,7 @@ def pedestal_height(crane: Crane) -> float:
     return 0.6 * crane.support.boom.length
 
 
-def _links(robot: ElementTree.Element, crane: Crane) -> None:
+def _add_links(robot: ElementTree.Element, crane: Crane) -> None:
     support, load = crane.support, crane.load
     unit = support.boom.length / 5.0  # the proportions below are those of a 5 m boom
     for name in ("boom_level_link", "jib_level_link", "swing_link", "rope_link"):
@@ -55,8 +55,8 @@ def _links(robot: ElementTree.Element, crane: Crane) -> None:
     add_link(robot, "base_link", _pedestal(pedestal_height(crane), unit))
     left, part = turning_parts(support)
     add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * left, 0.5 * left, left)))
-    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod(support.boom, part))
-    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod(support.jib, part))
+    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod_body(support.boom, part))
+    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, part))
     add_link(robot, "payload_link", crate(0.55 * unit), point_mass(load.mass))
     add_comment(robot, _about_tower(support, left))
 
@@ -80,7 +80,7 @@ def _about_tower(support: Knuckle, left: float) -> str:
     return f"{mass}; of its {given:g} kg m² {given - left:g} are in boom_link and jib_link, which have no axial_inertia"
 
 
-def _joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
+def _add_joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
     boom, jib = crane.support.boom.length, crane.support.jib.length
     slew, luff, fold, rope, tangential, radial = joints
     add_joint(robot, "fixed", "base", ("world", "base_link"))
@@ -94,7 +94,7 @@ def _joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> 
     add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
 
 
-def _rod(rod: Rod, part: float) -> Body:
+def _rod_body(rod: Rod, part: float) -> Body:
     """Return a rod as a body; one without axial inertia turns with a part of its own, whatever its elevation."""
     axial, across = (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (part * rod.inertia,) * 2
     return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, across))

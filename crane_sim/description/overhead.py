@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.schema.overhead_groups import AxisGroup
 
 
-def describe(robot: ElementTree.Element, scene: Scene) -> None:
+def add_overhead_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints; the fixed `rail` and the mimic joints of the cable come on top of the scene's joints."""
     room, form = estimate_room(scene), form_of(scene)
     add_link(robot, "base_link", gantry.base(room))
@@ -35,12 +35,12 @@ def describe(robot: ElementTree.Element, scene: Scene) -> None:
     add_joint(robot, "prismatic", "trolley", (above, "trolley_link"), axis=FORWARD)
     hang = Hang.of(scene)
     add_cable(robot, scene.joint_names, hang, room)
-    _nodes(robot, hang, room)
+    _add_nodes(robot, hang, room)
     if form.hoist is not None and form.hoist.inertia:
         _comment_drum(robot, form.hoist.inertia)
 
 
-def _nodes(robot: ElementTree.Element, hang: Hang, room: Room) -> None:
+def _add_nodes(robot: ElementTree.Element, hang: Hang, room: Room) -> None:
     """Add the links that end the pieces of the cable: balls, and the payload."""
     for name, mass, length in zip(hang.ends, hang.masses, hang.lengths, strict=True):
         if name == "payload_link":

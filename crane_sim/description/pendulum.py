@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 
-def describe(robot: ElementTree.Element, scene: Scene) -> None:
+def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints; the fixed `base` and the followers of the rope's direction come on top of the scene's."""
     length, mass = float(scene.model.cable.length), float(scene.model.load.mass)
     ElementTree.SubElement(robot, "link", name="base_link")

@@ -48,20 +48,20 @@ def add_joint(
     joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=links[0])
     ElementTree.SubElement(joint, "child", link=links[1])
-    ElementTree.SubElement(joint, "origin", xyz=_text(at), rpy=_text(ORIGIN))
+    ElementTree.SubElement(joint, "origin", xyz=_format_numbers(at), rpy=_format_numbers(ORIGIN))
     if axis is not None:
-        ElementTree.SubElement(joint, "axis", xyz=_text(axis))
+        ElementTree.SubElement(joint, "axis", xyz=_format_numbers(axis))
     if span is not None:
         add_limit(joint, span, UNBOUNDED, UNBOUNDED)
     if follows is not None:
-        ElementTree.SubElement(joint, "mimic", joint=follows, multiplier=_text((times,)), offset="0")
+        ElementTree.SubElement(joint, "mimic", joint=follows, multiplier=_format_numbers((times,)), offset="0")
 
 
 def add_limit(joint: ElementTree.Element, span: tuple[float, float] | None, effort: float, velocity: float) -> None:
     """Add a joint's limit: lower and upper end [rad or m], if any, effort [N m or N], velocity [rad/s or m/s]."""
     limit = {} if span is None else {"lower": span[0], "upper": span[1]}
     limit |= {"effort": effort, "velocity": velocity}
-    ElementTree.SubElement(joint, "limit", {key: _text((value,)) for key, value in limit.items()})
+    ElementTree.SubElement(joint, "limit", {key: _format_numbers((value,)) for key, value in limit.items()})
 
 
 def add_comment(element: ElementTree.Element, text: str) -> None:
@@ -74,13 +74,13 @@ def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], bod
     link = ElementTree.SubElement(robot, "link", name=name)
     if body is not None:
         inertial = ElementTree.SubElement(link, "inertial")
-        ElementTree.SubElement(inertial, "origin", xyz=_text(body.center), rpy=_text(ORIGIN))
-        ElementTree.SubElement(inertial, "mass", value=_text((body.mass,)))
-        moments = dict(zip(("ixx", "iyy", "izz"), (_text((value,)) for value in body.inertia), strict=True))
+        ElementTree.SubElement(inertial, "origin", xyz=_format_numbers(body.center), rpy=_format_numbers(ORIGIN))
+        ElementTree.SubElement(inertial, "mass", value=_format_numbers((body.mass,)))
+        moments = dict(zip(("ixx", "iyy", "izz"), (_format_numbers((value,)) for value in body.inertia), strict=True))
         ElementTree.SubElement(inertial, "inertia", moments | {"ixy": "0", "ixz": "0", "iyz": "0"})
     for number, shape in enumerate(shapes):
         visual = ElementTree.SubElement(link, "visual", name=f"{name}_{number}")
-        ElementTree.SubElement(visual, "origin", xyz=_text(shape.at), rpy=_text(shape.rpy))
+        ElementTree.SubElement(visual, "origin", xyz=_format_numbers(shape.at), rpy=_format_numbers(shape.rpy))
         geometry = ElementTree.SubElement(visual, "geometry")
         _add_solid(geometry, shape.size)
         material = ElementTree.SubElement(visual, "material", name=f"{name}_{number}")
@@ -89,13 +89,13 @@ def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], bod
 
 def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
     if len(size) == 3:
-        ElementTree.SubElement(geometry, "box", size=_text(size))
+        ElementTree.SubElement(geometry, "box", size=_format_numbers(size))
     elif len(size) == 2:
-        ElementTree.SubElement(geometry, "cylinder", radius=_text(size[:1]), length=_text(size[1:]))
+        ElementTree.SubElement(geometry, "cylinder", radius=_format_numbers(size[:1]), length=_format_numbers(size[1:]))
     else:
-        ElementTree.SubElement(geometry, "sphere", radius=_text(size))
+        ElementTree.SubElement(geometry, "sphere", radius=_format_numbers(size))
 
 
-def _text(numbers: Sequence[float]) -> str:
+def _format_numbers(numbers: Sequence[float]) -> str:
     """Return numbers with all their digits, so that what is read back is what was simulated."""
     return " ".join(repr(float(number)) for number in numbers)

@@ -82,14 +82,14 @@ def estimate_room(scene: Scene) -> Room:
     nodes, tip = polyline(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     links = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
     hoist = form.hoist.profile if form.hoist else None
-    first = [float(links[0]), *_target(scene, "hoist"), *_way(scene, hoist.motion() if hoist else None)]
+    first = [float(links[0]), *_target_of(scene, "hoist"), *_way(scene, hoist.motion() if hoist else None)]
     rest = float(links[1:].sum())
     hang = nodes - nodes[tip]
     hang = np.vstack([hang, hang * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first) - rest)])
     places = [nodes[tip]]
     for axis, (joint, group) in enumerate((("trolley", form.trolley), ("bridge", form.bridge))):
         motion = group.motion.motion() if group and group.motion else None
-        for place in (*_target(scene, joint), *_way(scene, motion)):
+        for place in (*_target_of(scene, joint), *_way(scene, motion)):
             places.append(np.where(np.arange(3) == axis, place, nodes[tip]))
     low, high = np.min(places, axis=0) + hang.min(axis=0), np.max(places, axis=0) + hang.max(axis=0)
     return room_of(low, high, min(first) + rest, is_spatial(scene))
@@ -105,7 +105,7 @@ def is_spatial(scene: Scene) -> bool:
     return "bridge" in scene.joint_names
 
 
-def _target(scene: Scene, joint: str) -> list[float]:
+def _target_of(scene: Scene, joint: str) -> list[float]:
     if scene.reference is None or joint not in scene.actuated:
         return []
     return [scene.reference[scene.actuated.index(joint)]]

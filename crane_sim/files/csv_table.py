@@ -31,17 +31,17 @@ def read_table(file: Path) -> tuple[list[str], list[Row]]:
     for name in head:
         if head.count(name) > 1:
             raise ValueError(f"column {name!r} stands twice")
-    return head, [Row(number, _numbers(number, line, head)) for number, line in lines[1:]]
+    return head, [Row(number, _read_numbers(number, line, head)) for number, line in lines[1:]]
 
 
-def _numbers(row: int, line: list[str], head: list[str]) -> tuple[float, ...]:
+def _read_numbers(row: int, line: list[str], head: list[str]) -> tuple[float, ...]:
     """Return the numbers of a row, as many as there are columns."""
     if len(line) != len(head):
         raise ValueError(f"row {row} has {len(line)} values, the head names {len(head)} columns")
-    return tuple(_number(f"row {row}, {name} = {cell!r}", cell) for name, cell in zip(head, line, strict=True))
+    return tuple(_read_number(f"row {row}, {name} = {cell!r}", cell) for name, cell in zip(head, line, strict=True))
 
 
-def _number(where: str, cell: str) -> float:
+def _read_number(where: str, cell: str) -> float:
     try:
         found = float(cell)
     except ValueError:

@@ -70,7 +70,7 @@ def foreign_key(error: ValidationError) -> str | None:
 def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) -> str:
     """Return the first mistake of a validation of `kind`, which stands in `group`, as one line."""
     first, message = _deepest(error.errors())
-    inside = first["loc"] if first["type"] in _FOREIGN else _plain(first["loc"])
+    inside = first["loc"] if first["type"] in _FOREIGN else _readable_place(first["loc"])
     where = (*group, *inside)
     if first["type"] in _FOREIGN:
         return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, inside[:-1])))
@@ -106,7 +106,7 @@ def no_group(keys: Iterable[str] = ()) -> str:
     return "must be a group of keys" + (f": {', '.join(keys)}" if keys else "")
 
 
-def _plain(where: Sequence[int | str]) -> tuple[int | str, ...]:
+def _readable_place(where: Sequence[int | str]) -> tuple[int | str, ...]:
     """Return the place without the names of the kinds that were tried there, where a value may be of several."""
     return tuple(part for part in where if isinstance(part, int) or not ("[" in part or part in _KINDS))
 
@@ -116,17 +116,17 @@ def _deepest(errors: Sequence[Any]) -> tuple[Any, str]:
 
     The kind that the value comes nearest to is the one that was followed furthest, or was refused for its size.
     """
-    place = _plain(errors[0]["loc"])
-    same = [e for e in errors if _plain(e["loc"])[: len(place)] == place]
-    same = [e for e in same if len(_plain(e["loc"])) == max(len(_plain(e["loc"])) for e in same)]
+    place = _readable_place(errors[0]["loc"])
+    same = [e for e in errors if _readable_place(e["loc"])[: len(place)] == place]
+    same = [e for e in same if len(_readable_place(e["loc"])) == max(len(_readable_place(e["loc"])) for e in same)]
     same = [e for e in same if not e["type"].endswith(("_type", "_parsing", "literal_error"))] or same
-    if len(same[0]["loc"]) == len(_plain(same[0]["loc"])):
+    if len(same[0]["loc"]) == len(_readable_place(same[0]["loc"])):
         same = same[:1]
-    words = [_words(e) for e in same]
+    words = [_expected_words(e) for e in same]
     return same[0], " or ".join([words[0], *(word.removeprefix("must be ") for word in words[1:])])
 
 
-def _words(error: Any) -> str:
+def _expected_words(error: Any) -> str:
     """Return what a mistake asks for."""
     if error["type"] == "too_short":
         count = error["ctx"]["min_length"]

@@ -55,11 +55,11 @@ def effort_at(board, i, s):
 
 @system.effort.register(Drives)
 def _(u, p, t, x):
-    return efforts(p, u.board, t - u.begin, x)
+    return drive_efforts(p, u.board, t - u.begin, x)
 
 
 @routine
-def efforts(p, board, s, x):
+def drive_efforts(p, board, s, x):
     """Return the efforts (nu,) of drives and brakes in state x, s seconds after the begin of the period."""
     q, v = system.actuated_joints(p, x)
     store(board, POSITION, 0, q)

@@ -4,7 +4,7 @@ A method is a NamedTuple of its settings; its type chooses the kernels. A method
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 
-from crane_sim.integrators.events import CHATTER, STOPPED, Seen, apply_pending_events, handle_events, record
+from crane_sim.integrators.events import CHATTER, STOPPED, Seen, apply_pending_events, handle_events, make_event_log
 from crane_sim.integrators.integration import (
     ENDLESS,
     NOT_FINITE,
@@ -37,7 +37,7 @@ __all__ = [
     "step_bound",
     "handle_events",
     "reach",
-    "record",
+    "make_event_log",
     "scratch",
     "apply_pending_events",
     "stages",

@@ -74,7 +74,7 @@ class RK8(NamedTuple):
 
 
 @lean_generic
-def slopes(scratch, k1, p, t, x, u, h):
+def dop853_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all twelve stages, the first one given as `first_stage` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
@@ -90,7 +90,7 @@ def slopes(scratch, k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
 
 
-@slopes.register(Scratch)
+@dop853_stages.register(Scratch)
 def _(scratch, k1, p, t, x, u, h):
     fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
     return scratch
@@ -106,7 +106,7 @@ def _error(ks, x, y, h, rtol, atol):
 
 @step_with_error.register(DOP853)
 def _(method, scratch, k1, p, t, x, u, h, out):
-    ks = slopes(scratch, k1, p, t, x, u, h)
+    ks = dop853_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
     return y, _error(ks, x, result_of(out, y), h, method.rtol, method.atol)
 
@@ -133,7 +133,7 @@ def _(method, end):
 
 @lean_kernel
 def _stride(p, t, x, u, h, scratch, out):
-    return add_weighted(x, h, B, slopes(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, dop853_stages(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @explicit_step.register(DOP853)

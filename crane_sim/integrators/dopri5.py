@@ -39,7 +39,7 @@ class DOPRI5(NamedTuple):
 
 
 @lean_generic
-def slopes(scratch, k1, p, t, x, u, h):
+def dopri5_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all seven stages, the first one given as `first_stage` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
@@ -49,7 +49,7 @@ def slopes(scratch, k1, p, t, x, u, h):
     return k1, k2, k3, k4, k5, k6, slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
 
 
-@slopes.register(Scratch)
+@dopri5_stages.register(Scratch)
 def _(scratch, k1, p, t, x, u, h):
     fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
     return scratch
@@ -57,7 +57,7 @@ def _(scratch, k1, p, t, x, u, h):
 
 @step_with_error.register(DOPRI5)
 def _(method, scratch, k1, p, t, x, u, h, out):
-    ks = slopes(scratch, k1, p, t, x, u, h)
+    ks = dopri5_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
     return y, sqrt(error_square(h, E, ks, x, result_of(out, y), method.rtol, method.atol) / dimension(x))
 
@@ -84,7 +84,7 @@ def _(method, end):
 
 @explicit_step.register(DOPRI5)
 def _(method, p, t, x, u, h, scratch, out):
-    return add_weighted(x, h, B, slopes(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, dopri5_stages(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(DOPRI5)

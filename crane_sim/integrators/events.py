@@ -144,12 +144,12 @@ def _(scratch):
 
 
 @generic
-def record(switches):
+def make_event_log(switches):
     """Return an empty record of events; None for a model that does not switch."""
     return None
 
 
-@record.register(Switching)
+@make_event_log.register(Switching)
 def _(switches):
     return Seen(0, np.zeros((switches.capacity, 2)))
 

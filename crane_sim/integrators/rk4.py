@@ -28,14 +28,14 @@ class RK4(NamedTuple):
 
 
 @lean_generic
-def slopes(scratch, k1, p, t, x, u, h):
+def rk4_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all four stages, the first one given as `first_stage` finds it."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
 
 
-@slopes.register(Scratch)
+@rk4_stages.register(Scratch)
 def _(scratch, k1, p, t, x, u, h):
     fill_stages(scratch, p, t, x, u, h, _DENSE, _NODES)
     return scratch
@@ -43,7 +43,7 @@ def _(scratch, k1, p, t, x, u, h):
 
 @explicit_step.register(RK4)
 def _(method, p, t, x, u, h, scratch, out):
-    return add_weighted(x, h, B, slopes(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, rk4_stages(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(RK4)

@@ -56,7 +56,7 @@ def accumulate(typing_context, h, weights, count, ks, x, out):
             def term(j):
                 factor = builder.fmul(args[0], builder.load(builder.gep(factors, [j])))
                 row = builder.load(_part(builder, rows.data, builder.add(builder.mul(j, stride), at), width), align=8)
-                return _spread(builder, factor, width), row
+                return _broadcast(builder, factor, width), row
 
             total = _sum(builder, term, args[2])
             if start is not None:
@@ -104,7 +104,7 @@ def _address(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return first
 
 
-def _spread(builder: Any, value: Any, width: int) -> Any:
+def _broadcast(builder: Any, value: Any, width: int) -> Any:
     """Return a vector that holds the float `value` in every place."""
     if width == 1:
         return value

@@ -97,7 +97,7 @@ class Child:
             case {"event": "born", "pid": int(pid)} if isinstance(self._process, ForkedProcess):
                 self._process.on_started(pid)
             case {"event": "ended", "code": int(code)} if isinstance(self._process, ForkedProcess):
-                self._process.ended(code)
+                self._process.on_exit(code)
             case {"event": "ready"}:
                 self.ready = True
             case {"event": "active", "active": bool(active)}:

@@ -61,7 +61,7 @@ class ForkedProcess:
         with suppress(ProcessLookupError):  # it may have ended by now
             self._handle = os.pidfd_open(pid)
 
-    def ended(self, code: int) -> None:
+    def on_exit(self, code: int) -> None:
         """Take note of how it ended."""
         self._code = code
 

@@ -101,7 +101,7 @@ class ProcessGroup:
             pipes = ["-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
             return start_program(module, [*arguments, *pipes], self._env, (control, report))
 
-        return self._joined(Child(name, start))
+        return self._add(Child(name, start))
 
     def prepare_forks(self, scene_file: Path) -> None:
         """From now on, nodes of this scene can be forked."""
@@ -113,9 +113,9 @@ class ProcessGroup:
         if nursery is None:
             raise RuntimeError("no forks were prepared")
         arguments = [*_arguments(namespace, settings), "-r", f"__node:={name}"]
-        return self._joined(Child(name, lambda control, report: nursery.spawn(module, arguments, control, report)))
+        return self._add(Child(name, lambda control, report: nursery.spawn(module, arguments, control, report)))
 
-    def _joined(self, child: Child) -> Child:
+    def _add(self, child: Child) -> Child:
         self.children.append(child)
         self._selector.register(child.reports, selectors.EVENT_READ, child)
         return child

@@ -46,7 +46,7 @@ def base_of(scene: Scene) -> Base | SplineBase | None:
     return getattr(scene.model, "base", None)
 
 
-def turns(base: Numbers) -> Rotation:
+def base_turns(base: Numbers) -> Rotation:
     """Return the turns (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
     return Rotation.from_euler("ZYX", base[:, :2:-1])
 
@@ -55,14 +55,14 @@ def to_base(points: Numbers, base: Numbers | None) -> Numbers:
     """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
     if base is None:
         return points
-    return np.einsum("kji,knj->kni", turns(base).as_matrix(), points - base[:, None, :3])
+    return np.einsum("kji,knj->kni", base_turns(base).as_matrix(), points - base[:, None, :3])
 
 
 def to_world(points: Numbers, base: Numbers | None) -> Numbers:
     """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
     if base is None:
         return points
-    return np.einsum("kij,knj->kni", turns(base).as_matrix(), points) + base[:, None, :3]
+    return np.einsum("kij,knj->kni", base_turns(base).as_matrix(), points) + base[:, None, :3]
 
 
 def source_note(scene: Scene) -> str:
@@ -212,7 +212,7 @@ class Layout(NamedTuple):
         return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith(COORDINATES)]
 
     @property
-    def crowded(self) -> bool:
+    def is_crowded(self) -> bool:
         """Return whether there are too many coordinates to plot them all."""
         return len(self.moving) < len(self.joints)
 
@@ -262,7 +262,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         aimed=scene.sampled or scene.reference is not None,
         silent=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_properties(scene, origin),
+        properties=_scene_properties(scene, origin),
     )
 
 
@@ -300,7 +300,7 @@ def _swings(scene: Scene, found: Suspension | None) -> tuple[str, ...]:
     return tuple(names) if found is None else tuple(f"swing_{k}" for k in found.links if f"swing_{k}" in names)
 
 
-def _properties(scene: Scene, origin: str) -> dict[str, Any]:
+def _scene_properties(scene: Scene, origin: str) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "law": scene.law_name or "none",

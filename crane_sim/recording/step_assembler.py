@@ -118,9 +118,9 @@ class StepAssembler:
     def _row(self, stamp: int) -> Row:
         q, v = self._states[stamp]
         reference = next(value for since, value in reversed(self._references) if since <= stamp)
-        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], self._demanded(stamp), reference)
+        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], self._demanded_efforts(stamp), reference)
 
-    def _demanded(self, stamp: int) -> Vector | None:
+    def _demanded_efforts(self, stamp: int) -> Vector | None:
         """Return the only command of a stamp, of several the one that was applied; None where none is that."""
         heard = self._commands.get(stamp, [])
         fitting = heard if len(heard) == 1 else [effort for effort in heard if effort == self._efforts[stamp]]

@@ -44,7 +44,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, kept: list[object]) -> None
         ValueError: the settings leave nothing to record.
         Fault: a file could not be written.
     """
-    check(settings)
+    check_settings(settings)
     scene = load_scene(settings.scene)
     if settings.standby:
         hearing, outputs = _stood_by(host, scene, settings, kept)
@@ -59,7 +59,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, kept: list[object]) -> None
         _record(host, scene, hearing, outputs)
 
 
-def check(settings: SimpleNamespace) -> None:
+def check_settings(settings: SimpleNamespace) -> None:
     """Raise ValueError, one line, for settings that make no sense together."""
     if not (settings.path or settings.mcap):
         raise ValueError("parameters path and mcap are both empty: there is nothing to write")
@@ -106,7 +106,7 @@ def _open_outputs(
 
 def _record(host: NodeHost, scene: "Scene", hearing: RecorderSubscriptions, outputs: Outputs) -> None:
     _listen(host, hearing, outputs)
-    added = _finish(host, hearing, outputs, *_final_summary(scene, host.stopping))
+    added = _finish_files(host, hearing, outputs, *_final_summary(scene, host.stopping))
     host.pipes.report("done", summary=added)
     for output in outputs.files:
         if output.broken:
@@ -135,7 +135,7 @@ def _report(host: NodeHost, outputs: Outputs) -> None:
     host.pipes.report("progress", **outputs.progress())
 
 
-def _finish(
+def _finish_files(
     host: NodeHost, hearing: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], within: float
 ) -> dict[str, Any]:
     """Wait for what is still on its way, complete the files, return what they add to the summary."""

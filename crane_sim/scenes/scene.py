@@ -135,7 +135,7 @@ def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: M
     shared = [key for key in SHARED if switched and key in own and f"control.{key}" not in given]
     while True:
         try:
-            scene = _build(document)
+            scene = _build_scene(document)
             break
         except ForeignSetting as error:
             if error.key not in shared:
@@ -147,7 +147,7 @@ def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: M
     return replace(scene, notes={**scene.notes, "left_out": told}) if left else scene
 
 
-def _build(document: dict[str, Any], period: float | None = None) -> Scene:
+def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
     """Return the scene of a document, with the control period [s] of another one where that is given."""
     file = _validate(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
@@ -160,7 +160,7 @@ def _build(document: dict[str, Any], period: float | None = None) -> Scene:
     source = law if continuous else None if control is not None else file.open_loop()
     method, why = choose_method(file.integrator, file.demands(sampled))
     hardware, noted = equipment_of(file, period)
-    model = crane.metered(held=(sampled or type(source) is tuple) and not acts(hardware))
+    model = crane.with_meter(held=(sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
         **same,
@@ -246,7 +246,7 @@ def _nominal_scene(file: File, document: dict[str, Any]) -> Scene:
     control = file.control
     assert control is not None
     try:
-        scene = _build(nominal(document, control.nominal), _period(file))
+        scene = _build_scene(nominal(document, control.nominal), _period(file))
     except SceneError as error:
         raise SceneError(f"control.nominal: {error}") from None
     if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:

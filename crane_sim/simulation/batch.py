@@ -204,7 +204,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     clock = Clock(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
     cranes = columns([extract_drive(scene) for scene in scenes])  # first: it refuses scenes that differ
-    places = _places(scenes, len(times))
+    places = _allocate_places(scenes, len(times))
     batch = cranes, clock, places
     alone: Share = partial(pass_cranes, *batch)
     share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
@@ -231,7 +231,7 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def _places(scenes: Sequence[Scene], samples: int) -> Places:
+def _allocate_places(scenes: Sequence[Scene], samples: int) -> Places:
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.integrators import apply_pending_events, record, start
+from crane_sim.integrators import apply_pending_events, make_event_log, start
 from crane_sim.numerics.jit import entry
 from crane_sim.scenes.scene import Scene, load_scene
 
@@ -22,7 +22,7 @@ SceneSource = Scene | str | Path | Mapping[str, Any]
 def joint_acceleration(p, t, q, v, u):
     """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
     switches = system.switching(p)
-    flow = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), record(switches)))
+    flow = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches)))
     return system.acceleration(p, t, flow.x, u)
 
 
@@ -34,7 +34,7 @@ def energy_at(p, t, q, v):
     return system.kinetic(p, x) + system.potential(p, x), kinetic + potential
 
 
-def _numbers(name: str, values: Vector, n: int) -> tuple[float, ...]:
+def _as_vector(name: str, values: Vector, n: int) -> tuple[float, ...]:
     try:
         found = () if isinstance(values, str | Mapping) else tuple(map(float, values))
     except (TypeError, ValueError):
@@ -60,7 +60,7 @@ def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float =
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     nq, nu = len(scene.joint_names), len(scene.actuated)
-    q, v, u = _numbers("q", q, nq), _numbers("v", v, nq), _numbers("u", u, nu)
+    q, v, u = _as_vector("q", q, nq), _as_vector("v", v, nq), _as_vector("u", u, nu)
     return np.array(joint_acceleration(scene.model, _time(t), np.array(q), np.array(v), u))
 
 
@@ -81,6 +81,6 @@ def energy(scene: SceneSource, q: Vector, v: Vector, t: float = 0.0, frame: str 
     if frame not in ("world", "base"):
         raise SceneError(f"frame = {frame!r}: possible: world, base")
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    at = (np.array(_numbers(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
+    at = (np.array(_as_vector(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
     relative, added = energy_at(scene.model, _time(t), *at)
     return relative + added if frame == "world" else relative

@@ -36,7 +36,7 @@ class EnergyBalance:
     """The balance of one run, from its instants in order: the same bits however many come at once."""
 
     def __init__(self, energy: float, metered: bool) -> None:
-        """Begin with an energy [J]; the model is `metered`, or the work of held efforts is all that is supplied."""
+        """Begin with an energy [J]; the model is `with_meter`, or the work of held efforts is all that is supplied."""
         self._begun, self._metered = energy, metered
         self._given = 0.0  # J, what a meter does not tell
         self._total = np.zeros(2)
@@ -53,7 +53,7 @@ class EnergyBalance:
             supplied: readings of the meter (K,) [J].
             kinetic, potential: energies relative to the base (K,) [J].
         """
-        work = supplied if self._metered else self._worked(q, u)
+        work = supplied if self._metered else self._compute_work(q, u)
         self._last = q[-1].copy(), u[-1].copy()
         found = kinetic + potential - self._begun - (self._given + work)
         self._worst = max(self._worst, float(np.abs(found).max()))
@@ -61,7 +61,7 @@ class EnergyBalance:
         self._lowest = min(self._lowest, float(potential.min()))
         self._highest = max(self._highest, float(potential.max()))
 
-    def _worked(self, q: Array, u: Array) -> Array:
+    def _compute_work(self, q: Array, u: Array) -> Array:
         """Return the work [J] up to each of K instants (K,)."""
         work = np.zeros(len(q))
         if self._last is None:
@@ -73,9 +73,9 @@ class EnergyBalance:
 
     def change(self, q: Array, given: float, metered: bool) -> None:
         """Go on from positions q (nu,) with another model, which brings `given` energy [J] along."""
-        self._given, self._metered = given + self._supplied(q, 0.0), metered
+        self._given, self._metered = given + self._supplied_energy(q, 0.0), metered
 
-    def _supplied(self, q: Array, supplied: float) -> float:
+    def _supplied_energy(self, q: Array, supplied: float) -> float:
         """Return the energy [J] supplied up to positions q, where the meter reads `supplied` [J]."""
         if self._metered or self._last is None:
             return self._given + supplied
@@ -93,7 +93,7 @@ class EnergyBalance:
         """
         if self._last is None:
             return 0.0, 0.0
-        end = abs(float(energy) - self._begun - self._supplied(q, float(supplied)))
+        end = abs(float(energy) - self._begun - self._supplied_energy(q, float(supplied)))
         swung = self._kinetic + self._highest - self._lowest
         scale = max(swung, 1e-9 * max(abs(self._lowest), abs(self._highest)), 1e-12)
         return end / scale, max(end, self._worst) / scale

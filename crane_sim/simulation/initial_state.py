@@ -67,8 +67,8 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     """
     if q is None and v is None:
         return scene
-    place = _numbers(scene, "positions", scene.initial_q if q is None else q)
-    speed = _numbers(scene, "velocities", scene.initial_v if v is None else v)
+    place = _as_tuple(scene, "positions", scene.initial_q if q is None else q)
+    speed = _as_tuple(scene, "velocities", scene.initial_v if v is None else v)
     start = replace(scene, initial_q=place, initial_v=speed)
     flow, *shown = begin(scene.model, np.array(place), np.array(speed))
     for what, wanted, found in zip(("positions", "velocities"), (place, speed), shown, strict=True):
@@ -85,7 +85,7 @@ def _free_to_push(model: Any) -> Any:
     return model if stops is None else model._replace(stops=stops._replace(taut=0.0))
 
 
-def _numbers(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:
+def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:
     found = tuple(map(float, values))
     if len(found) != len(scene.joint_names):
         raise SceneError(f"{what}: has {len(found)} values, the joints are {', '.join(scene.joint_names)}")

@@ -16,7 +16,7 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.settling import Settling
 from crane_sim.stepping.rows import split
-from crane_sim.trajectories.path import references
+from crane_sim.trajectories.path import sample_path
 
 Array = npt.NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Tracking:
 
     def _errors(self, t: Array, q: Array, payload: Array) -> Array:
         """Return the sizes of the errors (K,)."""
-        goal = references(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
+        goal = sample_path(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
         base = getattr(self._model, "base", None)
         if self._path.of_joints:
             found = q[:, self._driven]
@@ -173,7 +173,7 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
 
 
 @entry
-def energies(p, x):
+def read_meters(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
     return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
 
@@ -208,7 +208,7 @@ class Metrics:
         self._scene, self._model = scene, model
         self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
         self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
-        self._balance = EnergyBalance(energies(model, x)[0], model.meter is not None)
+        self._balance = EnergyBalance(read_meters(model, x)[0], model.meter is not None)
         self._settling: Settling | None = None
         if scene.reference is not None:
             self._settling = Settling(np.array(scene.reference), self._of_driven(scene.initial_q))
@@ -263,7 +263,7 @@ class Metrics:
         final = self._final(t, q, v)
         angles = np.degrees([self._swing, self._residual, final.swing[0]])
         low, high = self._tension
-        audit = self._balance.errors(self._of_driven(q), *energies(self._model, flow.x))
+        audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, flow.x))
         return {
             "steps": round(t / self._scene.period),
             "sim_time": t,
@@ -271,7 +271,7 @@ class Metrics:
             "final_error": self._final_error(q),
             "peak_swing_deg": float(max(angles[0], angles[2])),
             "residual_swing_deg": float(max(angles[1:])),
-            "settling_time": self._settled(t, q),
+            "settling_time": self._settling_times(t, q),
             "peak_effort": dict(zip(self._scene.actuated, map(float, self._peak), strict=True)),
             "saturated_steps": saturated,
             "min_rope_tension": low if np.isfinite(low) else None,
@@ -298,7 +298,7 @@ class Metrics:
         """Return the actuated joints' part of the positions q."""
         return np.array(q)[self._driven]
 
-    def _settled(self, t: float, q: Vector) -> dict[str, float | None]:
+    def _settling_times(self, t: float, q: Vector) -> dict[str, float | None]:
         if self._settling is None:
             return {}
         times = self._settling.times(t, self._of_driven(q), self._scene.period)

@@ -96,14 +96,14 @@ class Plant:
     def braking(self, on: bool) -> None:
         if on == self._braking:
             return
-        rig = self._rig or self._equipped()
+        rig = self._rig or self._make_brakes()
         rig.brake(on)
         self._braking, self._still = on, 0
 
-    def _equipped(self) -> HardwareRun:
+    def _make_brakes(self) -> HardwareRun:
         """Return brakes to go on with; they do work within a period, so the model needs a meter."""
         self._flush()
-        metered = self.model.metered(held=False)
+        metered = self.model.with_meter(held=False)
         self._flow = resume(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
         self._metrics.change(self.scene, metered, self.q)
         self.model, self._rig = metered, HardwareRun(self.scene)
@@ -143,7 +143,7 @@ class Plant:
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         self._check_efforts(u)
-        flow, q, v, seen, applied = self._passed(None if u is None else tuple(u))
+        flow, q, v, seen, applied = self._advance_period(None if u is None else tuple(u))
         if flow.status != OK and flow.t < (self.k + 1) * self.scene.period:
             check_status(flow, self.model)
         self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
@@ -161,7 +161,7 @@ class Plant:
         if u is None and self.scene.sampled and not self._braking:
             raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
 
-    def _passed(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+    def _advance_period(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
         """Return (flow, q, v, what sensors show or None, efforts applied) one period later."""
         scene, end = self.scene, (self.k + 1) * self.scene.period
         if self._rig is not None:

@@ -17,7 +17,7 @@ from crane_sim.integrators import (
     Integration,
     apply_pending_events,
     dense_output,
-    record,
+    make_event_log,
     stages,
     start,
     step,
@@ -68,7 +68,7 @@ def pass_cranes(cranes, clock, places, first, last):
     """Pass the whole time of cranes `first` to `last` (not included), one after the other."""
     for i in range(first, last):
         method, p, source = tree_column(cranes, i)
-        flow = start(p, 0.0, initial_state(p, places, i), record(system.switching(p)))
+        flow = start(p, 0.0, initial_state(p, places, i), make_event_log(system.switching(p)))
         flow, passed = passed_through(source, method, p, flow, clock, places.rows[i])
         note(p, clock, places, i, flow, passed)
 

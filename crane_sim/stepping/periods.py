@@ -8,7 +8,7 @@ Within a period the demanded efforts are held; `u` may instead be a source that 
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.integrators import OK, apply_pending_events, dense_output, reach, record, start, step_bound
+from crane_sim.integrators import OK, apply_pending_events, dense_output, make_event_log, reach, start, step_bound
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, routine
 
@@ -29,7 +29,7 @@ def _(law, t, q, v):
 @entry
 def begin(p, q, v):
     """Return (flow, q, v) at rest on the initial joint positions and velocities, at t = 0."""
-    flow = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), record(system.switching(p)))
+    flow = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), make_event_log(system.switching(p)))
     return flow, *system.joints(p, flow.x)
 
 

@@ -88,7 +88,7 @@ def fill_places(base, t, out):
             out[i, k] = x[k]
 
 
-def places(base: Base | SplineBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def base_positions(base: Base | SplineBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the positions (K, 6) [m, rad] of a base at times t (K,) [s]."""
     out = np.empty((len(t), len(AXES)))
     fill_places(base, t, out)

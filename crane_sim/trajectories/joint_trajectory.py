@@ -63,7 +63,7 @@ class Trajectory(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        return self.uneven() or self.unfinished(0) or self.unfinished()
+        return self.uneven() or self.point_in_motion(0) or self.point_in_motion()
 
     def uneven(self) -> str:
         """Return one line on points that do not fit together, empty when all do."""
@@ -79,7 +79,7 @@ class Trajectory(NamedTuple):
                 return f"points[{i}].time_from_start = {point.time_from_start:g}: times must increase"
         return ""
 
-    def unfinished(self, i: int = -1) -> str:
+    def point_in_motion(self, i: int = -1) -> str:
         """Return one line on a point that is not at rest, empty when it is: the last one, if no other is asked for."""
         if max(map(abs, self.points[i].velocities), default=0.0) <= STILL:
             return ""

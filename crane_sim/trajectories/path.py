@@ -91,7 +91,7 @@ def further_at(path, t):
 
 
 @entry
-def references(path, t):
+def sample_path(path, t):
     """Return position, velocity and acceleration (K, 3, n) of a path at times t (K,) [s]."""
     n = len(reference_at(path, 0.0)[0])
     out = np.empty((len(t), 3, n))
@@ -102,4 +102,4 @@ def references(path, t):
     return out
 
 
-__all__ = ["Array", "Coordinate", "Path", "Pieces", "further_at", "path_of", "reference_at", "references"]
+__all__ = ["Array", "Coordinate", "Path", "Pieces", "further_at", "path_of", "reference_at", "sample_path"]

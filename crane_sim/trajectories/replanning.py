@@ -41,7 +41,7 @@ def join_path(trajectory: Trajectory, path: Path, names: Sequence[str], t: float
     """
     if sorted(trajectory.joint_names) != sorted(names):
         raise ValueError(f"joint_names = {', '.join(trajectory.joint_names)}: must be {', '.join(names)}, in any order")
-    complaint = trajectory.uneven() or trajectory.unfinished()
+    complaint = trajectory.uneven() or trajectory.point_in_motion()
     if complaint:
         raise ValueError(complaint)
     order = [trajectory.joint_names.index(name) for name in names]

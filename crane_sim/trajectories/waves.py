@@ -58,7 +58,7 @@ def _form(x: Array, gamma: float) -> Array:
     return x**-5 * np.exp(-1.25 * x**-4) * gamma**peak
 
 
-def _energies(gamma: float) -> tuple[Array, Array]:
+def _split_energy(gamma: float) -> tuple[Array, Array]:
     """Return (frequencies in units of the peak's, energy below each of them), without units."""
     x = np.geomspace(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond
     form = _form(x, gamma)
@@ -71,7 +71,7 @@ def density(sea: Sea, frequencies: Array) -> Array:
     Its integral is the variance of the elevation, the square of the significant height over 16, whatever gamma is.
     """
     peak = 2.0 * np.pi / sea.peak_period
-    total = _energies(sea.gamma)[1][-1]
+    total = _split_energy(sea.gamma)[1][-1]
     return sea.significant_height**2 / 16.0 * _form(np.asarray(frequencies) / peak, sea.gamma) / (total * peak)
 
 
@@ -81,7 +81,7 @@ def sample_sea(sea: Sea, count: int, seed: int) -> Waves:
     Each frequency is drawn from its own share of the energy: no two have a common period, and the sum does not repeat.
     """
     rng = np.random.default_rng(seed)
-    x, energy = _energies(sea.gamma)
+    x, energy = _split_energy(sea.gamma)
     shares = (np.arange(count) + rng.random(count)) / count * np.interp(HIGHEST, x, energy)
     frequencies = np.interp(shares, energy, x) * 2.0 * np.pi / sea.peak_period
     amplitude = sea.significant_height / 4.0 * np.sqrt(2.0 / count)

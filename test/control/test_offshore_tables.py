@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from crane_sim.evaluation.reproduce import observer, offshore
-from crane_sim.evaluation.reproduce.page import save
+from crane_sim.evaluation.reproduce.page import save_pages
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
@@ -24,7 +24,7 @@ COLUMNS = list(zip((experiment for pair in offshore.PAIRS for experiment in pair
 @pytest.mark.parametrize(("experiment", "printed"), COLUMNS, ids=[f"{e.table}, {e.name}" for e, _ in COLUMNS])
 def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float, ...], seeds: int) -> None:
     """Tables 5, 7 and 9 come out within what their unprinted parameters leave open: one servo for all of them."""
-    found = offshore.numbers(experiment, seeds)
+    found = offshore.measure_errors(experiment, seeds)
     for row, value, tolerance in zip(found, printed[::2], printed[1::2], strict=True):
         assert row.paper == value and row.runs == (seeds if experiment.seeded else 1)
         assert value * (1.0 - tolerance) <= row.lowest <= row.ours <= row.highest <= value * (1.0 + tolerance)
@@ -42,7 +42,7 @@ def test_the_verdict_is_on_all_seeds() -> None:
 def test_what_the_tables_rest_on() -> None:
     """Feedforward closes table 5's gap, one feature learns like a hundred, damping does better, 0.5 m throws it off."""
     forward, printed_sway, constant, damped = (
-        next(offshore.numbers(experiment, 1)).ours for experiment in offshore.OTHERWISE
+        next(offshore.measure_errors(experiment, 1)).ours for experiment in offshore.OTHERWISE
     )
     assert forward < 0.1 * offshore.ANGULAR.mse.value  # the Cartesian law is at 0.007 of it
     assert printed_sway > 10.0 * offshore.UNTAUGHT.mse.value  # "far off"
@@ -53,7 +53,7 @@ def test_what_the_tables_rest_on() -> None:
 def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     """The page says plainly that something is not reproduced, has a line for each row, and a picture."""
     rows = list(offshore.sentences())
-    save({"offshore": rows}, str(tmp_path))
+    save_pages({"offshore": rows}, str(tmp_path))
     page = (tmp_path / "offshore.md").read_text()
     assert "**Not reproduced**" in page and "(offshore.png)" in page and page.count("\n| ") == len(rows) + 1
     assert (tmp_path / "offshore.png").read_bytes().startswith(b"\x89PNG")

@@ -10,12 +10,12 @@ from click.testing import CliRunner
 
 from crane_sim.cli.bench import bench
 from crane_sim.evaluation.bench import scenes
-from crane_sim.evaluation.bench.cases import CASES, LEVELS, scene_of, truth_of
+from crane_sim.evaluation.bench.cases import CASES, LEVELS, case_scene, truth_of
 from crane_sim.evaluation.bench.crane_sim_engine import NAME, CraneSimEngine
 from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
-from crane_sim.evaluation.bench.page import page
+from crane_sim.evaluation.bench.page import write_page
 from crane_sim.evaluation.bench.results import Target, best, points_of, targets
-from crane_sim.evaluation.bench.store import merge_part, read_store, round_floats, save
+from crane_sim.evaluation.bench.store import merge_part, read_store, round_floats, write_store
 from crane_sim.evaluation.bench.sweep import Point, cheapest, measure_points, run_trial, select_candidates, sweep_method
 from crane_sim.files.errors import SceneError
 
@@ -34,17 +34,17 @@ def run(error: float, setting: float = 0.1) -> Run:
 
 def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
     """References belong to the scenes' own ends, and are ten times better than the finest error compared, or more."""
-    from crane_sim.evaluation.reproduce.hardcases import references
+    from crane_sim.evaluation.reproduce.hardcases import hardcase_references
 
     for case in CASES:
-        assert references()[case.scene]["t"][-1] == pytest.approx(scene_of(case).duration, abs=1e-12)
+        assert hardcase_references()[case.scene]["t"][-1] == pytest.approx(case_scene(case).duration, abs=1e-12)
         assert truth_of(case).trusted <= LEVELS[-1] / 10.0
 
 
 @pytest.mark.parametrize(("method", "order", "finest", "coarsest"), [("rk4", 4, 1e-3, 6e-3), ("rk8", 8, 0.03, 0.12)])
 def test_our_runs_converge_at_their_order(method: str, order: int, finest: float, coarsest: float) -> None:
     """On S1 the error falls with the step as the method's order says, and evaluations are stages times steps."""
-    runs = [r for r in CraneSimEngine(scene_of(CASES[0])).runs(method) if finest < r.setting < coarsest]
+    runs = [r for r in CraneSimEngine(case_scene(CASES[0])).runs(method) if finest < r.setting < coarsest]
     trials = [run_trial(r, truth_of(CASES[0])) for r in runs]
     steps = [10.0 / (t.steps or 1) for t in trials]
     slope = np.polyfit(np.log(steps), np.log([t.error for t in trials]), 1)[0]
@@ -100,7 +100,7 @@ def test_data_survive_the_file(tmp_path: Path) -> None:
     data = merge_part(data, "scenes", part("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
     data = merge_part(data, "scenes", part("3", "a", "S1", point("a", 1e-4, 3.0)))
     data = merge_part(data, "scenes", part("4", "b", "S5"))
-    save(data, tmp_path)
+    write_store(data, tmp_path)
     again = read_store(tmp_path)
     assert again == data and again["scenes"]["date"] == "4" and again["scenes"]["engines"] == {"a": "1", "b": "1"}
     found = points_of(again["scenes"]["scenes"]["S1"])
@@ -127,7 +127,7 @@ def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
     found = best(points_of(data["scenes"]["scenes"]["S1"]))[NAME]
     assert all(p is not None and p.method == "rk8" and p.error <= level for p, level in zip(found, LEVELS, strict=True))
     text = (tmp_path / "performance.md").read_text()
-    assert text == page(data) and "| S1 | crane_sim |" in text
+    assert text == write_page(data) and "| S1 | crane_sim |" in text
     assert (tmp_path / "performance.png").read_bytes()[:4] == b"\x89PNG"
 
 

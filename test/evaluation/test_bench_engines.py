@@ -8,11 +8,11 @@ import pytest
 from crane_sim.evaluation.bench.engine import Engine, Missing, Outcome, Run
 from crane_sim.evaluation.bench.peers import mujoco_engine, pinocchio_engine
 from crane_sim.evaluation.bench.peers.drake_engine import Drake
-from crane_sim.evaluation.bench.peers.joints import centre, fastest, joints, steps, tension
+from crane_sim.evaluation.bench.peers.joints import centre, fastest, model_joints, steps, tension
 from crane_sim.evaluation.bench.peers.mujoco_engine import MuJoCo
 from crane_sim.evaluation.bench.peers.pinocchio_engine import Pinocchio
 from crane_sim.evaluation.bench.problem import Boom, Chain, KnuckleCrane, Problem, Spring
-from crane_sim.evaluation.reproduce.hardcases import references
+from crane_sim.evaluation.reproduce.hardcases import hardcase_references
 from crane_sim.integrators import dop853, rk4
 
 SWING = Chain(5.0, np.array([10.0]), np.array([2.0]), np.radians([60.0]), 9.81, 10.0)
@@ -72,14 +72,14 @@ def near(found: Engine, problem: Problem, method: str, setting: float) -> Run:
 
 def error(name: str, outcome: Outcome) -> float:
     """Return how far [m] the payload is from where it ends in extended precision."""
-    return float(np.linalg.norm(outcome.payload - references()[name]["nodes"][-1][-1]))
+    return float(np.linalg.norm(outcome.payload - hardcase_references()[name]["nodes"][-1][-1]))
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_the_joints_start_where_the_crane_does(name: str) -> None:
     """The row of joints that all engines get puts the payload where the problem says, at rest length where it does."""
     problem = PROBLEMS[name]
-    row = joints(problem)
+    row = model_joints(problem)
     q = np.array([joint.start for joint in row])
     if isinstance(problem, Chain):
         angles, lengths = problem.angles, problem.lengths
@@ -95,7 +95,7 @@ def test_the_joints_turn_and_slide_in_space() -> None:
     turn = 0.7
     spin = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
     slewed = KNUCKLE._replace(q=KNUCKLE.q + [turn, 0.0, 0.0], start=spin @ KNUCKLE.start)
-    rows = joints(KNUCKLE), joints(slewed)
+    rows = model_joints(KNUCKLE), model_joints(slewed)
     starts = [np.array([joint.start for joint in row]) for row in rows]
     assert starts[1] - starts[0] == pytest.approx([turn, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-14)
     assert centre(rows[1], starts[1]) == pytest.approx(spin @ KNUCKLE.start, abs=1e-14)
@@ -130,7 +130,7 @@ def test_the_spring_pulls_as_it_should(kind: type[Engine], method: str, step: fl
     run = near(engine(kind), SPRING, method, step)
     outcome = run.go(1)
     assert error("overhead_spring", outcome) < 3e-7  # at these steps the worst one is 9e-8
-    exact = references()["overhead_spring"]["tension"][-1][-1]
+    exact = hardcase_references()["overhead_spring"]["tension"][-1][-1]
     assert outcome.tension == pytest.approx(exact, abs=0.3)  # N of 383: 1e6 N/m on the position error, as above
     assert np.array_equal(run.go(2).payload, outcome.payload)
 

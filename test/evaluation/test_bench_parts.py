@@ -9,7 +9,7 @@ import pytest
 
 from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recording, start
 from crane_sim.evaluation.bench.group_cases import CASES
-from crane_sim.evaluation.bench.measurement import machine, ratio, spread
+from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.ros.common.timing import StepTiming
 from crane_sim.scenes.scene import load_scene
 
@@ -25,8 +25,8 @@ def checked(found: dict[str, Any]) -> dict[str, Any]:
 
 def test_a_ratio_is_taken_round_by_round() -> None:
     """A drift that hits both sides of a round drops out of their ratio, which the ratio of medians would not do."""
-    assert spread([3.0, 1.0, 2.0]) == {"median": 2.0, "least": 1.0, "most": 3.0, "rounds": [3.0, 1.0, 2.0]}
-    assert ratio([2.0, 40.0, 6.0], [1.0, 20.0, 3.0]) == spread([2.0, 2.0, 2.0])
+    assert describe_spread([3.0, 1.0, 2.0]) == {"median": 2.0, "least": 1.0, "most": 3.0, "rounds": [3.0, 1.0, 2.0]}
+    assert ratio([2.0, 40.0, 6.0], [1.0, 20.0, 3.0]) == describe_spread([2.0, 2.0, 2.0])
 
 
 def test_lockstep_is_compared_with_both_echoes() -> None:
@@ -93,7 +93,7 @@ def test_a_group_has_a_cost_and_states() -> None:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.base.label}: {case.group}")
 def test_a_case_differs_from_its_base_by_its_group(case: groups.Case) -> None:
     """Both scenes of a row are possible, are the same crane, and the group is in one of them only."""
-    without, having = groups.pair(case)
+    without, having = groups.scene_pair(case)
     assert without.crane == having.crane and without.document != having.document
 
 

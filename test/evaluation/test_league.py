@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim.cli.league import save
+from crane_sim.cli.league import save_comparison
 from crane_sim.evaluation.league.cases import COLUMNS, GROUPS, LOOKING, OF_KNUCKLE, PENDULUM, Group, Task
 from crane_sim.evaluation.league.cells import Cell, Figures, cells, evaluate, middle
-from crane_sim.evaluation.league.scenes import scene_of
+from crane_sim.evaluation.league.scenes import task_scene
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
@@ -24,7 +24,9 @@ def trial_of(column: str) -> Task:
 
 def test_laws_are_not_told_what_is_wrong() -> None:
     """A payload or rope that differs and a base that moves are in the scene, and not in what the law believes."""
-    heavy, long, sea = (scene_of(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea"))
+    heavy, long, sea = (
+        task_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
+    )
     assert heavy["payload"]["mass"] == pytest.approx(4.8) and heavy["control"]["nominal"]["payload"]["mass"] == 4.0
     assert long["rope"]["length"] == pytest.approx(1.05 * 1.255)
     assert load_scene(long).law.tracker.pendulum.length == 1.255  # pyright: ignore[reportAttributeAccessIssue]
@@ -34,7 +36,7 @@ def test_laws_are_not_told_what_is_wrong() -> None:
 def test_a_shaped_path_is_believed_and_not_judged() -> None:
     """Open loop with ZV the suspension point follows the shaped path; errors are from the path as it is."""
     shaped = next(contender for contender in GROUPS[0].contenders if contender.name.endswith("ZV"))
-    scene = load_scene(scene_of(trial_of("obstacle"), shaped, 0))
+    scene = load_scene(task_scene(trial_of("obstacle"), shaped, 0))
     assert scene.path is not None and scene.path.starts[-1] == 50.0
     believed = scene.law.path  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
     assert believed.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
@@ -43,7 +45,7 @@ def test_a_shaped_path_is_believed_and_not_judged() -> None:
 def test_settings_are_those_of_the_catalogue() -> None:
     """A law takes the gains of its own scene, at the period of the trial."""
     trial = next(group for group in GROUPS if group.name == "knuckle boom").trials[0]
-    plain, weighing, lqr = (scene_of(trial, contender, 0)["control"] for contender in OF_KNUCKLE)
+    plain, weighing, lqr = (task_scene(trial, contender, 0)["control"] for contender in OF_KNUCKLE)
     assert plain["kp"] == [30, 10, 10, 1] and "adaptation" not in plain
     assert weighing["adaptation"] == {"rate": 2} and weighing["kp"] == [30, 10, 10, 2]
     assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr
@@ -53,7 +55,7 @@ def test_a_cell_says_what_the_run_says() -> None:
     """Errors and swing of a cell are those that the run's own summary gathers, block by block."""
     trial = Task("obstacle", "offshore_obstacle")
     cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
-    told = simulate(load_scene(scene_of(trial, ANGULAR, 0))).summary
+    told = simulate(load_scene(task_scene(trial, ANGULAR, 0))).summary
     assert cell.figures is not None and not cell.refused and not cell.failed and cell.runs == 1
     assert cell.figures.mse == pytest.approx(told["tracking_mse"], rel=1e-9)  # the same sum in another order
     assert cell.figures.mae == pytest.approx(told["tracking_mae"], rel=1e-9)
@@ -83,7 +85,7 @@ def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
         Cell("pendulum", "harmonic", "obstacle", 1, None, "", "stopped at t = 1 s"),
         Cell("pendulum", "angular", "30 Hz vision", 10, None, "it has no camera", ""),
     ]
-    save(found, tmp_path)
+    save_comparison(found, tmp_path)
     page = (tmp_path / "league.md").read_text()
     assert (
         "| harmonic | obstacle: not controlled | 1 | - |" in page and "harmonic, obstacle: stopped at t = 1 s" in page

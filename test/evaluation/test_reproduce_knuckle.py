@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from crane_sim.evaluation.reproduce import knuckle
-from crane_sim.evaluation.reproduce.page import save
+from crane_sim.evaluation.reproduce.page import save_pages
 
 FOUND_ELSEWHERE = {  # energy law, LQR: from equations and an integrator that share no code with the simulator
     "Fig. 3, tower: settled to 2 % after, s": (26.8, 19.4),
@@ -24,7 +24,7 @@ FOUND_ELSEWHERE = {  # energy law, LQR: from equations and an integrator that sh
 @pytest.fixture(scope="module")
 def rows() -> list[knuckle.Compared]:
     """Return the rows of the scenes' manoeuvre."""
-    return list(knuckle.section_4(knuckle.pair()))
+    return list(knuckle.section_4(knuckle.run_both_laws()))
 
 
 def test_names_of_rows_are_known_beforehand(rows: list[knuckle.Compared]) -> None:
@@ -76,7 +76,7 @@ def test_every_row_tells_its_manoeuvre(rows: list[knuckle.Compared]) -> None:
 
 def test_a_page_with_its_figure_is_written(rows: list[knuckle.Compared], tmp_path: Path) -> None:
     """The page says plainly that something is not reproduced, has a line for each row, and a picture."""
-    save({"knuckle": rows}, str(tmp_path))
+    save_pages({"knuckle": rows}, str(tmp_path))
     page = (tmp_path / "knuckle.md").read_text()
     assert "**Not reproduced**" in page and "(knuckle.png)" in page and page.count("\n| ") == len(rows) + 1
     assert (tmp_path / "knuckle.png").read_bytes().startswith(b"\x89PNG")

@@ -12,7 +12,7 @@ from crane_sim.cli.soak import soak
 from crane_sim.evaluation.soak import inprocess, memory, realtime
 from crane_sim.evaluation.soak.drift import FALL, drift, drift_figures
 from crane_sim.evaluation.soak.figures import Figure, at_least, at_most, equal
-from crane_sim.evaluation.soak.store import save, thin_lists, write_page
+from crane_sim.evaluation.soak.store import save_findings, thin_lists, write_page
 from crane_sim.files.errors import SceneError
 
 STEPS = 20_000
@@ -88,10 +88,10 @@ KEPT, BROKEN = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha256
 
 def test_the_page_is_put_together_of_what_was_measured(tmp_path: Path) -> None:
     """A part that is saved joins those that are there, in the page's order, with its promises, kept or not."""
-    save("determinism", "crane soak determinism --count 4", [Figure("runs", 4), BROKEN], {}, tmp_path)
+    save_findings("determinism", "crane soak determinism --count 4", [Figure("runs", 4), BROKEN], {}, tmp_path)
     alone = (tmp_path / "soak.md").read_text()
     back = {"back_s": [0.25, float("inf"), 0.3]}
-    save("kill", "crane soak kill --count 6 --seed 0", [KEPT, Figure("back", float("inf"))], back, tmp_path)
+    save_findings("kill", "crane soak kill --count 6 --seed 0", [KEPT, Figure("back", float("inf"))], back, tmp_path)
     text = (tmp_path / "soak.md").read_text()
     assert text.endswith(alone[alone.index("## One scene") :])
     assert text.index("## Nodes that are killed") < text.index("## One scene, one run")
@@ -121,7 +121,7 @@ LOOKS = {"steps": series(9), "memory_MB": series(9), "steps_per_second": series(
 )
 def test_what_is_drawn_is_kept(part: str, data: dict[str, Any], tmp_path: Path) -> None:
     """Each part's plot can be drawn of the data that are saved of it, and of nothing else."""
-    save(part, f"crane soak {part}", [KEPT], data | {"more": series(5)}, tmp_path)
+    save_findings(part, f"crane soak {part}", [KEPT], data | {"more": series(5)}, tmp_path)
     assert (tmp_path / "soak" / f"{part}.png").stat().st_size > 0
     assert json.loads((tmp_path / "soak" / f"{part}.json").read_text())["data"] == data
 

@@ -34,8 +34,8 @@ class Bench(NotingStepper):
         self._waiting: deque[tuple[bytes, None]] = deque()
         self._takers: dict[str, Any] = {}
         self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
-        self.accepted: list[bytes] = []
-        publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
+        self.accept_effort: list[bytes] = []
+        publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accept_effort.append)
         self.node.create_publisher = lambda *_: publisher
         self._send()
 

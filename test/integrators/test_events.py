@@ -7,7 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import STOPPED, reach, record, start
+from crane_sim.integrators import STOPPED, make_event_log, reach, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.events import GUARD_SAMPLES
 from crane_sim.numerics.jit import entry
@@ -61,7 +61,7 @@ def _(p, t, x, u, which):
 @entry
 def thrown(p, x, end):
     """Return the flow from (0, x) to `end`, or to the ceiling."""
-    return reach(RK8(STEP), p, (), start(p, 0.0, x, record(system.switching(p))), end, end)
+    return reach(RK8(STEP), p, (), start(p, 0.0, x, make_event_log(system.switching(p))), end, end)
 
 
 def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:

@@ -9,7 +9,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import apply_pending_events, dense_output, reach, record, start
+from crane_sim.integrators import apply_pending_events, dense_output, make_event_log, reach, start
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.models.energy_meter import Meter
@@ -58,7 +58,7 @@ def scene_of_case(spec: Any) -> crane_sim.Scene:
 def passed(method, p, q, v, u, times, nodes):
     """Return (flow at the last of the times, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
     x = system.state(p, 0.0, q, v)
-    flow = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, record(system.switching(p))))
+    flow = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, make_event_log(system.switching(p))))
     for i in range(len(times)):
         flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
         system.points(p, times[i], dense_output(method, p, u, flow, times[i]), nodes[i])

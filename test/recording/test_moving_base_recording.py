@@ -11,11 +11,11 @@ from urdf_kinematics import forward
 
 import crane_sim
 from crane_sim.description import urdf
-from crane_sim.recording.layout import to_base, to_world, turns
+from crane_sim.recording.layout import base_turns, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
-from crane_sim.trajectories.base_motion import places
+from crane_sim.trajectories.base_motion import base_positions
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def recorded(run: Any, path: Path) -> Path:
 def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
     """Joint positions place the payload aboard, and the base's frame takes it to the model's in the world."""
     scene = run.scene
-    base = places(scene.model.base, run.t)
+    base = base_positions(scene.model.base, run.t)
     for k in (0, len(run.t) - 1):
         joints = dict(zip(scene.joint_names, run.q[k], strict=True))
         solid = forward(urdf(scene), joints, "payload_link")
@@ -53,10 +53,10 @@ def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
     (batch,) = [chunk.to_record_batch() for chunk in chunks]
     at = batch["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)
     turn = batch["Transform3D:quaternion"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 4)
-    base = places(run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period)
+    base = base_positions(run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period)
     assert len(at) > 10
     assert at == pytest.approx(base[:, :3], abs=1e-6)  # the recording keeps single precision
-    assert turn == pytest.approx(turns(base).as_quat(), abs=1e-6)  # likewise
+    assert turn == pytest.approx(base_turns(base).as_quat(), abs=1e-6)  # likewise
 
 
 def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path) -> None:

@@ -55,7 +55,7 @@ def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.Monke
 
     bench.plan = [(0.105, intrude)]
     realtime.run()
-    published = [wire.decode(data) for data in bench.accepted]
+    published = [wire.decode(data) for data in bench.accept_effort]
     stamps = [frame.stamp for frame in published]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * STEP, STEP)) and len(stamps) >= 19
     efforts = [frame.effort for frame in published]
@@ -68,7 +68,7 @@ def test_what_the_gate_refuses_is_no_demand(topic: str) -> None:
     """Commands with numbers or names that no plant takes never come to the recorder."""
     scene, heard = load_scene("knuckle_setpoint"), []
     recorder = SimpleNamespace(command=lambda stamp, effort: heard.append((stamp, effort)))
-    recorder.accepted = recorder.command
+    recorder.accept_effort = recorder.command
     take = MessageDecoder(scene, recorder).takers()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *A[1:]), (float("inf"), *A[1:]), (1e9, *A[1:])):

@@ -23,8 +23,8 @@ class OneCommandHost:
         self.stopping = self.brake = ""
         self.callbacks: dict[str, Any] = {}
         self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
-        self.accepted: list[bytes] = []
-        publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
+        self.accept_effort: list[bytes] = []
+        publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accept_effort.append)
         self.node.create_publisher = lambda *_: publisher
         self.sent: list[float] = []  # s, just before and just after the command
 

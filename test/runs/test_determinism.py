@@ -5,10 +5,10 @@ import sys
 import pytest
 
 from crane_sim import simulate
-from crane_sim.evaluation.soak.determinism import KILTED, Setup, busy, scene_of, setups, state_sha256
+from crane_sim.evaluation.soak.determinism import KILTED, Setup, busy, determinism_scene, setups, state_sha256
 from crane_sim.evaluation.soak.determinism import soak as determinism_soak
 
-SCENE = scene_of(3.0)
+SCENE = determinism_scene(3.0)
 
 
 def expected() -> str:

@@ -16,7 +16,7 @@ from crane_sim.scenes.averaging import average, average_scene
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.hardware import mechanics
 from crane_sim.simulation.rollout import simulate
-from crane_sim.trajectories.base_motion import base_motion_at, places
+from crane_sim.trajectories.base_motion import base_motion_at, base_positions
 from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import Wave
 
@@ -57,7 +57,7 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
     moving = {"heave": SWING | {"amplitude": 2.0}, "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still]}
     for motion, expected in ((moving, 0.5), (record, mean)):
         base = average_scene(load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})).model.base
-        found = places(base, np.array([0.0, 3.0]))
+        found = base_positions(base, np.array([0.0, 3.0]))
         # the spline's own error: (0.2 pi 0.1 s)^6, and some digits of rounding
         assert np.allclose(found, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)
         _, v, a = (np.array(part) for part in motion_at(base, 2.0))

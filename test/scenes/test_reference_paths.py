@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim.scenes.scene import load_scene
 from crane_sim.trajectories.joint_trajectory import Trajectory
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import references
+from crane_sim.trajectories.path import sample_path
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import Pieces, values
 from crane_sim.trajectories.shaping import impulses, shape_path
@@ -91,8 +91,8 @@ def test_files_say_what_the_scene_could(tmp_path: File, ending: str) -> None:
     file, t = tmp_path / f"way.{ending}", np.linspace(0.0, 4.0, 41)
     file.write_text(CSV if ending == "csv" else yaml.safe_dump({"header": {}} | TABLE) + "---\n")
     written, read = path_scene(**TABLE).path, path_scene(kind="trajectory", file=str(file)).path
-    assert np.array_equal(references(written, t), references(read, t))
-    assert references(read, np.array([9.0]))[0, 0] == pytest.approx([2.0, 1.0], abs=ROUNDING)
+    assert np.array_equal(sample_path(written, t), sample_path(read, t))
+    assert sample_path(read, np.array([9.0]))[0, 0] == pytest.approx([2.0, 1.0], abs=ROUNDING)
 
 
 def test_shaping_takes_its_frequency_from_the_rope() -> None:
@@ -213,7 +213,7 @@ def test_what_editors_and_spreadsheets_add_to_a_file_is_ignored(tmp_path: File) 
     """A byte order mark and empty lines change nothing."""
     (tmp_path / "way.csv").write_text("\ufeff" + CSV.replace("\n3", "\n\n3") + "\n\n")
     found, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).path, np.linspace(0.0, 4.0, 9)
-    assert np.array_equal(references(found, t), references(path_scene(**TABLE).path, t))
+    assert np.array_equal(sample_path(found, t), sample_path(path_scene(**TABLE).path, t))
 
 
 ROWS = {

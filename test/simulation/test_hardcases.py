@@ -7,7 +7,7 @@ import crane_sim
 from crane_sim.evaluation.reproduce import hardcases
 from crane_sim.simulation.rollout import simulate
 
-REFERENCES = hardcases.references()
+REFERENCES = hardcases.hardcase_references()
 ELSEWHERE = """overhead_drum overhead_friction_chain overhead_hoist_chain overhead_winch_hook overhead_drop
 overhead_steel overhead_spring overhead_pole overhead_pole_chain overhead_spatial overhead_elastic_free overhead_bounce
 overhead_bounce_chain overhead_toss overhead_toss_chain overhead_coulomb overhead_rods overhead_winch

@@ -19,7 +19,7 @@ from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
 from crane_sim.trajectories.joint_trajectory import Point, Trajectory
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import Path, path_of, references
+from crane_sim.trajectories.path import Path, path_of, sample_path
 from crane_sim.trajectories.polynomials import values
 from crane_sim.trajectories.replanning import join_path, pieces_of, with_path
 
@@ -35,7 +35,7 @@ def run() -> crane_sim.Rollout:
 
 def test_figures_are_their_definitions(run: crane_sim.Rollout) -> None:
     """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
-    error = np.linalg.norm(run.payload[:, :2] - references(SCENE.path, run.t)[:, 0], axis=1)
+    error = np.linalg.norm(run.payload[:, :2] - sample_path(SCENE.path, run.t)[:, 0], axis=1)
     expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
     found = [run.summary[name] for name in FIGURES]
     assert found[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order

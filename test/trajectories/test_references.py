@@ -11,7 +11,7 @@ from crane_sim.numerics.jit import entry
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.obstacle import Obstacle, distance
-from crane_sim.trajectories.path import further_at, path_of, references
+from crane_sim.trajectories.path import further_at, path_of, sample_path
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import Pieces, peaks, values
 
@@ -38,7 +38,7 @@ def test_arcs_are_their_formulas(profile: Any, turn: float) -> None:
     """Position, velocity and acceleration on an arc are those of R e^(i a(t)), at rest before and after."""
     arc = Arc((0.2, -0.1), 1.35, 0.3, 0.3 + turn, 40.0, 10.0, profile)
     t = np.linspace(0.0, 60.0, 1201)
-    found = references(path_of(arc.pieces()), t)
+    found = sample_path(path_of(arc.pieces()), t)
     s, ds, dds = way(profile, np.clip((t - 10.0) / 40.0, 0.0, 1.0))
     rate, second = turn * ds / 40.0, turn * dds / 1600.0
     spot = 1.35 * np.exp(1j * (0.3 + turn * s))
@@ -61,7 +61,7 @@ def test_lines_are_their_formulas(profile: Any) -> None:
 def test_the_length_of_an_arc() -> None:
     """The speed along an arc adds up to radius times angle."""
     path = path_of(Arc((0.0, 0.0), 1.35, 0.0, -2.5, 4.0).pieces())
-    length, _ = quad(lambda t: float(np.linalg.norm(references(path, np.array([t]))[0, 1])), 0.0, 4.0)
+    length, _ = quad(lambda t: float(np.linalg.norm(sample_path(path, np.array([t]))[0, 1])), 0.0, 4.0)
     assert length == pytest.approx(1.35 * 2.5, abs=1e-10)  # the quadrature's own accuracy
 
 

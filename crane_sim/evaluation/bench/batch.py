@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.evaluation.bench.engine import Missing, sweep_values
-from crane_sim.evaluation.bench.measurement import machine, spread
+from crane_sim.evaluation.bench.measurement import describe_spread, machine
 from crane_sim.evaluation.bench.peers import mujoco_engine
 from crane_sim.evaluation.bench.problem import problem_of
 from crane_sim.scenes.scene import Scene, load_scene
@@ -37,7 +37,7 @@ def cranes(name: str, method: str, step: float, count: int) -> list[Scene]:
     return scenes_of(scene, {"payload.mass": np.linspace(*SCENES[name], count)}, None)
 
 
-def rates(name: str, count: int, rounds: int) -> dict[str, Any]:
+def measure_rates(name: str, count: int, rounds: int) -> dict[str, Any]:
     """Return millions of steps a second by RK4: in lanes and one by one, on one core and on all; the ways take turns.
 
     `scenes_us` is what the checks of one crane's scene take; `compile_s` what compilation takes, or its cache.
@@ -52,31 +52,31 @@ def rates(name: str, count: int, rounds: int) -> dict[str, Any]:
         for way, (wide, threads) in ways.items():
             batch = run_cranes(scenes, NOTHING, threads, wide)
             found[way].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
-    speeds = {way: spread(values) for way, values in found.items()}
+    speeds = {way: describe_spread(values) for way, values in found.items()}
     return {"million_steps_per_s": speeds, "scenes_us": checked / count * 1e6, "compile_s": compiled}
 
 
 def costs(name: str, count: int, rounds: int) -> dict[str, Any]:
     """Return, by error and method, the coarsest step [s] that keeps it and µs per crane and simulated second."""
     fine = [run_cranes(cranes(name, "rk8", STEP / n, count), NOTHING, cores(), True).payload for n in (1, 2)]
-    found: dict[str, Any] = {"reference_doubt_m": _apart(*fine)}
+    found: dict[str, Any] = {"reference_doubt_m": _largest_distance(*fine)}
     for error in ERRORS:
-        found[f"{error:g}"] = {method: _cheapest(name, method, count, error, fine[1], rounds) for method in METHODS}
+        found[f"{error:g}"] = {method: _cheapest_run(name, method, count, error, fine[1], rounds) for method in METHODS}
     return found
 
 
-def _cheapest(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
+def _cheapest_run(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
     for part in PARTS:
         scenes = cranes(name, method, 0.01 / part, count)
-        if (off := _apart(run_cranes(scenes, NOTHING, cores(), True).payload, exact)) <= error:
+        if (off := _largest_distance(run_cranes(scenes, NOTHING, cores(), True).payload, exact)) <= error:
             taken = _repeat(lambda scenes=scenes: run_cranes(scenes, NOTHING, cores(), True), rounds)
             per_second = [1e6 * batch.wall_time / (count * scenes[0].duration) for batch in taken]
-            return {"step": 0.01 / part, "error_m": off, "us_per_crane_second": spread(per_second)}
+            return {"step": 0.01 / part, "error_m": off, "us_per_crane_second": describe_spread(per_second)}
     return None
 
 
 def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return what `rates` and `costs` return, of MuJoCo's RK4 on all cores; why not, where it is not installed."""
+    """Return rates and costs of MuJoCo's RK4 on all cores, keyed as those of this simulator; or why there are none."""
     scene = load_scene(name, {"integrator": {"method": "rk8", "step": STEP / 2}})
     plant = Plant(scene)
     problem = problem_of(scene, np.array(plant.payload))
@@ -87,13 +87,13 @@ def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
     try:
         for step in PEER_STEPS:
             ends, _ = mujoco_engine.batch(problem, 1, step, 1)
-            off, left = _apart(ends, np.array(plant.payload)), [e for e in ERRORS if f"{e:g}" not in found]
+            off, left = _largest_distance(ends, np.array(plant.payload)), [e for e in ERRORS if f"{e:g}" not in found]
             reached = [error for error in left if off <= error]
             if reached:
                 times = [mujoco_engine.batch(problem, count, step, cores())[1] for _ in range(rounds)]
                 steps, seconds = round(scene.duration / step), count * scene.duration
-                cost = spread([1e6 * taken / seconds for taken in times])
-                speed = spread([count * steps / taken / 1e6 for taken in times])
+                cost = describe_spread([1e6 * taken / seconds for taken in times])
+                speed = describe_spread([count * steps / taken / 1e6 for taken in times])
                 row = {"step": step, "error_m": off, "us_per_crane_second": cost, "million_steps_per_s": speed}
                 found |= {f"{error:g}": row for error in reached}
             if len(reached) == len(left):
@@ -103,7 +103,7 @@ def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
     return found
 
 
-def _apart(ends: Array, others: Array) -> float:
+def _largest_distance(ends: Array, others: Array) -> float:
     """Return the largest distance [m] between payloads (n, 3); infinite where one is not a number."""
     distance = np.linalg.norm(ends - others, axis=-1).max()
     return float(distance) if np.isfinite(distance) else float("inf")
@@ -122,7 +122,7 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
     found: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
-        ours = {"rates": rates(name, count, rounds), "costs": costs(name, count, rounds)}
+        ours = {"rates": measure_rates(name, count, rounds), "costs": costs(name, count, rounds)}
         found[name] = ours | {"mujoco": peer(name, peer_count, rounds)}
     return found | {"machine": machine()}
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.reproduce.hardcases import references
+from crane_sim.evaluation.reproduce.hardcases import hardcase_references
 from crane_sim.scenes.scene import Scene, load_scene
 
 LEVELS = (1e-2, 1e-4, 1e-6, 1e-9)
@@ -46,13 +46,13 @@ class Truth(NamedTuple):
     tension: float | None  # N, of an elastic cable at the end
 
 
-def scene_of(case: Case) -> Scene:
+def case_scene(case: Case) -> Scene:
     """Return the scene of a case."""
     return load_scene(case.scene)
 
 
 def truth_of(case: Case) -> Truth:
     """Return the reference of a case, from extended precision (`test/reference`)."""
-    known = references()[case.scene]
+    known = hardcase_references()[case.scene]
     tension = known["tension"][-1][-1] if "tension" in known else None
     return Truth(np.array(known["nodes"][-1][-1]), known["trusted"], tension)

@@ -9,7 +9,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
-from crane_sim.integrators import apply_pending_events, dense_output, reach, record, start, step_bound
+from crane_sim.integrators import apply_pending_events, dense_output, make_event_log, reach, start, step_bound
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -32,9 +32,9 @@ METHODS = (*FIXED, *ADAPTIVE)
 def integrate(method, p, source, q, v, end, times):
     """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
     x = system.project(p, system.state(p, 0.0, q, v))
-    flow = start(p, 0.0, x, record(system.switching(p)))
+    flow = start(p, 0.0, x, make_event_log(system.switching(p)))
     for _ in range(times):
-        fresh = start(p, 0.0, x, record(system.switching(p)))
+        fresh = start(p, 0.0, x, make_event_log(system.switching(p)))
         flow = reach(
             method, p, source, apply_pending_events(system.switching(p), p, source, fresh), end, step_bound(method, end)
         )

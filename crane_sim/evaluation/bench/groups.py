@@ -14,8 +14,8 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.evaluation.bench.group_cases import CASES, Case, Changes
-from crane_sim.evaluation.bench.measurement import machine, ratio, spread
-from crane_sim.integrators import OK, apply_pending_events, reach, record, start
+from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
+from crane_sim.integrators import OK, apply_pending_events, make_event_log, reach, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.numerics.jit import entry
 from crane_sim.numerics.states import add_scaled, dimension
@@ -49,7 +49,9 @@ def march_array(p, x, u, evaluations):
 def pass_time(method, p, x, u, end):
     """Return the integration at time `end` [s] that began with state x at 0."""
     switches = system.switching(p)
-    return reach(method, p, u, apply_pending_events(switches, p, u, start(p, 0.0, x, record(switches))), end, end)
+    return reach(
+        method, p, u, apply_pending_events(switches, p, u, start(p, 0.0, x, make_event_log(switches))), end, end
+    )
 
 
 class Subject(NamedTuple):
@@ -86,7 +88,7 @@ def subject(scene: Scene) -> Subject:
     return Subject(scene.model, flow.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source)
 
 
-def pair(case: Case) -> tuple[Scene, Scene]:
+def scene_pair(case: Case) -> tuple[Scene, Scene]:
     """Return the scenes without and with the group of a case."""
     before: Changes = {**case.base.changes, **case.common}
     # what both need must not undo what the group brings: the base of the meter has a law, the meter's scene has none
@@ -102,7 +104,7 @@ def cost(case: Case, rounds: int, times: int) -> dict[str, Any]:
         rounds: interleaved; what compiles comes before.
         times: evaluations per round, and twelve times the steps.
     """
-    without, having = map(subject, pair(case))
+    without, having = map(subject, scene_pair(case))
     figures: dict[str, Any] = {"crane": case.base.label, "group": case.group}
     figures["states"] = dimension(without.x)
     figures["states_added"] = dimension(having.x) - dimension(without.x)
@@ -116,9 +118,9 @@ def cost(case: Case, rounds: int, times: int) -> dict[str, Any]:
 
 def _compare(unit: str, without: Sequence[float], having: Sequence[float]) -> dict[str, Any]:
     return {
-        f"ns_per_{unit}_without": spread(without),
-        f"ns_per_{unit}_with": spread(having),
-        f"ns_per_{unit}_added": spread([b - a for a, b in zip(without, having, strict=True)]),
+        f"ns_per_{unit}_without": describe_spread(without),
+        f"ns_per_{unit}_with": describe_spread(having),
+        f"ns_per_{unit}_added": describe_spread([b - a for a, b in zip(without, having, strict=True)]),
         f"{unit}_ratio": ratio(having, without),
     }
 
@@ -135,11 +137,11 @@ def format_lines(found: dict[str, Any]) -> list[str]:
     ]
     lines.append(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")
     for row in found["cases"]:
-        costs = f"{_pair(row, 'evaluation')} {_pair(row, 'step')}"
+        costs = f"{_format_pair(row, 'evaluation')} {_format_pair(row, 'step')}"
         lines.append(f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} {row['states_added']:+}")
     return lines
 
 
-def _pair(row: dict[str, Any], unit: str) -> str:
+def _format_pair(row: dict[str, Any], unit: str) -> str:
     without, having = (row[f"ns_per_{unit}_{which}"]["median"] for which in ("without", "with"))
     return f"{without:8.1f} -> {having:8.1f} {row[f'{unit}_ratio']['median']:5.2f}x"

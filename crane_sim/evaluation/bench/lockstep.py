@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim import load_scene
-from crane_sim.evaluation.bench.measurement import machine, ratio, spread
+from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.orchestration import run
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
@@ -98,7 +98,7 @@ def measure(
         "scene": name,
         "steps_per_round": scene.steps,
         "rounds": rounds,
-        "steps_per_second": {kind: spread(values) for kind, values in found.items()},
+        "steps_per_second": {kind: describe_spread(values) for kind, values in found.items()},
         "ratio_to_echo": {kind: ratio(values, found["echo"]) for kind, values in found.items()},
         "ratio_to_packed_echo": {kind: ratio(values, found["packed echo"]) for kind, values in found.items()},
         "machine": machine(),

@@ -11,14 +11,14 @@ from typing import Any
 _PACKAGES = ("numpy", "numba", "scipy", "rclpy", "rerun-sdk", "rosbags")
 
 
-def spread(values: Sequence[float]) -> dict[str, Any]:
+def describe_spread(values: Sequence[float]) -> dict[str, Any]:
     """Return median, least and most of a measurement, and what every round gave."""
     return {"median": statistics.median(values), "least": min(values), "most": max(values), "rounds": list(values)}
 
 
 def ratio(ours: Sequence[float], theirs: Sequence[float]) -> dict[str, Any]:
     """Return the spread of ours / theirs, round by round: what both had to bear in a round drops out."""
-    return spread([a / b for a, b in zip(ours, theirs, strict=True)])
+    return describe_spread([a / b for a, b in zip(ours, theirs, strict=True)])
 
 
 def machine() -> dict[str, Any]:

@@ -18,7 +18,7 @@ _FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not e
 _MB = 1e6
 
 
-def nodes() -> dict[str, int]:
+def node_processes() -> dict[str, int]:
     """Return the process ids of the nodes that this process has started, by name."""
     found: dict[str, int] = {}
     for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
@@ -53,7 +53,7 @@ class Watch:
         if step == 0:
             return
         if not self._pids:
-            self._began, self._pids = time.monotonic(), nodes()
+            self._began, self._pids = time.monotonic(), node_processes()
         elapsed = time.monotonic() - self._began
         if elapsed >= len(self.times) * INTERVAL:
             self.times.append(elapsed)
@@ -97,12 +97,12 @@ def measure(
         "recorded_steps": summary.get("recorded_steps"),  # None: nobody recorded
         "sample_times_s": [round(t, 3) for t in watch.times],
         "sample_steps": watch.steps,
-        "resident": {node: _figures(watch.times, found, warm_up) for node, found in watch.samples.items()},
+        "resident": {node: _memory_figures(watch.times, found, warm_up) for node, found in watch.samples.items()},
         "machine": machine(),
     }
 
 
-def _figures(times: list[float], found: list[float], warm_up: float) -> dict[str, Any]:
+def _memory_figures(times: list[float], found: list[float], warm_up: float) -> dict[str, Any]:
     warm = [mb for t, mb in zip(times, found, strict=True) if t >= warm_up] or found[-1:]
     since = [t for t in times if t >= warm_up]
     slope = statistics.linear_regression(since, warm).slope if len(since) > 1 else 0.0

@@ -42,7 +42,7 @@ what it gave, is in [profiling.md](profiling.md).
 """
 
 
-def page(data: dict[str, Any]) -> str:
+def write_page(data: dict[str, Any]) -> str:
     """Return the page in Markdown."""
     parts = [HEAD]
     if "scenes" in data:

@@ -83,9 +83,9 @@ def problem_of(scene: Scene, payload: Array) -> Problem | None:
         payload: (3,) m, where the payload is at the start.
     """
     model = scene.model
-    if isinstance(model, PlanarCrane | RodCrane) and _plain(model) and _at_rest(scene):
+    if isinstance(model, PlanarCrane | RodCrane) and _is_plain(model) and _at_rest(scene):
         return _chain(scene)
-    if isinstance(model, SpringCrane) and _plain(model) and _at_rest(scene) and not model.cable.damping:
+    if isinstance(model, SpringCrane) and _is_plain(model) and _at_rest(scene) and not model.cable.damping:
         cable = model.cable
         parts = cable.mass, cable.length, cable.stiffness
         return Spring(_mass(model), *parts, payload[[0, 2]], model.gravity, scene.duration)
@@ -98,7 +98,7 @@ def _mass(model: Any) -> float:
     return model.trolley.mass
 
 
-def _plain(model: Any) -> bool:
+def _is_plain(model: Any) -> bool:
     """Return whether nothing but a free trolley and the cable is modelled."""
     others = ("hoist", "joints", "rods", "forces", "switches", "bridge")
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None

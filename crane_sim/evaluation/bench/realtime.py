@@ -11,7 +11,7 @@ import time
 from typing import Any
 
 from crane_sim import load_scene
-from crane_sim.evaluation.bench.measurement import machine, ratio, spread
+from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.orchestration import run
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.ros.common.timing import StepTiming
@@ -67,7 +67,7 @@ def measure(
         if "error" in summary:
             raise RuntimeError(summary["error"])
         summaries["plant"].append(summary)
-    kinds = {kind: _figures(found) for kind, found in summaries.items()}
+    kinds = {kind: _timing_figures(found) for kind, found in summaries.items()}
     medians = (kinds[kind]["period_error_us"]["p99"]["rounds"] for kind in ("plant", "bare"))
     return {
         "scene": name,
@@ -80,12 +80,12 @@ def measure(
     }
 
 
-def _figures(found: list[dict[str, Any]]) -> dict[str, Any]:
+def _timing_figures(found: list[dict[str, Any]]) -> dict[str, Any]:
     errors = {
-        key: {name: spread([round_[key][name] for round_ in found]) for name in found[0][key]}
+        key: {name: describe_spread([round_[key][name] for round_ in found]) for name in found[0][key]}
         for key in ("lateness_us", "period_error_us")
     }
-    rate = spread([round_["steps_per_second"] for round_ in found])
+    rate = describe_spread([round_["steps_per_second"] for round_ in found])
     return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in found]}
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.lockstep import lockstep
-from crane_sim.evaluation.bench.measurement import machine, ratio, spread
+from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -56,10 +56,10 @@ def measure(
         "scene": name,
         "steps_per_round": scene.steps,
         "rounds": rounds,
-        "steps_per_second": {label: spread(values) for label, values in speeds.items()},
-        "added_us_per_step": {label: spread(values) for label, values in added.items()},
+        "steps_per_second": {label: describe_spread(values) for label, values in speeds.items()},
+        "added_us_per_step": {label: describe_spread(values) for label, values in added.items()},
         "ratio_to_unrecorded": {label: ratio(values, speeds["none"]) for label, values in speeds.items()},
-        "bytes_per_simulated_minute": {kind: spread(values) for kind, values in sizes.items() if values},
+        "bytes_per_simulated_minute": {kind: describe_spread(values) for kind, values in sizes.items() if values},
         "machine": machine(),
     }
 

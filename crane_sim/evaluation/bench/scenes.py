@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.evaluation.bench import crane_sim_engine
-from crane_sim.evaluation.bench.cases import CASES, Case, Truth, scene_of, truth_of
+from crane_sim.evaluation.bench.cases import CASES, Case, Truth, case_scene, truth_of
 from crane_sim.evaluation.bench.engine import Engine, Missing, Run
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import engines
@@ -59,7 +59,7 @@ def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, said: Sa
 
 
 def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Said) -> dict[str, Any]:
-    scene, truth = scene_of(case), truth_of(case)
+    scene, truth = case_scene(case), truth_of(case)
     own, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
     if methods and not set(methods) & set(own.methods()):
         raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(own.methods())}")

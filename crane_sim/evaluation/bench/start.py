@@ -11,7 +11,7 @@ import tempfile
 import time
 from typing import Any
 
-from crane_sim.evaluation.bench.measurement import machine, spread
+from crane_sim.evaluation.bench.measurement import describe_spread, machine
 
 FIRST_STEP = """
 from crane_sim.simulation.plant import Plant
@@ -51,7 +51,7 @@ def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int =
         for _ in range(rounds):
             for key, ran in (("warm_s", program), ("imports_s", IMPORTS), ("interpreter_s", "")):
                 times[key].append(seconds(ran, caches[-1]))
-    found = {key: spread(values) for key, values in times.items()}
+    found = {key: describe_spread(values) for key, values in times.items()}
     return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **found, "machine": machine()}
 
 

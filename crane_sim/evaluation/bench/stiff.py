@@ -97,7 +97,7 @@ class Case:
         return Trial(tolerances, self.error(done.y[:, -1]), seconds / self.end, done.nfev)
 
 
-def cheapest(run: Callable[[tuple[float, float]], Trial], error: float) -> Trial | None:
+def cheapest_trial(run: Callable[[tuple[float, float]], Trial], error: float) -> Trial | None:
     """Return the fastest of the trials that reach the error, None when none does."""
     return min((trial for trial in map(run, LADDER) if trial.error <= error), key=lambda t: t.seconds, default=None)
 
@@ -107,7 +107,7 @@ def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict
     found: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
     for damping in dampings:
         case = Case(load_scene(SCENE, {"cable.damping": damping}))
-        trials = {"rodas": cheapest(case.rodas, error), "LSODA": cheapest(case.lsoda, error)}
+        trials = {"rodas": cheapest_trial(case.rodas, error), "LSODA": cheapest_trial(case.lsoda, error)}
         made = {name: trial._asdict() if trial else None for name, trial in trials.items()}
         found["dampings"][f"{damping:g}"] = made | {"doubt_m": case.doubt}
     return found

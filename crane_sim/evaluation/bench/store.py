@@ -49,12 +49,12 @@ def _join_scene(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     return new | {"points": new["points"] + kept, "refused": refused | new["refused"], "compiling_s": compiling}
 
 
-def save(data: dict[str, Any], folder: Path) -> None:
+def write_store(data: dict[str, Any], folder: Path) -> None:
     """Write the data file."""
-    (folder / FILE).write_text(text(data))
+    (folder / FILE).write_text(dump_points(data))
 
 
-def text(data: dict[str, Any]) -> str:
+def dump_points(data: dict[str, Any]) -> str:
     """Return data in JSON, a line for each point, so that a change shows where it is."""
     spread = json.dumps(data, indent=1, ensure_ascii=False)
     return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", spread) + "\n"

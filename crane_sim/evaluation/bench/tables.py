@@ -27,7 +27,7 @@ def target_table(data: Scenes) -> str:
     rows = []
     for case in CASES:
         if scene := select_compared(data, case.id, case.like):
-            rows += [_target(row) for row in targets(case.id, scene)]
+            rows += [_format_target(row) for row in targets(case.id, scene)]
     words = (
         "## Targets\n\nAt most 1.5 times the time of hand-written C; the best general engine (Pinocchio, MuJoCo, "
         "Drake) takes at least 15 times ours (S4: 10 times); CasADi's generated C is never faster. S4r is S4 taken for "
@@ -53,7 +53,7 @@ def tension_table(data: Scenes) -> str:
     for case, scene in data["scenes"].items():
         for engine, points in best(points_of(scene)).items():
             if any(point is not None and point.tension_error is not None for point in points):
-                rows.append([case, engine, *("—" if p is None else _pull(p) for p in points)])
+                rows.append([case, engine, *("—" if p is None else _format_tension_error(p) for p in points)])
     words = (
         "## An elastic rope's tension\n\nA coarse step that damps the rope's vibration may place the payload well and "
         "still miss its tension: errors in N at the end, of the runs above.\n\n"
@@ -79,11 +79,11 @@ def _cost(point: Point | None) -> str:
     return f"**{point.us_per_s:.3g}** {point.method} {point.setting:.2g}{counted}"
 
 
-def _pull(point: Point) -> str:
+def _format_tension_error(point: Point) -> str:
     return "?" if point.tension_error is None else f"{point.tension_error:.1e}"
 
 
-def _target(row: Target) -> list[str]:
+def _format_target(row: Target) -> list[str]:
     floor, generated = ("—" if value is None else f"{value:.3g}" for value in (row.of_floor, row.of_generated))
     general = "—" if row.of_general is None else f"{row.of_general:.0f}"
     return [row.case, f"{row.level:.0e}", floor, row.general, general, generated, row.verdict()]

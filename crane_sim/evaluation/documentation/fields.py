@@ -58,7 +58,7 @@ def fields(group: Any) -> tuple[Field, ...]:
     found, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
     for name in names:
         unit, text = split_comment(descriptions.get(name, ""))
-        inline = next((part for part in plain(hints[name])[1] if isinstance(part, Inline)), None)
+        inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, Inline)), None)
         key = words.get(name, name) if inline is None else inline.choice[0]
         found.append(Field(key, hints[name], unit, default(group, name), text))
     return tuple(found)
@@ -112,7 +112,7 @@ def _own_comments(group: type) -> dict[str, str]:
     return found
 
 
-def plain(annotation: Any) -> tuple[Any, list[Any]]:
+def strip_annotated(annotation: Any) -> tuple[Any, list[Any]]:
     """Return (type, metadata) of an annotation, None of a union and `Annotated` taken off."""
     metadata: list[Any] = []
     while True:
@@ -130,7 +130,7 @@ def plain(annotation: Any) -> tuple[Any, list[Any]]:
 
 def choice(annotation: Any) -> Choice | None:
     """Return the choice that an annotation leaves to the file; None where there is none."""
-    for part in plain(annotation)[1]:
+    for part in strip_annotated(annotation)[1]:
         found = getattr(getattr(part, "func", part), "choice", None)
         if found is not None:
             return Choice(*found)
@@ -142,7 +142,7 @@ def subgroup(annotation: Any) -> Any:
     found = choice(annotation)
     if found is not None:
         return found
-    kind, _ = plain(annotation)
+    kind, _ = strip_annotated(annotation)
     if get_origin(kind) is tuple:
         return next(filter(None, map(subgroup, get_args(kind))), None)
     if get_origin(kind) is dict:
@@ -155,9 +155,9 @@ def in_words(annotation: Any) -> str:
     found = choice(annotation)
     if found is not None:
         names = " \\| ".join(f"`{name}`" for name in found.kinds)
-        inline = any(isinstance(part, Inline) for part in plain(annotation)[1])
+        inline = any(isinstance(part, Inline) for part in strip_annotated(annotation)[1])
         return names if inline else f"group with `{found.key}`"
-    kind, metadata = plain(annotation)
+    kind, metadata = strip_annotated(annotation)
     if get_origin(kind) is Literal:
         return " \\| ".join(f"`{value}`" for value in get_args(kind))
     if get_origin(kind) is tuple:

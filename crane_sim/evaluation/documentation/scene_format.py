@@ -64,16 +64,23 @@ def scene_format() -> str:
     sections = sections_of(forms)
     links = {_identity(section.group): section.title for section in sections}
     shared = [section for section in sections if len(section.cranes) == len(FORMS)]
-    lines = [HEAD, *signs.section(), "## Every crane\n", _table(common, links), "", *_write_sections(shared, links)]
+    lines = [
+        HEAD,
+        *signs.section(),
+        "## Every crane\n",
+        _write_fields(common, links),
+        "",
+        *_write_sections(shared, links),
+    ]
     for crane, form in FORMS.items():
         own = [section for section in sections if section not in shared and section.cranes[0] == crane]
         keys = [field for field in forms[crane] if field not in common]
-        lines += [f"## {TITLES[crane]}\n", _docs(form), "", *_example(EXAMPLES[crane])]
-        lines += [_table(keys, links), "", *_write_sections(own, links)]
+        lines += [f"## {TITLES[crane]}\n", _docstring(form), "", *_example(EXAMPLES[crane])]
+        lines += [_write_fields(keys, links), "", *_write_sections(own, links)]
     return re.sub(r"\n{3,}", "\n\n", "\n".join([*lines, *_laws()])).rstrip() + "\n"
 
 
-def save(folder: str) -> None:
+def save_page(folder: str) -> None:
     """Write the page into a folder.
 
     Raises:
@@ -120,23 +127,23 @@ def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[
         if isinstance(section.group, Choice):
             yield f"`{section.group.key}` is one of {', '.join(f'`{name}`' for name in section.group.kinds)}.\n"
             for name, kind in section.group.kinds.items():
-                yield f"**`{section.group.key}: {name}`** {_docs(kind)}\n"
-                yield _table(list(fields(kind)), links) + "\n"
+                yield f"**`{section.group.key}: {name}`** {_docstring(kind)}\n"
+                yield _write_fields(list(fields(kind)), links) + "\n"
         else:
-            yield f"{_docs(section.group)}\n"
-            yield _table(list(fields(section.group)), links) + "\n"
+            yield f"{_docstring(section.group)}\n"
+            yield _write_fields(list(fields(section.group)), links) + "\n"
 
 
-def _docs(group: Any) -> str:
+def _docstring(group: Any) -> str:
     """Return what the docstring of a class says."""
     return inspect.cleandoc(group.__doc__ or "")
 
 
-def _table(keys: list[Field], links: dict[Any, str]) -> str:
-    return "\n".join([HEADS, *(_row(field, links) for field in keys)]) if keys else ""
+def _write_fields(keys: list[Field], links: dict[Any, str]) -> str:
+    return "\n".join([HEADS, *(_write_field(field, links) for field in keys)]) if keys else ""
 
 
-def _row(field: Field, links: dict[Any, str]) -> str:
+def _write_field(field: Field, links: dict[Any, str]) -> str:
     group, words = subgroup(field.annotation), in_words(field.annotation)
     title = links.get(_identity(group)) if group is not None else None
     if title is not None:
@@ -193,8 +200,8 @@ def _settings(law: str, where: str, kind: Any, seen: dict[Any, str]) -> Iterator
         yield f"**`{where}`**: as with `law: {seen[kind]}`.\n"
         return
     seen[kind] = law
-    yield f"**`{where}`** {_docs(kind)}\n"
-    yield _table(list(fields(kind)), {}) + "\n"
+    yield f"**`{where}`** {_docstring(kind)}\n"
+    yield _write_fields(list(fields(kind)), {}) + "\n"
     for field in fields(kind):
         group = subgroup(field.annotation)
         if group is not None and not isinstance(group, Choice):

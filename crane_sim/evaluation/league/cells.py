@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.evaluation.league.cases import GROUPS, SEEDS, Entrant, Group, Task
-from crane_sim.evaluation.league.scenes import scene_of
+from crane_sim.evaluation.league.scenes import task_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import Scene, load_scene
@@ -18,7 +18,7 @@ from crane_sim.simulation.metrics import LOOK, in_base, polyline, tip_accelerati
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import HELD, RESOLUTION, SETTLED
-from crane_sim.trajectories.path import Array, references
+from crane_sim.trajectories.path import Array, sample_path
 
 LEVEL = 90.0  # deg: a rope that swings so far is not under control
 
@@ -68,7 +68,7 @@ def evaluate(group: Group, contender: Entrant, trial: Task) -> Cell:
     seeds = SEEDS if trial.seeded else SEEDS[:1]
     name = group.name, contender.name, trial.column, len(seeds)
     try:
-        scenes = [load_scene(scene_of(trial, contender, seed)) for seed in seeds]
+        scenes = [load_scene(task_scene(trial, contender, seed)) for seed in seeds]
     except SceneError as error:
         return Cell(*name, None, _reason(error), "")
     try:
@@ -110,7 +110,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
 def on_the_path(scene: Scene, t: Array) -> Array:
     """Return where the payload should be (K, n) [m] at times t (K,), in the axes of the base."""
     assert scene.path is not None, "trials with a path are scenes with one"
-    return references(scene.path, np.ascontiguousarray(t))[:, 0]
+    return sample_path(scene.path, np.ascontiguousarray(t))[:, 0]
 
 
 def at_target(scene: Scene) -> Array:

@@ -11,7 +11,7 @@ COMMON = ("period", "vision")  # of a control group: how often and how well the 
 ABSENT: dict[str, Any] = {"forces": []}  # what stands for a group that a scene does not have; others: nothing
 
 
-def scene_of(trial: Task, contender: Entrant, seed: int) -> dict[str, Any]:
+def task_scene(trial: Task, contender: Entrant, seed: int) -> dict[str, Any]:
     """Return the scene, as a file's document, in which a contender is tried with this seed."""
     document, believed = read(trial.scene), dict[str, Any]()
     for key, value in trial.told.items():

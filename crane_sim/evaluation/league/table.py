@@ -77,7 +77,7 @@ def _line(cell: Cell) -> Line:
     return Line._make((*name, *numbers.values()))
 
 
-def page(cells: Sequence[Cell]) -> str:
+def write_comparison(cells: Sequence[Cell]) -> str:
     """Return the page in Markdown."""
     parts = [HEAD]
     for crane, own in lines(cells).items():

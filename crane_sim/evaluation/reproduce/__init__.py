@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from crane_sim.evaluation.reproduce import hardcases, knuckle, observer, offshore, overhead
-from crane_sim.evaluation.reproduce.page import save
+from crane_sim.evaluation.reproduce.page import save_pages
 from crane_sim.evaluation.reproduce.table import print_json, print_tables
 from crane_sim.files.errors import SceneError, unknown_key
 
@@ -46,4 +46,4 @@ def show(item: str | None, as_json: bool, folder: str | None) -> None:
     tables = measure_items(item)
     (print_json if as_json else print_tables)(tables)
     if folder is not None:
-        save(tables, folder)
+        save_pages(tables, folder)

@@ -57,8 +57,8 @@ def draw_cases(figure: Any, cases: Sequence[Any]) -> None:
 def draw_knuckle(figure: Any, _: Sequence[Any]) -> None:
     """Draw joints, swing and efforts of both laws over time, as figures 3 to 10 of the knuckle paper do."""
     figure.set_size_inches(9.0, 10.0)
-    runs, panels = knuckle.pair(), figure.subplots(5, 2, sharex=True).ravel()
-    target = (*knuckle.target(runs.energy.scene), 0.0, 0.0)
+    runs, panels = knuckle.run_both_laws(), figure.subplots(5, 2, sharex=True).ravel()
+    target = (*knuckle.target_position(runs.energy.scene), 0.0, 0.0)
     for i, (panel, label) in enumerate(zip(panels, (*LABELS, *EFFORTS), strict=True)):
         number, scale = (3 + i if i < 6 else 6 + i // 2), np.degrees(1.0) if label.endswith("deg") else 1.0
         if i < 6:
@@ -90,7 +90,7 @@ def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
 
 
 def _plot_tracking(path: Any, error: Any, experiment: offshore.Experiment, colour: str) -> None:
-    run = offshore.run(experiment)
+    run = offshore.run_experiment(experiment)
     found, goal = offshore.payload_and_path(run)
     path.plot(found[:, 0], found[:, 1], color=colour, linewidth=1.0)
     path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--")

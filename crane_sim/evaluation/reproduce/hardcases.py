@@ -49,7 +49,7 @@ def read_references(name: str) -> dict[str, Any]:
     return json.loads((config_folder() / "references" / f"{name}.json").read_text())
 
 
-def references() -> dict[str, Any]:
+def hardcase_references() -> dict[str, Any]:
     """Return the references by scene: instants t (K,), nodes (K, N, 3) [m], trusted [m], events [s]."""
     return read_references("hardcases")
 
@@ -60,14 +60,14 @@ def measure_case(scene: str, reference: dict[str, Any]) -> Case:
     simulate(loaded, sample_times=t)
     run = simulate(loaded, sample_times=t)
     bound, _ = BOUNDS.get(scene, (max(LEAST, 10.0 * reference["trusted"]), ""))
-    error, late = apart(run, reference, scene), lateness(run, reference)
+    error, late = largest_distance(run, reference, scene), lateness(run, reference)
     holds = error <= bound and (late is None or late <= LEAST)
     method, stats = type(loaded.method).__name__.lower(), run.stats
     verdict = "holds" if holds else "does not hold"
     return Case(scene, "nodes, m", method, error, bound, late, stats["rhs_evaluations"], stats["wall_time"], verdict)
 
 
-def apart(run: Rollout, reference: dict[str, Any], scene: str) -> float:
+def largest_distance(run: Rollout, reference: dict[str, Any], scene: str) -> float:
     """Return the largest distance [m] of a run's nodes from the reference's."""
     nodes = np.array(reference["nodes"])
     last = 1 if scene in PAYLOAD_ONLY else nodes.shape[1]
@@ -84,12 +84,12 @@ def lateness(run: Rollout, reference: dict[str, Any]) -> float | None:
 
 def names() -> list[str]:
     """Return the names of all cases, without running any."""
-    return [*references(), HEAVY, LONG]
+    return [*hardcase_references(), HEAVY, LONG]
 
 
 def rows() -> list[Case]:
     """Return all hard cases."""
-    cases = [measure_case(scene, reference) for scene, reference in references().items()]
+    cases = [measure_case(scene, reference) for scene, reference in hardcase_references().items()]
     return [*cases, heavy_accelerations(), long_energy()]
 
 

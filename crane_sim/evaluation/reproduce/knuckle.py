@@ -76,16 +76,16 @@ def names() -> list[str]:
 
 def rows() -> list[Compared]:
     """Return the paper's sentences for the scenes' manoeuvre, then those about the load for the other ones."""
-    return [*section_4(pair()), *(row for name in OTHERS for row in another(name))]
+    return [*section_4(run_both_laws()), *(row for name in OTHERS for row in another(name))]
 
 
-def pair(changes: dict[str, Any] | None = None) -> Pair:
+def run_both_laws(changes: dict[str, Any] | None = None) -> Pair:
     """Run both laws with the same changes of their scenes."""
     energy, lqr = (simulate(load_scene(name, changes or {})) for name in ("knuckle_setpoint", "knuckle_lqr"))
     return Pair(energy, lqr, manoeuvre(energy.scene))
 
 
-def target(scene: Scene) -> tuple[float, ...]:
+def target_position(scene: Scene) -> tuple[float, ...]:
     """Return where slew, boom, jib [rad] and rope [m] should arrive."""
     assert scene.reference is not None, "both scenes have a target"
     return scene.reference
@@ -94,7 +94,7 @@ def target(scene: Scene) -> tuple[float, ...]:
 def manoeuvre(scene: Scene) -> str:
     """Return start and target in words: slew, boom, jib, rope."""
     ends = []
-    for q in (scene.initial_q, target(scene)):
+    for q in (scene.initial_q, target_position(scene)):
         angles = ", ".join(f"{x:g}" for x in np.round(np.degrees(q[:3]), 9))
         ends.append(f"{angles} deg, {q[3]:g} m")
     return " to ".join(ends)
@@ -106,20 +106,20 @@ def section_4(runs: Pair) -> Iterator[Compared]:
         yield from _arrival(runs, figure, i)
     yield from _rope(runs)
     for figure, i in SWINGS.items():
-        yield from _swing(runs, figure, i)
+        yield from _payload_swing(runs, figure, i)
     yield _quiet(runs, CALM, runs.assumption)
-    yield from _efforts(runs)
+    yield from _largest_efforts(runs)
 
 
 def _arrival(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
     """Yield whether and when joint i arrives."""
-    goal = target(runs.energy.scene)[i]
+    goal = target_position(runs.energy.scene)[i]
     left = runs.of(lambda run: abs(np.degrees(goal - run.q[-1, i])))
     arrived = max(left) < SETTLED * abs(np.degrees(goal - runs.energy.scene.initial_q[i]))
     verdict = "reproduced" if arrived else "not reproduced"
-    yield _row(AT_END.format(figure), "both arrive", left, runs.assumption, verdict)
+    yield _claim_row(AT_END.format(figure), "both arrive", left, runs.assumption, verdict)
     times = _settling_times(runs, i)
-    yield _row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, faster(*times))
+    yield _claim_row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, faster(*times))
 
 
 def _settling_times(runs: Pair, i: int) -> tuple[float, float]:
@@ -138,16 +138,16 @@ def faster(energy: float, lqr: float) -> str:
 def _rope(runs: Pair) -> Iterator[Compared]:
     """Yield how the length of the rope oscillates."""
     ways = runs.of(lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3]))
-    yield _row(WAY, LESS, ways, runs.assumption, much_less(*ways))
+    yield _claim_row(WAY, LESS, ways, runs.assumption, much_less(*ways))
     times = _settling_times(runs, 3)
-    yield _row(AFTER.format(WINCH), "not said", times, runs.assumption, "-")
+    yield _claim_row(AFTER.format(WINCH), "not said", times, runs.assumption, "-")
 
 
-def _swing(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
+def _payload_swing(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
     """Yield how far the load swings by joint i: in all, later, and later still."""
     for words, after in LATER.items():
         sizes = runs.of(lambda run, after=after: np.degrees(np.max(np.abs(run.q[run.t >= after, i]))))
-        yield _row(LARGEST.format(figure, words), LESS, sizes, runs.assumption, much_less(*sizes))
+        yield _claim_row(LARGEST.format(figure, words), LESS, sizes, runs.assumption, much_less(*sizes))
 
 
 def much_less(energy: float, lqr: float) -> str:
@@ -161,29 +161,29 @@ def _quiet(runs: Pair, claim: str, assumption: str) -> Compared:
     """Return since when the load swings by less than what counts as quiet."""
     times = runs.of(lambda run: run.t[np.degrees(run.derived.swing) > QUIET].max(initial=0.0))
     verdict = "reproduced" if times[0] < times[1] else "not reproduced"
-    return _row(claim, "earlier with the energy law", times, assumption, verdict)
+    return _claim_row(claim, "earlier with the energy law", times, assumption, verdict)
 
 
-def _efforts(runs: Pair) -> Iterator[Compared]:
+def _largest_efforts(runs: Pair) -> Iterator[Compared]:
     """Yield the largest efforts."""
     for i, claim in enumerate(EFFORTS):
         peaks = runs.of(lambda run, i=i: np.max(np.abs(run.u[:, i])))
         verdict = "reproduced" if max(peaks) <= SIMILAR * min(peaks) else "not reproduced"
-        yield _row(claim, "almost the same", peaks, runs.assumption, verdict)
+        yield _claim_row(claim, "almost the same", peaks, runs.assumption, verdict)
     unchecked = "no limits are printed: not checked"
     yield Compared(LIMITS, "within usual limits", "-", "-", None, runs.assumption, unchecked)
 
 
 def another(name: str) -> Iterator[Compared]:
     """Yield what the paper says of the load, for one of the other manoeuvres."""
-    runs = pair(OTHERS[name])
+    runs = run_both_laws(OTHERS[name])
     assumption = f"{name}: {runs.assumption}"
     sizes = runs.of(lambda run: np.degrees(np.max(run.derived.swing)))
-    yield _row(OTHERWISE[0], LESS, sizes, assumption, much_less(*sizes))
+    yield _claim_row(OTHERWISE[0], LESS, sizes, assumption, much_less(*sizes))
     yield _quiet(runs, OTHERWISE[1], assumption)
 
 
-def _row(claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str) -> Compared:
+def _claim_row(claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str) -> Compared:
     energy, lqr = ("never" if value == inf else value for value in values)
     difference = values[0] - values[1]
     return Compared(claim, paper, energy, lqr, difference if isfinite(difference) else None, assumption, verdict)

@@ -76,7 +76,7 @@ def sea(peak: float, seed: int) -> dict[str, Any]:
 def compare(name: str, seen: str, seeds: tuple[int, ...]) -> Compared:
     """Return the row of a disturbance, the laws seeing the state as `seen` says."""
     scene, wanted = SIGHTS[seen]
-    found = np.array([list(_figures(scene, disturbances(seed)[name], seed)) for seed in seeds])
+    found = np.array([list(_yield_figures(scene, disturbances(seed)[name], seed)) for seed in seeds])
     mse, tips = found[:, :, 0], found[:, :, 1]
     done = ~np.isnan(mse[:, 1])
     cartesian, harmonic = (float(np.median(mse[:, i])) for i in (0, 2))
@@ -90,7 +90,7 @@ def compare(name: str, seen: str, seeds: tuple[int, ...]) -> Compared:
     return Compared(*head, *middle, float(ratio.min()), tip, asked)
 
 
-def _figures(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Figures]:
+def _yield_figures(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Figures]:
     for law in LAWS:
         document = read(scene)
         control = document["control"]
@@ -100,10 +100,10 @@ def _figures(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Figures]
             control.pop("adaptation", None)
         if "vision" in control:
             put(control, "vision.seed", seed)
-        yield _run(document | {"base_motion": motion, "control": control | {"law": law}})
+        yield _run_once(document | {"base_motion": motion, "control": control | {"law": law}})
 
 
-def _run(document: dict[str, Any]) -> Figures:
+def _run_once(document: dict[str, Any]) -> Figures:
     """Return (MSE [m²], peak tip acceleration [m/s²]) of a run, nan where it fails."""
     try:
         summary = simulate(load_scene(document)).summary

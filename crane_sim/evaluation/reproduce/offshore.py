@@ -13,7 +13,7 @@ from crane_sim.evaluation.reproduce.table import Shown
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.metrics import in_base
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.trajectories.path import references
+from crane_sim.trajectories.path import sample_path
 
 SEEDS = 30
 FEATURES, NOISE = "control.adaptation.seed", "control.vision.seed"
@@ -131,18 +131,18 @@ def claims(experiment: Experiment) -> tuple[str, str]:
 
 def rows(seeds: int = SEEDS) -> list[Measured]:
     """Return the tables with this many seeds where there are any, then the text's sentences and other assumptions."""
-    tables = [row for pair in PAIRS for experiment in pair for row in numbers(experiment, seeds)]
-    return [*tables, *sentences(), *(row for experiment in OTHERWISE for row in numbers(experiment, seeds))]
+    tables = [row for pair in PAIRS for experiment in pair for row in measure_errors(experiment, seeds)]
+    return [*tables, *sentences(), *(row for experiment in OTHERWISE for row in measure_errors(experiment, seeds))]
 
 
-def run(experiment: Experiment, seed: int = 0) -> Rollout:
+def run_experiment(experiment: Experiment, seed: int = 0) -> Rollout:
     """Run an experiment with one seed of all that is drawn."""
     return simulate(load_scene(experiment.scene, experiment.changes | dict.fromkeys(experiment.seeded, seed)))
 
 
-def numbers(experiment: Experiment, seeds: int) -> Iterator[Measured]:
+def measure_errors(experiment: Experiment, seeds: int) -> Iterator[Measured]:
     """Yield MSE [m²] and MAE [m] of an experiment."""
-    summaries = [run(experiment, seed).summary for seed in range(seeds if experiment.seeded else 1)]
+    summaries = [run_experiment(experiment, seed).summary for seed in range(seeds if experiment.seeded else 1)]
     mse, mae = ([summary[key] for summary in summaries] for key in ("tracking_mse", "tracking_mae"))
     for claim, printed, values in zip(claims(experiment), experiment.printed, (mse, mae), strict=True):
         yield beside(claim, printed, values, experiment.assumption)
@@ -159,7 +159,7 @@ def beside(claim: str, printed: Printed, values: list[float], assumption: str) -
 
 def sentences() -> Iterator[Measured]:
     """Yield what the text says of its figures, as ratios of ours: after to before."""
-    obstacle, resonant, vision = ([run(experiment) for experiment in pair] for pair in PAIRS)
+    obstacle, resonant, vision = ([run_experiment(experiment) for experiment in pair] for pair in PAIRS)
     hardest = [moved.summary["peak_tip_acceleration"] for moved in obstacle]
     yield _ratio(PEAKS, "comparable", hardest, (0.5, 2.0))
     yield _ratio(LEARNT, "less than 1", [_along_x(moved) for moved in resonant], (0.0, 1.0))
@@ -170,7 +170,7 @@ def sentences() -> Iterator[Measured]:
 
 def payload_and_path(run: Rollout) -> tuple[Any, Any]:
     """Return where the payload was, and where its path was (K, 2) [m], horizontal, relative to the base."""
-    goal, base = references(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
+    goal, base = sample_path(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
     found = run.payload if base is None else in_base(base, run.t, run.payload)
     return found[:, :2], goal
 

@@ -31,7 +31,7 @@ def erratum(
     return Erratum(where, correction, values[0], values[1], values[2], tolerance)
 
 
-def apart(found: Array, expected: Array) -> float:
+def relative_difference(found: Array, expected: Array) -> float:
     """Return the largest difference relative to the largest entry expected, infinite between different shapes."""
     if found.shape != expected.shape:
         return inf

@@ -98,7 +98,7 @@ def free_lengths() -> Erratum:
     load = np.array([0.0, 0.0, 0.0, 0.0, -fsum(weights), 0.0, 0.0])
 
     def tension(lengths: tuple[int, ...]) -> float:
-        fall = chain.acceleration(crane, hanging, np.zeros(7), load, lengths)
+        fall = chain.chain_acceleration(crane, hanging, np.zeros(7), load, lengths)
         return weights[-1] + crane.masses[-1] * chain.node_jacobian(hanging)[-1, 1] @ fall
 
     correction = "fix l_2 .. l_N, or add elasticity as (193) does"

@@ -50,7 +50,7 @@ TITLES = {
 }
 
 
-def save(tables: Tables, folder: str) -> None:
+def save_pages(tables: Tables, folder: str) -> None:
     """Write one Markdown page for each item into the folder, with a figure where the item has one.
 
     Raises:
@@ -60,7 +60,7 @@ def save(tables: Tables, folder: str) -> None:
         Path(folder).mkdir(parents=True, exist_ok=True)
         for item, rows in tables.items():
             drawn = save_figure(item, rows, Path(folder) / f"{item}.png")
-            (Path(folder) / f"{item}.md").write_text(_page(item, list(rows), drawn))
+            (Path(folder) / f"{item}.md").write_text(_write_item(item, list(rows), drawn))
     except OSError as error:
         raise SceneError(f"--save {folder!r}: {error.strerror}") from None
 
@@ -74,7 +74,7 @@ def _cell(column: str, value: Any, varies: Sequence[str]) -> str:
     return format_value(value).replace("|", "/")
 
 
-def _page(item: str, rows: list[Any], drawn: bool) -> str:
+def _write_item(item: str, rows: list[Any], drawn: bool) -> str:
     columns = rows[0]._fields
     lines = [f"# {TITLES.get(item, item)}", "", f"Written by `crane reproduce {item} --save docs`.", ""]
     lines += [LEGENDS.get(item, ""), ""]

@@ -65,7 +65,7 @@ def busy(loops: int) -> Iterator[None]:
             process.wait()
 
 
-def scene_of(duration: float = DURATION) -> Scene:
+def determinism_scene(duration: float = DURATION) -> Scene:
     """Return the scene that is run."""
     return load_scene(SCENE, {"duration": duration})
 
@@ -123,7 +123,7 @@ def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
 
 def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
     """Run so many times, every other time beside a busy process; return figures, and the data behind them."""
-    scene, ways = scene_of(), setups()
+    scene, ways = determinism_scene(), setups()
     planned = [(ways[i // 2 % len(ways)], i % 2) for i in range(count)]
     found, took = [], []
     for setup, loops in planned:

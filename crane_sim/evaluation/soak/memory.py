@@ -23,14 +23,14 @@ def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
             Figure(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
             at_most(f"{node}, growth since", resident["growth_MB"], GROWTH, "MB"),
         ]
-    times, rates = _rates(found)
+    times, rates = _step_rates(found)
     data: dict[str, Any] = {"seconds": times, "steps_per_second": rates}
     data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in found["resident"].items()}
     warm = [rate for t, rate in zip(times, rates, strict=True) if t > warm_up]
     return figures + drift_figures(warm), data
 
 
-def _rates(found: dict[str, Any]) -> tuple[list[float], list[float]]:
+def _step_rates(found: dict[str, Any]) -> tuple[list[float], list[float]]:
     """Return the ends [s] of the intervals between two looks at a run, and its steps per second in them."""
     times, steps = np.array(found["sample_times_s"]), np.array(found["sample_steps"])
     return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist()

@@ -88,7 +88,7 @@ PARTS = {
 }
 
 
-def page(found: Mapping[str, Mapping[str, Any]], drawn: Collection[str]) -> str:
+def write_findings(found: Mapping[str, Mapping[str, Any]], drawn: Collection[str]) -> str:
     """Return the page in Markdown.
 
     Args:
@@ -105,9 +105,9 @@ def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
     if drawn:
         lines += [f"![{part.title}](soak/{name}.png)", ""]
     lines += ["| figure | measured | promised | kept |", "|---|---|---|---|"]
-    return "\n".join(lines + [_row(figure) for figure in document["figures"]]) + "\n"
+    return "\n".join(lines + [_write_row(figure) for figure in document["figures"]]) + "\n"
 
 
-def _row(figure: Figure) -> str:
+def _write_row(figure: Figure) -> str:
     kept = ("yes" if figure.kept else "**no**") if figure.promise else ""
     return f"| {' | '.join(cell.replace('|', '/') for cell in (figure.what, figure.told(), figure.promise, kept))} |"

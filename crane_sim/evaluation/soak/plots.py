@@ -20,7 +20,7 @@ def draw_memory(data: dict[str, Any], file: Path) -> None:
     for colour, (node, resident) in zip(COLOURS, data["memory_MB"].items(), strict=False):
         memory.plot(minutes, resident, color=colour, linewidth=1.2, label=node)
     rate.plot(minutes, data["steps_per_second"], color=COLOURS[0], linewidth=0.9)
-    _finish(figure, (memory, "resident memory, MB"), (rate, "steps/s"), file)
+    _finish_panels(figure, (memory, "resident memory, MB"), (rate, "steps/s"), file)
 
 
 def draw_inprocess(data: dict[str, Any], file: Path) -> None:
@@ -30,7 +30,7 @@ def draw_inprocess(data: dict[str, Any], file: Path) -> None:
         steps = np.array(found["steps"]) / _MILLION
         memory.plot(steps, found["memory_MB"], color=colour, linewidth=1.2, label=way)
         rate.plot(steps, found["steps_per_second"], color=colour, linewidth=1.2)
-    _finish(figure, (memory, "resident memory, MB"), (rate, "steps/s"), file)
+    _finish_panels(figure, (memory, "resident memory, MB"), (rate, "steps/s"), file)
 
 
 def draw_kill(data: dict[str, Any], file: Path) -> None:
@@ -43,7 +43,7 @@ def draw_kill(data: dict[str, Any], file: Path) -> None:
     axes.axvline(HALF, color=PROMISED, linewidth=0.8, linestyle=":", label="promised for half of them")
     axes.axvline(ALL, color=PROMISED, linewidth=0.8, linestyle="--", label="promised for all")
     axes.set_xlim(left=0.0)
-    _finish(figure, (axes, "% of the controllers"), None, file)
+    _finish_panels(figure, (axes, "% of the controllers"), None, file)
 
 
 def draw_signals(data: dict[str, Any], file: Path) -> None:
@@ -58,7 +58,7 @@ def draw_signals(data: dict[str, Any], file: Path) -> None:
         if chosen.any():
             axes.plot(at[chosen], took[chosen], "o", color=colour, markersize=3.5, label=label)
     axes.axhline(LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised")
-    _finish(figure, (axes, "s until the end"), None, file)
+    _finish_panels(figure, (axes, "s until the end"), None, file)
 
 
 def _panels(number: int, along: str) -> tuple[Any, Any]:
@@ -73,7 +73,7 @@ def _panels(number: int, along: str) -> tuple[Any, Any]:
     return figure, panels
 
 
-def _finish(figure: Any, first: tuple[Any, str], second: tuple[Any, str] | None, file: Path) -> None:
+def _finish_panels(figure: Any, first: tuple[Any, str], second: tuple[Any, str] | None, file: Path) -> None:
     """Give the panels their vertical axes, the first one its legend, and write the file."""
     for axes, label in (first, second) if second else (first,):
         axes.set_ylabel(label, fontsize=8)

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.evaluation.bench.measurement import machine
-from crane_sim.evaluation.bench.store import round_floats, text
+from crane_sim.evaluation.bench.store import dump_points, round_floats
 from crane_sim.evaluation.soak.figures import Figure
-from crane_sim.evaluation.soak.page import PARTS, page
+from crane_sim.evaluation.soak.page import PARTS, write_findings
 from crane_sim.files.errors import SceneError
 
 _MOST = 100  # numbers of a series that are kept
 
 
-def save(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, Any], folder: Path) -> None:
+def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, Any], folder: Path) -> None:
     """Write what a soak found, and the page of all soaks of the folder anew.
 
     Args:
@@ -33,7 +33,7 @@ def save(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, 
     document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
-        (folder / "soak" / f"{part}.json").write_text(text(round_floats(document)))
+        (folder / "soak" / f"{part}.json").write_text(dump_points(round_floats(document)))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     write_page(folder)
@@ -43,7 +43,7 @@ def write_page(folder: Path) -> None:
     """Write the page of all soaks that the folder has data of, and their plots where matplotlib is installed.
 
     Raises:
-        SceneError: as of `save`, or there are no data.
+        SceneError: as of `save_findings`, or there are no data.
     """
     found = {part: document for part in PARTS if (document := _read_part(folder, part))}
     if not found:
@@ -54,7 +54,7 @@ def write_page(folder: Path) -> None:
             if draw is not None and find_spec("matplotlib") is not None:
                 draw(document["data"], file)
         drawn = [part for part in found if (folder / "soak" / f"{part}.png").is_file()]
-        (folder / "soak.md").write_text(page(found, drawn))
+        (folder / "soak.md").write_text(write_findings(found, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 

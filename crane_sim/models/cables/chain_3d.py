@@ -55,7 +55,7 @@ def ease(links, top):
 
 
 @lean_kernel
-def apart(acc, k):
+def end_acceleration(acc, k):
     """Return the relative acceleration (3 floats) of link k's ends."""
     return acc[k + 1, 0] - acc[k, 0], acc[k + 1, 1] - acc[k, 1], acc[k + 1, 2] - acc[k, 2]
 
@@ -63,7 +63,7 @@ def apart(acc, k):
 @lean_kernel
 def relative_acceleration(links, acc, k):
     """Return what link k's tension has to supply: the relative acceleration of its ends along it [m/s²]."""
-    x, y, z = apart(acc, k)
+    x, y, z = end_acceleration(acc, k)
     along = links.units[k, 0] * x + links.units[k, 1] * y + links.units[k, 2] * z
     return links.lengths[k] * links.speeds[k] + along
 
@@ -124,7 +124,7 @@ def turn(links, top, acc, tension, out, at):
     The pulls of a link's neighbours are taken across it one by one: a heavy payload makes no difference of large ones.
     """
     n, units, below = len(tension), links.units, links.below
-    x, y, z = apart(acc, 0)
+    x, y, z = end_acceleration(acc, 0)
     x -= top.give[0] * units[0, 0] * tension[0]
     y -= top.give[1] * units[0, 1] * tension[0]
     drag = 2.0 * top.rate / links.lengths[0]
@@ -134,7 +134,7 @@ def turn(links, top, acc, tension, out, at):
             total = add_pull(units, k, k - 1, below[k - 1] * tension[k - 1], total)
         if k + 1 < n:
             total = add_pull(units, k, k + 1, below[k] * tension[k + 1], total)
-            x, y, z = apart(acc, k + 1)
+            x, y, z = end_acceleration(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):
             spin = links.speeds[k] * units[k, c] + drag * links.rates[k, c]

@@ -59,7 +59,7 @@ def span(pose, xc):
 
 
 @kernel
-def swing(line):
+def swing_angles(line):
     """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of a Span; θ1 = 0 where θ2 = ±90 degrees leaves it open."""
     nx, ny, nz = line.n
     vx, vy, vz = line.velocity

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.overhead.rod import on_meter, reading
-from crane_sim.models.supports.actuation import actuated_entries, add_meter, efforts
+from crane_sim.models.supports.actuation import actuated_entries, add_meter, effort_tuple
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
@@ -34,13 +34,13 @@ class DoubleCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     meter: Meter | None = None
 
-    def metered(self, held: bool) -> "DoubleCrane":
+    def with_meter(self, held: bool) -> "DoubleCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return add_meter(self, held)
 
 
 @kernel
-def forward_dynamics(p, t, x, tau):
+def double_dynamics(p, t, x, tau):
     """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
     (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])
     cable, g = p.cable, p.gravity
@@ -61,7 +61,7 @@ def forward_dynamics(p, t, x, tau):
 @system.rhs.register(DoubleCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    acceleration, tension, s1 = forward_dynamics(p, t, x, tau)
+    acceleration, tension, s1 = double_dynamics(p, t, x, tau)
     power = on_meter(p.meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
     return (x[3], x[4], x[5], *acceleration, *power)
 
@@ -83,12 +83,12 @@ def _(p, x):
 
 @system.efforts_from_row.register(DoubleCrane)
 def _(p, row):
-    return efforts(p.trolley, None, row)
+    return effort_tuple(p.trolley, None, row)
 
 
 @system.acceleration.register(DoubleCrane)
 def _(p, t, x, u):
-    return forward_dynamics(p, t, x, system.effort(u, p, t, x))[0]
+    return double_dynamics(p, t, x, system.effort(u, p, t, x))[0]
 
 
 @system.kinetic.register(DoubleCrane)
@@ -115,13 +115,13 @@ def _(p):
 
 @system.tensions.register(DoubleCrane)
 def _(p, t, x, u, rows, i, first):
-    store(rows, i, first, forward_dynamics(p, t, x, system.effort(u, p, t, x))[1])
+    store(rows, i, first, double_dynamics(p, t, x, system.effort(u, p, t, x))[1])
 
 
 @system.power.register(DoubleCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    _, tension, s1 = forward_dynamics(p, t, x, tau)
+    _, tension, s1 = double_dynamics(p, t, x, tau)
     return axis_power(p.trolley, tau, 0, x[3], tension[0] * s1)
 
 

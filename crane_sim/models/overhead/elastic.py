@@ -57,7 +57,7 @@ class ElasticCrane(NamedTuple):
     base: Moving | None = None
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
 
-    def metered(self, held: bool) -> "ElasticCrane":
+    def with_meter(self, held: bool) -> "ElasticCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return self._replace(meter=Meter()) if np.any(self.cable.damping) else add_meter(self, held)
 
@@ -80,7 +80,7 @@ def _(bridge):
 
 
 @lean_kernel
-def layout(p):
+def elastic_layout(p):
     """Return (number of coordinates, index of the first node's, dimensions, index of the first mode)."""
     d = dimensions(p.bridge)
     first = d - 1 + hoist_coordinates(p.hoist)
@@ -100,9 +100,9 @@ def _(hoist, cable, x, top, nq):
 
 
 @lean_kernel
-def vector(p, x, k, order):
+def node_vector(p, x, k, order):
     """Return the position (order 0) or velocity (order 1) of node k on the base, (3,); node 0 is the trolley."""
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     if k == 0:
         i = order * nq
         return x[i], x[i + 1] if d == 3 else 0.0, 0.0
@@ -113,12 +113,12 @@ def vector(p, x, k, order):
 @lean_kernel
 def link(p, x, k):
     """Return (unit vector (3,) from node k to node k + 1, length, elongation, its rate) of link k, from 0."""
-    nq, first, _, _ = layout(p)
+    nq, first, _, _ = elastic_layout(p)
     rest, paid = p.cable.lengths[k], 0.0
     if k == 0:
         rest, paid = rest_of_first(p.hoist, p.cable, x, first - 1, nq)
-    (ax, ay, az), (bx, by, bz) = vector(p, x, k, 0), vector(p, x, k + 1, 0)
-    (ux, uy, uz), (vx, vy, vz) = vector(p, x, k, 1), vector(p, x, k + 1, 1)
+    (ax, ay, az), (bx, by, bz) = node_vector(p, x, k, 0), node_vector(p, x, k + 1, 0)
+    (ux, uy, uz), (vx, vy, vz) = node_vector(p, x, k, 1), node_vector(p, x, k + 1, 1)
     dx, dy, dz = bx - ax, by - ay, bz - az
     length = sqrt(dx * dx + dy * dy + dz * dz)
     nx, ny, nz = dx / length, dy / length, dz / length
@@ -137,9 +137,9 @@ def _(switches, x, first):
 
 
 @lean_kernel
-def pull(p, x, k):
+def link_pull(p, x, k):
     """Return (unit vector (3,), tension [N], power that the damper takes [W]) of link k, from 0."""
-    _, _, d, modes = layout(p)
+    _, _, d, modes = elastic_layout(p)
     n, _, stretch, rate = link(p, x, k)
     taut = tautness(p.switches, x, modes + d - 1 + k)
     damping = taut * p.cable.damping[k] * rate
@@ -159,7 +159,7 @@ STILL = (0.0, 0.0, 0.0)
 @lean_kernel
 def rails(p, x):
     """Return (place [m], velocity [m/s]) of the trolley along x and y."""
-    nq, _, d, _ = layout(p)
+    nq, _, d, _ = elastic_layout(p)
     if d == 3:
         return (x[0], x[1]), (x[nq], x[nq + 1])
     return (x[0], 0.0), (x[nq], 0.0)
@@ -180,11 +180,11 @@ def push_points(now, p, x, out):
 
 @push_points.register(Carried)
 def _(now, p, x, out):
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     power, i = 0.0, nq + first
     for k in range(1, 1 + len(p.cable.masses)):
-        v = vector(p, x, k, 1)
-        ax, ay, az = imposed_acceleration(now, vector(p, x, k, 0), v)
+        v = node_vector(p, x, k, 1)
+        ax, ay, az = imposed_acceleration(now, node_vector(p, x, k, 0), v)
         power += mass_of(p, x, k) * (ax * v[0] + ay * v[1] + az * v[2])
         out[i] += ax
         if d == 3:
@@ -220,7 +220,7 @@ def base_jacobian(now, p, give, found):
 
 @base_jacobian.register(Carried)
 def _(now, p, give, found):
-    _, first, d, _ = layout(p)
+    _, first, d, _ = elastic_layout(p)
     middle = 2 * d - 1
     for b in range(d):
         by_place, by_speed = imposed_gradient(now, unit(d, b), STILL), imposed_gradient(now, STILL, unit(d, b))
@@ -243,10 +243,10 @@ def base_power_jacobian(now, p, x, power):
 
 @base_power_jacobian.register(Carried)
 def _(now, p, x, power):
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     for k in range(1, 1 + len(p.cable.masses)):
-        mass, v, i = mass_of(p, x, k), vector(p, x, k, 1), first + d * (k - 1)
-        still = imposed_acceleration(now, vector(p, x, k, 0), STILL)
+        mass, v, i = mass_of(p, x, k), node_vector(p, x, k, 1), first + d * (k - 1)
+        still = imposed_acceleration(now, node_vector(p, x, k, 0), STILL)
         for b in range(d):
             ax, ay, az = imposed_gradient(now, unit(d, b), STILL)
             power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
@@ -257,7 +257,7 @@ def _(now, p, x, power):
 @lean_kernel
 def axes_base_jacobian(now, p, x, power):
     """Add what trolley and bridge have of `base_power_jacobian`."""
-    nq, _, d, _ = layout(p)
+    nq, _, d, _ = elastic_layout(p)
     (_, (vx, vy)), load = rails(p, x), push_axes(now, p.trolley, p.bridge, p.share, *rails(p, x))
     trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
     for b in range(d - 1):
@@ -275,7 +275,7 @@ def add_pushes(forces, p, t, x, out):
 
 @add_pushes.register(NodeForces)
 def _(forces, p, t, x, out):
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     i = nq + first + d * (forces.node - 1) + (forces.axis if d == 3 else forces.axis // 2)
     force = value_at(forces.channel, t)
     out[i] += force / mass_of(p, x, forces.node)
@@ -293,8 +293,8 @@ def move(p, t, x, tau, out):
 
     That is the power of drives, imposed motions and given forces, less what friction and dampers take.
     """
-    nq, _, _, modes = layout(p)
-    n, tension, lost = pull(p, x, 0)
+    nq, _, _, modes = elastic_layout(p)
+    n, tension, lost = link_pull(p, x, 0)
     lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
     supplied = drive(p, t, x, tau, n, tension, out) + add_pushes(p.forces, p, t, x, out) - lost
     supplied += push_points(carried_at(p.base, p.gravity, t), p, x, out)
@@ -310,11 +310,11 @@ def move(p, t, x, tau, out):
 @lean_kernel
 def assemble_rhs(p, x, force, out):
     """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     lost, i, masses = 0.0, nq + first, p.cable.masses
     fx, fy, fz = force
     for k in range(1, len(masses)):
-        (nx, ny, nz), tension, taken = pull(p, x, k)
+        (nx, ny, nz), tension, taken = link_pull(p, x, k)
         gx, gy, gz, inverse = tension * nx, tension * ny, tension * nz, 1.0 / masses[k - 1]
         place(out, i, d, (gx - fx) * inverse, (gy - fy) * inverse, (gz - fz) * inverse - p.gravity)
         fx, fy, fz, lost, i = gx, gy, gz, lost + taken, i + d
@@ -333,7 +333,7 @@ def place(out, i, d, ax, ay, az):
 @lean_kernel
 def drive(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
-    nq, first, d, modes = layout(p)
+    nq, first, d, modes = elastic_layout(p)
     ship = base_load(p, t, x)
     give, free = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     out[nq] = free + give * tension * n[0] + give * ship.x

@@ -20,11 +20,11 @@ from crane_sim.models.overhead.elastic import (
     ElasticCrane,
     base_jacobian,
     base_power_jacobian,
-    layout,
+    elastic_layout,
     link,
     mass_of,
+    node_vector,
     tautness,
-    vector,
 )
 from crane_sim.models.overhead.modes import mode_of
 from crane_sim.models.overhead.node_forces import NodeForces
@@ -65,9 +65,9 @@ def slopes_for(d):
 @routine
 def fill_slopes(p, x, k, slopes):
     """Fill the slopes of link k, from 0; return its `Link`."""
-    _, _, d, modes = layout(p)
+    _, _, d, modes = elastic_layout(p)
     (nx, ny, nz), length, stretch, rate = link(p, x, k)
-    (ux, uy, uz), (vx, vy, vz) = vector(p, x, k, 1), vector(p, x, k + 1, 1)
+    (ux, uy, uz), (vx, vy, vz) = node_vector(p, x, k, 1), node_vector(p, x, k + 1, 1)
     wx, wy, wz = vx - ux, vy - uy, vz - uz
     along = nx * wx + ny * wy + nz * wz
     taut = tautness(p.switches, x, modes + d - 1 + k)
@@ -113,7 +113,7 @@ def _(meter, p, t, x, tau):
 @routine
 def slopes_of_power(p, t, x, tau):
     """Return the derivatives as `power_slopes` does."""
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     power, slopes, factors = np.zeros(2 * nq), slopes_for(d), np.zeros(d + 1)
     for k in range(len(p.cable.masses)):
         info = fill_slopes(p, x, k, slopes)
@@ -142,11 +142,11 @@ def slopes_of_power(p, t, x, tau):
 @routine
 def support(p, t, x, tau, info, slopes, factors, power):
     """Add what axes and hoist do themselves; fill the factors [m/s] by which the first link's force becomes power."""
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     unit = slopes.unit
-    factors[0] = lean(p, p.trolley, x, tau, 0, 0, info.tension * unit[0], power)
+    factors[0] = pull_power_jacobian(p, p.trolley, x, tau, 0, 0, info.tension * unit[0], power)
     if d == 3:
-        factors[1] = lean(p, p.bridge, x, tau, 1, input_count(p.trolley), info.tension * unit[1], power)
+        factors[1] = pull_power_jacobian(p, p.bridge, x, tau, 1, input_count(p.trolley), info.tension * unit[1], power)
     if first == d:
         rate, total = x[nq + first - 1], 0.0
         factors[d] = hoist_power(p.hoist, tau, rate, 1.0) - hoist_power(p.hoist, tau, rate, 0.0)
@@ -158,9 +158,9 @@ def support(p, t, x, tau, info, slopes, factors, power):
 
 
 @kernel
-def lean(p, axis, x, tau, i, own, pull, power):
+def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
     """Return how the power of axis i, linear in the pull, changes with it; add how it changes with its velocity."""
-    nq, _, _, _ = layout(p)
+    nq, _, _, _ = elastic_layout(p)
     v = x[nq + i]
     step = 1e-3 * abs(v) + 1e-9  # the power is quadratic in v on both sides of v = 0
     ahead, behind = axis_power(axis, tau, own, v + step, pull), axis_power(axis, tau, own, v - step, pull)
@@ -175,7 +175,7 @@ def add_pushes_power(forces, p, t, power):
 
 @add_pushes_power.register(NodeForces)
 def _(forces, p, t, power):
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     a = forces.axis if d == 3 else forces.axis // 2
     power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
     add_pushes_power(forces.rest, p, t, power)
@@ -206,7 +206,7 @@ def _(p, t, x, u):
 @routine
 def linear(p, t, x, tau):
     """Return the bands at a state; efforts tau are taken as functions of time alone."""
-    nq, first, d, _ = layout(p)
+    nq, first, d, _ = elastic_layout(p)
     found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
     slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
     add_axes_jacobian(p, t, x, tau, slopes, weights, found)
@@ -250,7 +250,7 @@ def add_link(slopes, above, below, size, starts, found):
 @routine
 def add_axes_jacobian(p, t, x, tau, slopes, give, found):
     """Add the first link, axes and hoist; fill the axes' compliances `give` (d,)."""
-    _, first, d, _ = layout(p)
+    _, first, d, _ = elastic_layout(p)
     info, below = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
     give[0] = axis_jacobian(p, p.trolley, t, x, tau, 0, 0, found)
     if d == 3:
@@ -271,7 +271,7 @@ def add_axes_jacobian(p, t, x, tau, slopes, give, found):
 @kernel
 def axis_jacobian(p, axis, t, x, tau, i, own, found):
     """Return the compliance of axis i; add what its velocity does to its acceleration, which is linear in it."""
-    nq, _, d, modes = layout(p)
+    nq, _, d, modes = elastic_layout(p)
     mode = mode_of(p.switches, x, modes, i)
     give, still = axis_response(axis, t, tau, own, 0.0, mode)
     found.velocities[i, 2 * d - 1] += axis_response(axis, t, tau, own, 1.0, mode)[1] - still
@@ -286,7 +286,7 @@ def _(p, jacobian, shift):
 @routine
 def factor_bands(p, found, shift):
     """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
-    nq, _, d, _ = layout(p)
+    nq, _, d, _ = elastic_layout(p)
     width, lu = 2 * d - 1, np.empty_like(found.positions)
     for i in range(nq):
         for j in range(2 * width + 1):
@@ -304,7 +304,7 @@ def _(p, factors, b):
 @routine
 def solve(p, factors, b):
     """Overwrite b with the solution; the energy supplied follows from the rest, modes stay."""
-    nq, _, d, modes = layout(p)
+    nq, _, d, modes = elastic_layout(p)
     shift, width, lower = factors.shift, 2 * d - 1, b[nq : 2 * nq]
     add_band_product(factors.bands.positions, b, 1.0 / shift, lower, width, factors.work)
     solve_band(factors.lu, lower, width, factors.work)

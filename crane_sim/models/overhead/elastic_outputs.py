@@ -11,13 +11,13 @@ from crane_sim.models.overhead.elastic import (
     LINK,
     ElasticCrane,
     base_load,
-    layout,
+    elastic_layout,
     link,
+    link_pull,
     mass_of,
     move,
-    pull,
+    node_vector,
     tautness,
-    vector,
 )
 from crane_sim.models.overhead.modes import (
     FRICTION,
@@ -40,7 +40,7 @@ from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine, routine
 
 @system.joints.register(ElasticCrane)
 def _(p, x):
-    nq, _, _, _ = layout(p)
+    nq, _, _, _ = elastic_layout(p)
     return x[:nq].copy(), x[nq : 2 * nq].copy()
 
 
@@ -52,7 +52,7 @@ def _(p, t, q, v):
 @routine
 def state_of(p, t, q, v):
     """Return the state, with the modes that positions and velocities tell."""
-    nq, _, d, modes = layout(p)
+    nq, _, d, modes = elastic_layout(p)
     n = len(p.cable.masses)
     x = np.zeros(modes + mode_count(p.switches, d - 1 + n))
     for i in range(nq):
@@ -76,56 +76,56 @@ def strain(p, x, k):
 
 @system.actuated_joints.register(ElasticCrane)
 def _(p, x):
-    nq, _, _, _ = layout(p)
+    nq, _, _, _ = elastic_layout(p)
     return driven_from(p, x, 0), driven_from(p, x, nq)
 
 
 @kernel
 def driven_from(p, x, i):
     """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
-    _, _, d, _ = layout(p)
+    _, _, d, _ = elastic_layout(p)
     return (*axis_entry(p.trolley, x, i), *axis_entry(p.bridge, x, i + 1), *wound(p.hoist, x, i + d - 1))
 
 
 @system.acceleration.register(ElasticCrane)
 def _(p, t, x, u):
-    nq, _, _, _ = layout(p)
+    nq, _, _, _ = elastic_layout(p)
     return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
 
 
 @routine
-def energies(p, x):
+def elastic_energies(p, x):
     """Return (kinetic, potential) energy, that of slack links left out."""
-    nq, first, d, modes = layout(p)
+    nq, first, d, modes = elastic_layout(p)
     kinetic, potential = 0.5 * axis_mass(p.trolley) * x[nq] ** 2, 0.0
     if d == 3:
         kinetic += 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     if first == d:
         kinetic += 0.5 * hoist_inertia(p.hoist) * x[nq + first - 1] ** 2
     for k in range(len(p.cable.masses)):
-        mass, (vx, vy, vz) = mass_of(p, x, k + 1), vector(p, x, k + 1, 1)
+        mass, (vx, vy, vz) = mass_of(p, x, k + 1), node_vector(p, x, k + 1, 1)
         _, _, stretch, _ = link(p, x, k)
         taut = tautness(p.switches, x, modes + d - 1 + k)
         kinetic += 0.5 * mass * (vx * vx + vy * vy + vz * vz)
-        potential += mass * p.gravity * vector(p, x, k + 1, 0)[2]
+        potential += mass * p.gravity * node_vector(p, x, k + 1, 0)[2]
         potential += 0.5 * taut * p.cable.stiffness[k] * stretch * stretch
     return kinetic, potential
 
 
 @system.kinetic.register(ElasticCrane)
 def _(p, x):
-    return energies(p, x)[0]
+    return elastic_energies(p, x)[0]
 
 
 @system.potential.register(ElasticCrane)
 def _(p, x):
-    return energies(p, x)[1]
+    return elastic_energies(p, x)[1]
 
 
 @system.tensions.register(ElasticCrane)
 def _(p, t, x, u, rows, i, first):
     for k in range(len(p.cable.masses)):
-        rows[i, first + k] = pull(p, x, k)[1]
+        rows[i, first + k] = link_pull(p, x, k)[1]
 
 
 @system.power.register(ElasticCrane)
@@ -135,14 +135,14 @@ def _(p, t, x, u):
 
 @system.energy_supplied.register(ElasticCrane)
 def _(p, x):
-    nq, _, _, modes = layout(p)
+    nq, _, _, modes = elastic_layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
 
 
 @system.points.register(ElasticCrane)
 def _(p, t, x, out):
     for k in range(1 + len(p.cable.masses)):
-        out[k, 0], out[k, 1], out[k, 2] = vector(p, x, k, 0)
+        out[k, 0], out[k, 1], out[k, 2] = node_vector(p, x, k, 0)
     to_world_in_place(p.base, t, out)
 
 
@@ -153,7 +153,7 @@ def _(p):
         or has_friction(p.bridge)
         or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
     )
-    return switching_of(p.switches, forces, layout(p)[0])
+    return switching_of(p.switches, forces, elastic_layout(p)[0])
 
 
 @lean_kernel
@@ -167,14 +167,14 @@ def has_damper(damping):
 
 @system.guard.register(ElasticCrane)
 def _(p, t, x, u, work):
-    return (*least_guard(p, t, x, system.effort(u, p, t, x)), 0)
+    return (*smallest_guard(p, t, x, system.effort(u, p, t, x)), 0)
 
 
 @lean_routine
-def least_guard(p, t, x, tau):
+def smallest_guard(p, t, x, tau):
     """Return (the smallest guard, its number)."""
-    nq, first, d, modes = layout(p)
-    ((nx, ny, _), tension, _), ship = pull(p, x, 0), base_load(p, t, x)
+    nq, first, d, modes = elastic_layout(p)
+    ((nx, ny, _), tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), FRICTION)
     best = limits_guard(p.switches, best, 0, x[0])
     if d == 3:
@@ -205,9 +205,9 @@ def _(p, t, x, u, which):
 @routine
 def switch(p, t, x, tau, which):
     """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, _, d, modes = layout(p)
+    nq, _, d, modes = elastic_layout(p)
     x, event = x.copy(), which
-    before = sum(energies(p, x))
+    before = sum(elastic_energies(p, x))
     if which >= LINK:
         mode = modes + d - 1 + which - LINK
         x[mode] = 1.0 - x[mode]
@@ -218,7 +218,7 @@ def switch(p, t, x, tau, which):
         axis = which - FRICTION
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        (n, tension, _), ship = pull(p, x, 0), base_load(p, t, x)
+        (n, tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
         if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
             x[modes] = mode_after_stop(p.trolley, failed, tau, 0, tension * n[0] + ship.x)
         else:
@@ -226,5 +226,7 @@ def switch(p, t, x, tau, which):
         event = friction_event(axis, x[modes + axis])
     else:
         return x, which, False
-    x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along, a slack spring that left in it
+    x[2 * nq] += (
+        sum(elastic_energies(p, x)) - before
+    )  # the payload takes its energy along, a slack spring that left in it
     return x, event, True

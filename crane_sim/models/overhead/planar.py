@@ -85,7 +85,7 @@ class PlanarCrane(NamedTuple):
     meter: Meter | None = None
     base: Moving | None = None
 
-    def metered(self, held: bool) -> "PlanarCrane":
+    def with_meter(self, held: bool) -> "PlanarCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return add_meter(self, held)
 
@@ -104,7 +104,7 @@ class Solved(NamedTuple):
 
 
 @lean_kernel
-def layout(p):
+def planar_layout(p):
     """Return (number of coordinates, index of the first angle, index of the first mode)."""
     first = 1 + hoist_coordinates(p.hoist)
     nq = first + len(p.cable.masses)
@@ -130,7 +130,7 @@ def _(p):
 @lean_kernel
 def links_of(p, x, w):
     """Fill the work array with what the state tells of the links."""
-    nq, first, _ = layout(p)
+    nq, first, _ = planar_layout(p)
     n = len(p.cable.masses)
     for k in range(n):
         w[SIN, k], w[COS, k] = sincos(x[first + k])
@@ -155,7 +155,7 @@ def _(forces, t, w):
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
-    nq, first, modes = layout(p)
+    nq, first, modes = planar_layout(p)
     links_of(p, x, w)
     give, push = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     pay, run = hoist_response(p.hoist, t, tau)
@@ -181,7 +181,7 @@ def _(p, t, x, u, out, work):
 @lean_routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, modes = layout(p)
+    nq, first, modes = planar_layout(p)
     tau = system.effort(u, p, t, x)
     now = forward_dynamics(p, t, x, tau, work)
     for i in range(nq):
@@ -194,13 +194,13 @@ def write_derivative(p, t, x, u, out, work):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supplied_power(p, t, x, tau, now, work)
+        out[2 * nq] = chain_power(p, t, x, tau, now, work)
 
 
 @lean_kernel
-def supplied_power(p, t, x, tau, now, w):
+def chain_power(p, t, x, tau, now, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, first, _ = layout(p)
+    nq, first, _ = planar_layout(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
     power += joint_power(p.joints, x[nq + first : 2 * nq]) + now.given
@@ -221,7 +221,7 @@ def _(forces, p, t, x, w, rate):
 @routine
 def node_velocities(p, x, w, rate):
     """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
-    nq, n = layout(p)[0], w.shape[1] - 1
+    nq, n = planar_layout(p)[0], w.shape[1] - 1
     v = np.zeros((n + 1, 3))
     v[0, 0] = x[nq]
     for k in range(n):
@@ -234,13 +234,13 @@ def node_velocities(p, x, w, rate):
 
 @system.joints.register(PlanarCrane)
 def _(p, x):
-    nq, _, _ = layout(p)
+    nq, _, _ = planar_layout(p)
     return x[:nq].copy(), x[nq : 2 * nq].copy()
 
 
 @system.state.register(PlanarCrane)
 def _(p, t, q, v):
-    nq, _, modes = layout(p)
+    nq, _, modes = planar_layout(p)
     x = np.zeros(modes + mode_count(p.switches, 1))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
@@ -251,20 +251,20 @@ def _(p, t, q, v):
 
 @system.actuated_joints.register(PlanarCrane)
 def _(p, x):
-    nq, _, _ = layout(p)
+    nq, _, _ = planar_layout(p)
     return actuated_entries(p.trolley, p.hoist, x, 0), actuated_entries(p.trolley, p.hoist, x, nq)
 
 
 @system.acceleration.register(PlanarCrane)
 def _(p, t, x, u):
-    nq, _, _ = layout(p)
+    nq, _, _ = planar_layout(p)
     return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
 
 
 @routine
-def energies(p, x):
+def planar_energies(p, x):
     """Return (kinetic, potential) energy."""
-    nq, first, _ = layout(p)
+    nq, first, _ = planar_layout(p)
     n, w, rate = len(p.cable.masses), system.workspace(p), hoisted_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, w)
     v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
@@ -280,12 +280,12 @@ def energies(p, x):
 
 @system.kinetic.register(PlanarCrane)
 def _(p, x):
-    return energies(p, x)[0]
+    return planar_energies(p, x)[0]
 
 
 @system.potential.register(PlanarCrane)
 def _(p, x):
-    return energies(p, x)[1]
+    return planar_energies(p, x)[1]
 
 
 @system.tensions.register(PlanarCrane)
@@ -299,18 +299,18 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(PlanarCrane)
 def _(p, t, x, u):
     tau, w = system.effort(u, p, t, x), system.workspace(p)
-    return supplied_power(p, t, x, tau, forward_dynamics(p, t, x, tau, w), w)
+    return chain_power(p, t, x, tau, forward_dynamics(p, t, x, tau, w), w)
 
 
 @system.energy_supplied.register(PlanarCrane)
 def _(p, x):
-    nq, _, modes = layout(p)
+    nq, _, modes = planar_layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
 
 
 @system.points.register(PlanarCrane)
 def _(p, t, x, out):
-    nq, first, _ = layout(p)
+    nq, first, _ = planar_layout(p)
     length, _ = hoisted_link(p.hoist, p.cable, x, nq)
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for k in range(len(p.cable.masses)):
@@ -323,7 +323,7 @@ def _(p, t, x, out):
 
 @system.switching.register(PlanarCrane)
 def _(p):
-    return switching_of(p.switches, has_friction(p.trolley), layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley), planar_layout(p)[0])
 
 
 @system.guard.register(PlanarCrane)
@@ -334,7 +334,7 @@ def _(p, t, x, u, work):
 @lean_routine
 def least_guard(p, t, x, tau, w):
     """Return (the smallest guard, its number, evaluations)."""
-    nq, _, modes = layout(p)
+    nq, _, modes = planar_layout(p)
     forces = p.switches.taut > 0.0 or (has_friction(p.trolley) and x[modes] == 0.0)
     pull = forward_dynamics(p, t, x, tau, w).pull if forces else 0.0
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
@@ -353,12 +353,12 @@ def _(p, t, x, u, which):
 @routine
 def switch(p, t, x, tau, which):
     """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, _, modes = layout(p)
+    nq, _, modes = planar_layout(p)
     x = x.copy()
     if which == PAYLOAD:
-        before = sum(energies(p, x))
+        before = sum(planar_energies(p, x))
         x[len(x) - 1] += 1.0
-        x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
+        x[2 * nq] += sum(planar_energies(p, x)) - before  # the payload takes its energy along
         return x, PAYLOAD, True
     if which == FRICTION:
         failed = x[modes]

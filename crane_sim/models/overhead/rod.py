@@ -84,7 +84,7 @@ class RodCrane(NamedTuple):
     switches: Switches | None = None
     meter: Meter | None = None
 
-    def metered(self, held: bool) -> "RodCrane":
+    def with_meter(self, held: bool) -> "RodCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return add_meter(self, held)
 
@@ -106,7 +106,7 @@ class Swing(NamedTuple):
 
 
 @kernel
-def layout(p):
+def rod_layout(p):
     """Return (number of coordinates, index of the first mode)."""
     nq = 2 + hoist_coordinates(p.hoist)
     return nq, 2 * nq + meter_size(p.meter)
@@ -167,7 +167,7 @@ def _(hoist, total, rest, push, give, s, c, side, known):
 @kernel
 def swing_of(p, t, x, tau):
     """Return what state x at time t and joint efforts tau fix."""
-    nq, modes = layout(p)
+    nq, modes = rod_layout(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, gram = moments(p, x, length)
@@ -215,7 +215,7 @@ def _(switches):
 
 @system.rhs.register(RodCrane)
 def _(p, t, x, u):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     tau = system.effort(u, p, t, x)
     now = swing_of(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, now.paid)
@@ -226,7 +226,7 @@ def _(p, t, x, u):
 @kernel
 def supplied_power(p, x, tau, now):
     """Return the power [W] that drives, imposed motions and losses supply."""
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     _, rate = upper(p.hoist, p.cable, x)
     return axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, now.tension)
 
@@ -261,25 +261,25 @@ def _(p, t, q, v):
 
 @system.joints.register(RodCrane)
 def _(p, x):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     return coordinates(p.hoist, x, 0), coordinates(p.hoist, x, nq)
 
 
 @system.actuated_joints.register(RodCrane)
 def _(p, x):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     return actuated_entries(p.trolley, p.hoist, x, 0), actuated_entries(p.trolley, p.hoist, x, nq)
 
 
 @system.acceleration.register(RodCrane)
 def _(p, t, x, u):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     return coordinates(p.hoist, system.rhs(p, t, x, u), nq)
 
 
 @system.kinetic.register(RodCrane)
 def _(p, x):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, _ = moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
@@ -289,7 +289,7 @@ def _(p, x):
 
 @system.potential.register(RodCrane)
 def _(p, x):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     length, _ = upper(p.hoist, p.cable, x)
     return -p.gravity * moments(p, x, length)[1] * cos(x[nq - 1])
 
@@ -301,7 +301,7 @@ def _(p):
 
 @system.tensions.register(RodCrane)
 def _(p, t, x, u, rows, i, first):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     now, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
     fall, square = p.gravity * now.c - now.trolley * now.s - now.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = now.tension
@@ -329,7 +329,7 @@ def _(meter, x, i):
 
 @system.energy_supplied.register(RodCrane)
 def _(p, x):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     return reading(p.meter, x, 2 * nq)
 
 
@@ -340,7 +340,7 @@ def _(p):
 
 @system.points.register(RodCrane)
 def _(p, t, x, out):
-    nq, _ = layout(p)
+    nq, _ = rod_layout(p)
     length, _ = upper(p.hoist, p.cable, x)
     s, c = sin(x[nq - 1]), cos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
@@ -351,12 +351,12 @@ def _(p, t, x, out):
 
 @system.switching.register(RodCrane)
 def _(p):
-    return switching_of(p.switches, has_friction(p.trolley), layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley), rod_layout(p)[0])
 
 
 @system.guard.register(RodCrane)
 def _(p, t, x, u, work):
-    nq, modes = layout(p)
+    nq, modes = rod_layout(p)
     tau = system.effort(u, p, t, x)
     taut = p.switches.taut > 0.0
     forces = taut or (has_friction(p.trolley) and x[modes] == 0.0)
@@ -382,7 +382,7 @@ def _(p, t, x, u, which):
 
 
 @kernel
-def energy(p, x):
+def total_energy(p, x):
     """Return the total energy [J]."""
     return system.kinetic(p, x) + system.potential(p, x)
 
@@ -390,10 +390,10 @@ def energy(p, x):
 @routine
 def switch(p, t, x, tau, which):
     """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, modes = layout(p)
+    nq, modes = rod_layout(p)
     if which == PAYLOAD:
         after = replace_entry(x, modes + 1, x[modes + 1] + 1.0)
-        gained = energy(p, after) - energy(p, x)  # the payload takes its energy along
+        gained = total_energy(p, after) - total_energy(p, x)  # the payload takes its energy along
         return replace_entry(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
     if which == FRICTION:
         still = replace_entry(replace_entry(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)

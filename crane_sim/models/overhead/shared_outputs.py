@@ -5,14 +5,14 @@ from crane_sim.models.overhead.elastic import ElasticCrane
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
-from crane_sim.models.supports.actuation import efforts, efforts_both
+from crane_sim.models.supports.actuation import effort_tuple, efforts_both
 from crane_sim.models.supports.hoist import hoist_limited
 
 
 @system.efforts_from_row.register(RodCrane)
 @system.efforts_from_row.register(PlanarCrane)
 def _(p, row):
-    return efforts(p.trolley, p.hoist, row)
+    return effort_tuple(p.trolley, p.hoist, row)
 
 
 @system.efforts_from_row.register(SpatialCrane)

@@ -74,7 +74,7 @@ class SpatialCrane(NamedTuple):
     base: Moving | None = None
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
 
-    def metered(self, held: bool) -> "SpatialCrane":
+    def with_meter(self, held: bool) -> "SpatialCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return add_meter(self, held)
 
@@ -102,7 +102,7 @@ class Solved(NamedTuple):
 
 
 @lean_kernel
-def layout(p):
+def spatial_layout(p):
     """Return (number of coordinates, index of the first unit vector, index of the first mode)."""
     first = 2 + hoist_coordinates(p.hoist)
     nq = first + 3 * len(p.cable.masses)
@@ -129,7 +129,7 @@ def _(p, x):
 @lean_routine
 def straighten(p, x):
     """Give unit vectors their length 1, and take from their rates what is not across them."""
-    nq, first, _ = layout(p)
+    nq, first, _ = spatial_layout(p)
     for i in range(first, nq, 3):
         (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = align(x, i, nq + i)
 
@@ -150,7 +150,7 @@ def work_arrays(masses, lengths):
 @lean_kernel
 def links_of(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
-    nq, first, _ = layout(p)
+    nq, first, _ = spatial_layout(p)
     n = len(p.cable.masses)
     for k in range(n):
         unit, rate = align(x, first + 3 * k, nq + first + 3 * k)
@@ -164,7 +164,7 @@ def links_of(p, x, links):
 @lean_routine
 def forward_dynamics(p, t, x, tau, work):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
-    nq, _, modes = layout(p)
+    nq, _, modes = spatial_layout(p)
     links, acc, tension, ratio = work
     links_of(p, x, links)
     rate, place, speed = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
@@ -195,7 +195,7 @@ def _(p, t, x, u, out, work):
 @lean_routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, modes = layout(p)
+    nq, first, modes = spatial_layout(p)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
     now = forward_dynamics(p, t, x, tau, work)
@@ -210,13 +210,13 @@ def write_derivative(p, t, x, u, out, work):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = supplied_power(p, t, x, tau, now, work)
+        out[2 * nq] = chain_power(p, t, x, tau, now, work)
 
 
 @lean_kernel
-def supplied_power(p, t, x, tau, now, work):
+def chain_power(p, t, x, tau, now, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, _ = layout(p)
+    nq, _, _ = spatial_layout(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
     power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], now.pull[1])
@@ -227,7 +227,7 @@ def supplied_power(p, t, x, tau, now, work):
 @generic
 def forces_supply(forces, p, t, x, links, rate):
     """Return the power [W] of forces on nodes."""
-    nq, _, _ = layout(p)
+    nq, _, _ = spatial_layout(p)
     return force_power(forces, t, node_velocities(links, x[nq], x[nq + 1], rate))
 
 
@@ -238,13 +238,13 @@ def _(forces, p, t, x, links, rate):
 
 @system.joints.register(SpatialCrane)
 def _(p, x):
-    nq, _, _ = layout(p)
+    nq, _, _ = spatial_layout(p)
     return x[:nq].copy(), x[nq : 2 * nq].copy()
 
 
 @system.state.register(SpatialCrane)
 def _(p, t, q, v):
-    nq, _, modes = layout(p)
+    nq, _, modes = spatial_layout(p)
     x = np.zeros(modes + mode_count(p.switches, 2))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
@@ -255,20 +255,20 @@ def _(p, t, q, v):
 
 @system.actuated_joints.register(SpatialCrane)
 def _(p, x):
-    nq, _, _ = layout(p)
+    nq, _, _ = spatial_layout(p)
     return driven_both(p.trolley, p.bridge, p.hoist, x, 0), driven_both(p.trolley, p.bridge, p.hoist, x, nq)
 
 
 @system.acceleration.register(SpatialCrane)
 def _(p, t, x, u):
-    nq, _, _ = layout(p)
+    nq, _, _ = spatial_layout(p)
     return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
 
 
 @routine
-def energies(p, x):
+def spatial_energies(p, x):
     """Return (kinetic, potential) energy."""
-    nq, _, _ = layout(p)
+    nq, _, _ = spatial_layout(p)
     links, rate = system.workspace(p).links, hoisted_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, links)
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
@@ -284,12 +284,12 @@ def energies(p, x):
 
 @system.kinetic.register(SpatialCrane)
 def _(p, x):
-    return energies(p, x)[0]
+    return spatial_energies(p, x)[0]
 
 
 @system.potential.register(SpatialCrane)
 def _(p, x):
-    return energies(p, x)[1]
+    return spatial_energies(p, x)[1]
 
 
 @system.tensions.register(SpatialCrane)
@@ -303,12 +303,12 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(SpatialCrane)
 def _(p, t, x, u):
     tau, work = system.effort(u, p, t, x), system.workspace(p)
-    return supplied_power(p, t, x, tau, forward_dynamics(p, t, x, tau, work), work)
+    return chain_power(p, t, x, tau, forward_dynamics(p, t, x, tau, work), work)
 
 
 @system.energy_supplied.register(SpatialCrane)
 def _(p, x):
-    nq, _, modes = layout(p)
+    nq, _, modes = spatial_layout(p)
     return x[2 * nq] if modes > 2 * nq else 0.0
 
 
@@ -331,7 +331,7 @@ def place(p, x, out):
 
 @system.switching.register(SpatialCrane)
 def _(p):
-    return switching_of(p.switches, has_friction(p.trolley) or has_friction(p.bridge), layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley) or has_friction(p.bridge), spatial_layout(p)[0])
 
 
 @system.guard.register(SpatialCrane)
@@ -342,7 +342,7 @@ def _(p, t, x, u, work):
 @lean_routine
 def least_guard(p, t, x, tau, work):
     """Return (the smallest guard, its number, evaluations)."""
-    nq, _, modes = layout(p)
+    nq, _, modes = spatial_layout(p)
     sticks = (has_friction(p.trolley) and x[modes] == 0.0) or (has_friction(p.bridge) and x[modes + 1] == 0.0)
     forces = sticks or p.switches.taut > 0.0
     pull = forward_dynamics(p, t, x, tau, work).pull if forces else (0.0, 0.0)
@@ -364,12 +364,12 @@ def _(p, t, x, u, which):
 @routine
 def switch(p, t, x, tau, which):
     """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, _, modes = layout(p)
+    nq, _, modes = spatial_layout(p)
     x = x.copy()
     if which == PAYLOAD:
-        before = sum(energies(p, x))
+        before = sum(spatial_energies(p, x))
         x[len(x) - 1] += 1.0
-        x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
+        x[2 * nq] += sum(spatial_energies(p, x)) - before  # the payload takes its energy along
         return x, PAYLOAD, True
     if which < LIMIT:
         axis = which - FRICTION

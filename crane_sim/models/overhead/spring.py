@@ -10,7 +10,7 @@ from typing import NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.overhead.rod import on_meter, reading
-from crane_sim.models.supports.actuation import actuated_entries, add_meter, efforts
+from crane_sim.models.supports.actuation import actuated_entries, add_meter, effort_tuple
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.jit import lean_kernel
 
@@ -32,13 +32,13 @@ class SpringCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     meter: Meter | None = None
 
-    def metered(self, held: bool) -> "SpringCrane":
+    def with_meter(self, held: bool) -> "SpringCrane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         return self._replace(meter=Meter()) if self.cable.damping else add_meter(self, held)
 
 
 @lean_kernel
-def pull(p, x):
+def spring_pull(p, x):
     """Return (unit vector down the link (2,), tension [N], elongation [m], power [W] that the damper takes)."""
     dx, dz = x[1] - x[0], x[2]
     inverse = 1.0 / sqrt(dx * dx + dz * dz)
@@ -52,7 +52,7 @@ def pull(p, x):
 @lean_kernel
 def accelerations(p, t, x, tau):
     """Return the accelerations of trolley and payload (3,) [m/s²]."""
-    (nx, nz), tension, _, _ = pull(p, x)
+    (nx, nz), tension, _, _ = spring_pull(p, x)
     give, push = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
     drawn = tension / p.cable.mass
     return push + give * tension * nx, -drawn * nx, -drawn * nz - p.gravity
@@ -61,7 +61,7 @@ def accelerations(p, t, x, tau):
 @lean_kernel
 def supplied_power(p, x, tau):
     """Return the power [W] that drive and imposed motion supply, less what the damper takes."""
-    (nx, _), tension, _, lost = pull(p, x)
+    (nx, _), tension, _, lost = spring_pull(p, x)
     return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
 
 
@@ -88,7 +88,7 @@ def _(p, x):
 
 @system.efforts_from_row.register(SpringCrane)
 def _(p, row):
-    return efforts(p.trolley, None, row)
+    return effort_tuple(p.trolley, None, row)
 
 
 @system.acceleration.register(SpringCrane)
@@ -103,13 +103,13 @@ def _(p, x):
 
 @system.potential.register(SpringCrane)
 def _(p, x):
-    stretch = pull(p, x)[2]
+    stretch = spring_pull(p, x)[2]
     return p.cable.mass * p.gravity * x[2] + 0.5 * p.cable.stiffness * stretch * stretch
 
 
 @system.tensions.register(SpringCrane)
 def _(p, t, x, u, rows, i, first):
-    rows[i, first] = pull(p, x)[1]
+    rows[i, first] = spring_pull(p, x)[1]
 
 
 @system.power.register(SpringCrane)

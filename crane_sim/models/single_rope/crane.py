@@ -19,7 +19,7 @@ from crane_sim.models.cables.rope import (
     rope_limited,
     rope_tension,
     span,
-    swing,
+    swing_angles,
     winch_power,
 )
 from crane_sim.models.effects import (
@@ -90,7 +90,7 @@ class Crane(NamedTuple):
     force: PayloadForce | None = None
     stops: Stops | None = None
 
-    def metered(self, held: bool) -> "Crane":
+    def with_meter(self, held: bool) -> "Crane":
         """Return the model with a meter where held efforts do not tell all the energy supplied."""
         lossy = self.swing_friction is not None or self.drag is not None or self.force is not None
         imposed = isinstance(self.cable, RateRope) or isinstance(self.support, Point) or self.base is not None
@@ -119,7 +119,7 @@ def add_swing_friction(friction, line, force, reaction, tau, support):
     The friction is internal: what it pulls on the payload it pushes on the tip, and the couple between the two turns
     the support about the vertical (the swing angles are measured in its frame).
     """
-    s1, c1, c2, w1, w2 = swing(line)
+    s1, c1, c2, w1, w2 = swing_angles(line)
     a1, a2 = swing_moments(friction, line.n, w1, w2)
     nx, inverse = line.n[0], -1.0 / line.length
     fx = inverse * a2 * c2
@@ -138,7 +138,7 @@ def _(friction, line, force, reaction, tau, support):
 @generic
 def friction_power(friction, line):
     """Return the power [W] that the swing joints' friction takes out, negative."""
-    _, _, _, w1, w2 = swing(line)
+    _, _, _, w1, w2 = swing_angles(line)
     a1, a2 = swing_moments(friction, line.n, w1, w2)
     return -a1 * w1 - a2 * w2
 

@@ -5,7 +5,7 @@ What a support registers here depends on the rope below it, so supports and cabl
 
 from math import atan2, cos, sin, sqrt
 
-from crane_sim.models.cables.rope import LockedRope, span, swing
+from crane_sim.models.cables.rope import LockedRope, span, swing_angles
 from crane_sim.models.supports import (
     actuated_joints,
     efforts_from_row,
@@ -27,7 +27,7 @@ POLE = 1e-9
 def _(support, p, x):
     xs, xc = x[0], x[1]
     line = span(forward_kinematics(p.support, xs), xc)
-    _, _, c2, w1, w2 = swing(line)
+    _, _, c2, w1, w2 = swing_angles(line)
     theta1, theta2 = atan2(line.n[1], -line.n[2]), atan2(line.n[0], c2)
     return (*xs[:3], line.length, theta1, theta2), (*xs[3:], line.rate, w1 / max(c2, POLE), w2)
 
@@ -86,7 +86,7 @@ def _(support, p, now):
     tip, _ = tip_acceleration(p.support, now.pose, now.support)
     ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
     nx, ny, nz = line.n
-    s1, c1, c2, w1, w2 = swing(line)
+    s1, c1, c2, w1, w2 = swing_angles(line)
     vx, vy, vz = line.velocity
     turning = (vx * vx + vy * vy + vz * vz - line.rate * line.rate) / line.length
     rope = nx * ax + ny * ay + nz * az + turning
@@ -99,11 +99,11 @@ def _(support, p, now):
 @joint_coordinates.register(Point)
 def _(support, p, x):
     line = span(forward_kinematics(support, x[0]), x[1])
-    return (*x[0][:3], *line.n), (*x[0][3:], *_rates(line))
+    return (*x[0][:3], *line.n), (*x[0][3:], *_direction_rates(line))
 
 
 @kernel
-def _rates(line):
+def _direction_rates(line):
     """Return the derivative (3,) [1/s] of a Span's unit vector."""
     (nx, ny, nz), (vx, vy, vz), rate = line.n, line.velocity, line.rate
     return (vx - rate * nx) / line.length, (vy - rate * ny) / line.length, (vz - rate * nz) / line.length
@@ -112,7 +112,7 @@ def _rates(line):
 @joint_accelerations.register(Point)
 def _(support, p, now):
     line, tip = now.line, now.support
-    (nx, ny, nz), (wx, wy, wz) = line.n, _rates(line)
+    (nx, ny, nz), (wx, wy, wz) = line.n, _direction_rates(line)
     ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
     along = nx * ax + ny * ay + nz * az + line.length * (wx * wx + wy * wy + wz * wz)
     x = (ax - along * nx - 2.0 * line.rate * wx) / line.length

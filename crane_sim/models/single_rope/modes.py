@@ -15,11 +15,11 @@ def _(p):
 
 @system.guard.register(Crane)
 def _(p, t, x, u, work):
-    return least_guard(p, t, x, u)
+    return smallest_guard(p, t, x, u)
 
 
 @lean_routine
-def least_guard(p, t, x, u):
+def smallest_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
     stops, forces = p.stops, p.stops.taut > 0.0
     line = span(forward_kinematics(p.support, x[0]), x[1])

@@ -1,6 +1,7 @@
 """Which joints take commands: the axes that a force drives, then the hoist that one drives.
 
-`actuated_entries` and `efforts` are for a trolley alone, `driven_both` and `efforts_both` for a trolley on a bridge.
+`actuated_entries` and `effort_tuple` are for a trolley alone, `driven_both` and `efforts_both` for a trolley on a
+bridge.
 
 When an overhead crane needs a meter: the work of held efforts follows from samples, all other work does not.
 """
@@ -26,7 +27,7 @@ def driven_both(trolley, bridge, hoist, x, i):
 
 
 @kernel
-def efforts(trolley, hoist, row):
+def effort_tuple(trolley, hoist, row):
     """Return the efforts in the array `row` as a tuple, the trolley's first."""
     return (*axis_entry(trolley, row, 0), *wound(hoist, row, input_count(trolley)))
 

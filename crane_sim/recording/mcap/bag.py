@@ -72,7 +72,7 @@ class Bag:
     def save(self) -> None:
         """Hand over all that waits."""
         if not self.broken:
-            self._guarded(self._file.save)
+            self._attempt(self._file.save)
         self._saved = time.monotonic()
         if not self.broken:
             whole = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort belongs to no step
@@ -91,7 +91,7 @@ class Bag:
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
         """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where some is missing."""
         if not self.broken:
-            self._guarded(self._file.close)
+            self._attempt(self._file.close)
         steps = summary.get("steps", self.last_step) - self._after
         if self.broken:
             before = f" since the last reset, and {self._older} from before it" if self._older else ""
@@ -119,7 +119,7 @@ class Bag:
         if track.topic.latched:
             track.newest = data
         track.count, track.stamp = track.count + 1, stamp
-        self._guarded(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
+        self._attempt(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
 
     def _start_over(self) -> None:
         """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds.
@@ -130,7 +130,7 @@ class Bag:
         self.passes += 1
         self._now, self.last_step, self._after = self._period_ns, 0, 0
         if not self.broken:
-            self._guarded(self._set_aside)
+            self._attempt(self._set_aside)
         if self.broken:
             self._older += done
             return
@@ -147,7 +147,7 @@ class Bag:
     def _new_file(self) -> McapFile:
         return McapFile(self._path, [track.topic for track in self._tracks.values()])
 
-    def _guarded(self, work: Callable[..., None], *arguments: Any) -> None:
+    def _attempt(self, work: Callable[..., None], *arguments: Any) -> None:
         try:
             work(*arguments)
         except OSError as error:

@@ -107,12 +107,12 @@ def ending(file: BinaryIO, end: int, chunks: list[Chunk], left: Callable[[], flo
             if kind == MESSAGE:
                 counts[number] += 1
             else:
-                definitions[kind][number] = _record(kind, body)
-    begun = _record(DATA_END, bytes(_LENGTH.size))
+                definitions[kind][number] = _read_record(kind, body)
+    begun = _read_record(DATA_END, bytes(_LENGTH.size))
     summary = b"".join([*definitions[SCHEMA].values(), *definitions[CHANNEL].values()])
     told = [chunk for chunk in chunks if chunk.indices]  # the first one may hold nothing but definitions
     summary += _statistics(definitions, counts, told) + b"".join(map(_chunk_index, told))
-    return begun + summary + _record(FOOTER, struct.pack("<QQI", end + len(begun), 0, 0)) + MAGIC
+    return begun + summary + _read_record(FOOTER, struct.pack("<QQI", end + len(begun), 0, 0)) + MAGIC
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
@@ -124,20 +124,20 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
         at += length
 
 
-def _record(kind: int, body: bytes) -> bytes:
+def _read_record(kind: int, body: bytes) -> bytes:
     return _HEAD.pack(kind, len(body)) + body
 
 
 def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], chunks: list[Chunk]) -> bytes:
     first, last = min(chunk.span[0] for chunk in chunks), max(chunk.span[1] for chunk in chunks)
     numbers = len(definitions[SCHEMA]), len(definitions[CHANNEL]), 0, 0, len(chunks)
-    return _record(STATISTICS, _COUNTS.pack(counts.total(), *numbers, first, last) + _map(counts))
+    return _read_record(STATISTICS, _COUNTS.pack(counts.total(), *numbers, first, last) + _map(counts))
 
 
 def _chunk_index(chunk: Chunk) -> bytes:
     place = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
     sizes = _LENGTH.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)
-    return _record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
+    return _read_record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
 
 
 def _map(values: dict[int, int]) -> bytes:

@@ -8,7 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from crane_sim.recording.layout import Layout, label
-from crane_sim.recording.rerun.curves import turns
+from crane_sim.recording.rerun.curves import angle_indices
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -59,34 +59,34 @@ def _window() -> rrb.VisibleTimeRange:
 
 def _overview(layout: Layout) -> rrb.Container:
     views = []
-    if turns(layout):
+    if angle_indices(layout):
         views.append(_plot("Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
-    views.append(_swing(layout))
+    views.append(_swing_view(layout))
     for way in layout.ways:
         views.append(_plot(way.title, f"{way.entity}_target", way.entity))
     if layout.suspension and layout.suspension.elastic:
         views.append(_plot("Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
-    if turns(layout):
+    if angle_indices(layout):
         views.append(_plot("Joint torques [N m]", "shown/torque_Nm"))
     elif layout.actuated and not layout.silent:
         views.append(_plot("Drive forces [N]", "plots/effort"))
     if layout.lyapunov:
         views.append(_plot("Lyapunov function V [J]", "plots/lyapunov"))
     else:
-        views.append(_energy(layout))
+        views.append(_energy_view(layout))
     if len(views) % 2:
         views.append(_payload(layout))
     return rrb.Grid(*views, grid_columns=2, name="Overview")
 
 
-def _swing(layout: Layout) -> rrb.TimeSeriesView:
+def _swing_view(layout: Layout) -> rrb.TimeSeriesView:
     if layout.suspension and layout.suspension.planar:
         return _plot("Swing [°]", "shown/swing_deg", "shown/swing_total_deg")
     return _plot("Payload swing [°]", "shown/swing_deg", "shown/lean_deg", "shown/swing_total_deg")
 
 
-def _energy(layout: Layout) -> rrb.TimeSeriesView:
+def _energy_view(layout: Layout) -> rrb.TimeSeriesView:
     parts = ("plots/energy_parts",) if layout.suspension else ()
     return _plot("Energy [J]", *parts, "plots/energy")
 
@@ -100,10 +100,10 @@ def _details(layout: Layout) -> rrb.Container:
     views = []
     if layout.actuated and layout.aimed:
         views.append(_plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
-    views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.crowded else "plots/v"))
+    views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.is_crowded else "plots/v"))
     if layout.actuated and layout.commanded:
         views.append(_plot(f"Demanded effort [{_units(layout.effort_units)}]", "plots/effort_demanded"))
-    views += [_payload(layout), _energy(layout)]
+    views += [_payload(layout), _energy_view(layout)]
     if layout.lyapunov:
         views.append(_plot("dV/dt [W]", "plots/lyapunov_rate"))
     views.append(_plot("Real-time factor", "plots/rtf"))

@@ -102,7 +102,7 @@ def _boxes(shapes: Sequence[Shape]) -> rr.Boxes3D | None:
     return rr.Boxes3D(
         half_sizes=[[0.5 * edge for edge in shape.size] for shape in chosen],
         centers=[shape.at for shape in chosen],
-        rotation_axis_angles=[_lean(shape) for shape in chosen],
+        rotation_axis_angles=[_turn_about_x(shape) for shape in chosen],
         colors=[_color(shape) for shape in chosen],
         fill_mode="solid",
     )
@@ -116,13 +116,13 @@ def _cylinders(shapes: Sequence[Shape]) -> rr.Cylinders3D | None:
         radii=[shape.size[0] for shape in chosen],
         lengths=[shape.size[1] for shape in chosen],
         centers=[shape.at for shape in chosen],
-        rotation_axis_angles=[_lean(shape) for shape in chosen],
+        rotation_axis_angles=[_turn_about_x(shape) for shape in chosen],
         colors=[_color(shape) for shape in chosen],
         fill_mode="solid",
     )
 
 
-def _lean(shape: Shape) -> rr.RotationAxisAngle:
+def _turn_about_x(shape: Shape) -> rr.RotationAxisAngle:
     """Return a shape's turn about x, the only one that an overhead crane's solids have."""
     return rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=shape.rpy[0])
 
@@ -153,8 +153,8 @@ class RobotVisual:
         found = self._joints[joint]
         axis = np.array(found.axis)
         if found.joint_type == "prismatic":
-            return EffortArrow(found.child_link, (0.0, 0.0, 0.0), _vector(axis))
-        return EffortArrow(found.child_link, (ARM, 0.0, 0.0), _vector(np.cross(axis, (1.0, 0.0, 0.0))))
+            return EffortArrow(found.child_link, (0.0, 0.0, 0.0), _as_vector(axis))
+        return EffortArrow(found.child_link, (ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0))))
 
     def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
@@ -188,7 +188,7 @@ class RobotVisual:
         self._rec.send_columns("rope", time, columns.partition([links] * frames))
 
 
-def _vector(values: Numbers) -> tuple[float, float, float]:
+def _as_vector(values: Numbers) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return x, y, z
 

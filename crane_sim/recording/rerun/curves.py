@@ -79,10 +79,19 @@ def _planar(cable: Suspension) -> list[Channel]:
     if cable.elastic:
         names, lower = tuple(f"link {k}" for k in cable.links), np.array(cable.links)
         colors = colors_of(range(1, 1 + len(names)))
-        listed.append(Channel("shown/swing_deg", names, colors, lambda b: _lean(_links(b.nodes)[:, lower - 1], 0)))
+        listed.append(
+            Channel(
+                "shown/swing_deg",
+                names,
+                colors,
+                lambda b: _angle_from_vertical(_link_vectors(b.nodes)[:, lower - 1], 0),
+            )
+        )
     if len(cable.links) > 1:
         names = ("trolley to payload",)
-        listed.append(Channel("shown/swing_total_deg", names, (PLAIN,), lambda b: _lean(_whole(b.nodes), 0), 2.2))
+        listed.append(
+            Channel("shown/swing_total_deg", names, (PLAIN,), lambda b: _angle_from_vertical(_whole(b.nodes), 0), 2.2)
+        )
     return listed
 
 
@@ -93,7 +102,7 @@ def _spatial() -> list[Channel]:
     ]
 
 
-def _links(nodes: Numbers) -> Numbers:
+def _link_vectors(nodes: Numbers) -> Numbers:
     """Return the vectors (K, N, 3) from node to node."""
     return np.diff(nodes, axis=1)
 
@@ -103,17 +112,17 @@ def _whole(nodes: Numbers) -> Numbers:
     return nodes[:, -1] - nodes[:, 0]
 
 
-def _lean(line: Numbers, axis: int) -> Numbers:
+def _angle_from_vertical(line: Numbers, axis: int) -> Numbers:
     """Return the angles [°] from the downward vertical of vectors (..., 3), seen across a horizontal axis."""
     return np.degrees(np.arctan2(line[..., axis], -line[..., 2]))
 
 
 def _leans(line: Numbers) -> Numbers:
-    return np.column_stack([_lean(line, 0), _lean(line, 1)])
+    return np.column_stack([_angle_from_vertical(line, 0), _angle_from_vertical(line, 1)])
 
 
 def _length(nodes: Numbers) -> Numbers:
-    return np.linalg.norm(_links(nodes), axis=2).sum(axis=1)
+    return np.linalg.norm(_link_vectors(nodes), axis=2).sum(axis=1)
 
 
 def channels(layout: Layout) -> list[Channel]:
@@ -121,7 +130,7 @@ def channels(layout: Layout) -> list[Channel]:
     return [channel for channel in _stored_curves(layout) + _shown_curves(layout) if channel.names]
 
 
-def turns(layout: Layout) -> list[int]:
+def angle_indices(layout: Layout) -> list[int]:
     """Return the indices of the coordinates that are actuated angles."""
     return [i for i in layout.driven if layout.units[i] == "rad"]
 
@@ -153,10 +162,10 @@ def _shown_curves(layout: Layout) -> list[Channel]:
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
     ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.ways]
     return [
-        *_pair(layout, "shown/angle_deg", turns(layout), np.degrees),
-        *(curves for entity, which in ways for curves in _pair(layout, entity, which, np.asarray)),
+        *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
+        *(curves for entity, which in ways for curves in _with_targets(layout, entity, which, np.asarray)),
         *_swings(layout),
-        _of(layout, "shown/rate", layout.moving if layout.crowded else [], lambda b: b.v[:, layout.moving]),
+        _of(layout, "shown/rate", layout.moving if layout.is_crowded else [], lambda b: b.v[:, layout.moving]),
         _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
     ]
 
@@ -171,7 +180,7 @@ def _swings(layout: Layout) -> list[Channel]:
     return [joints, total]
 
 
-def _pair(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
+def _with_targets(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
     """Return the curves of coordinates and, for those that are actuated, of their targets."""
     curves = _of(layout, entity, which, lambda b: shown(b.q[:, which]))
     driven = [i for i in which if i in layout.driven]

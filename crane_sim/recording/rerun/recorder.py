@@ -88,7 +88,7 @@ class Recorder:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
         self._pairing.add_command(stamp, effort)
 
-    def accepted(self, stamp: int, effort: Sequence[float]) -> None:
+    def accept_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) that the plant says it has accepted in answer to the state of a stamp."""
         self._pairing.add_accepted(stamp, effort)
 
@@ -136,12 +136,12 @@ class Recorder:
         self.save()
         steps = summary.get("steps", self.last_step)
         lost = max(self.last_step, steps) - self._session.recorded
-        closed = None if self.broken else self._guarded(lambda: self._session.close({"steps": steps, **summary}, lost))
+        closed = None if self.broken else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
         if closed is None:
             own, files = self._session.broken(self.broken, lost, self._older), self._parts.all(self._session.part)
         else:
             left = within - (time.monotonic() - began)
-            own, files = closed, self._parts.joined(Path(closed["recording"]), left)
+            own, files = closed, self._parts.join(Path(closed["recording"]), left)
         return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _tend(self) -> None:
@@ -153,7 +153,7 @@ class Recorder:
     def _write(self, final: bool) -> None:
         rows = self._pairing.take(final)
         if rows and not self.broken:
-            self._guarded(lambda: self._session.write(rows))
+            self._attempt(lambda: self._session.write(rows))
         if not rows or self.broken:
             return
         step, now = rows[-1].step, time.monotonic()
@@ -161,7 +161,7 @@ class Recorder:
         self._session.pace(step, simulated / max(now - self._last_time, 1e-9))
         self.last_step, self._last_time = step, now
 
-    def _guarded(self, work: Callable[[], Any]) -> Any:
+    def _attempt(self, work: Callable[[], Any]) -> Any:
         try:
             return work()
         except RecordingError as error:
@@ -185,7 +185,7 @@ class Recorder:
         )
         self._parts = Parts(self._path, Previous())
         self.on_reset()
-        fresh = self._guarded(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        fresh = self._attempt(lambda: Session(self._scene, self._path, run_id=self._pass_id))
         self._session = fresh or self._session
 
 

@@ -117,7 +117,7 @@ class Parts:
         """Return the earlier files and the `last` one."""
         return [*self._parts, last]
 
-    def joined(self, last: Path, within: float) -> list[Path]:
+    def join(self, last: Path, within: float) -> list[Path]:
         """Join the earlier files and the `last` one, which is complete; return the files that there are then.
 
         That is the whole or, where it could not be made because the disk is full or gone or it would take longer than

@@ -11,7 +11,7 @@ from crane_sim.recording.layout import Block, base_of, hanging_still, of_scene, 
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.simulation.metrics import derive
-from crane_sim.trajectories.base_motion import places
+from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -101,7 +101,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     effort = _array(row.effort for row in rows)
     t = _array((row.step - 1) * scene.period for row in rows)
     known = derive(scene, t, q, v, effort)
-    reference, base = _references(rows), _base(scene, t)
+    reference, base = _write_reference(rows), _base(scene, t)
     return Block(
         step=np.array([row.step for row in rows], dtype=np.int64),
         q=q,
@@ -132,10 +132,10 @@ def _demands(rows: Sequence[Row], nu: int) -> Numbers:
 def _base(scene: Scene, t: Numbers) -> Numbers | None:
     """Return where the base is at times t (K,), (K, 6); None where it rests."""
     moves = base_of(scene)
-    return places(moves, t) if moves is not None else None
+    return base_positions(moves, t) if moves is not None else None
 
 
-def _references(rows: Sequence[Row]) -> Numbers | None:
+def _write_reference(rows: Sequence[Row]) -> Numbers | None:
     found = [row.reference for row in rows]
     return _array(found) if all(reference is not None for reference in found) else None
 

@@ -21,25 +21,25 @@ UNITS = {
 }
 
 
-def properties(summary: Mapping[str, Any]) -> dict[str, Any]:
+def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return the summary as flat recording properties, and once whole under `json`."""
     flat = {name: value for name, value in _flatten(summary) if isinstance(value, str | bool | int | float)}
     return flat | {"json": json.dumps(summary)}
 
 
-def table(title: str, summary: Mapping[str, Any]) -> str:
+def summary_table(title: str, summary: Mapping[str, Any]) -> str:
     """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[_words(key), _number(summary[key], UNITS.get(key, ""))] for key in plain]
-    parts = [f"# {title}", _table(["quantity", "value"], rows)]
+    rows = [[_label(key), _format_number(summary[key], UNITS.get(key, ""))] for key in plain]
+    parts = [f"# {title}", _nested_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
         if isinstance(value, dict) and value:
             groups.setdefault(tuple(value), []).append(key)
     for entries, keys in groups.items():
-        heads = [f"{_words(key)} [{UNITS[key]}]" if key in UNITS else _words(key) for key in keys]
-        rows = [[_words(entry), *(_number(summary[key][entry]) for key in keys)] for entry in entries]
-        parts.append(_table(["", *heads], rows))
+        heads = [f"{_label(key)} [{UNITS[key]}]" if key in UNITS else _label(key) for key in keys]
+        rows = [[_label(entry), *(_format_number(summary[key][entry]) for key in keys)] for entry in entries]
+        parts.append(_nested_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
 
 
@@ -51,16 +51,16 @@ def _flatten(summary: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
             yield f"{prefix}{key}", value
 
 
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def _nested_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [heads, ["---"] + ["---:"] * (len(heads) - 1), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _words(key: str) -> str:
+def _label(key: str) -> str:
     return key.removesuffix("_deg").replace("_", " ")
 
 
-def _number(value: Any, unit: str = "") -> str:
+def _format_number(value: Any, unit: str = "") -> str:
     if value is None:
         return "–"
     text = f"{value:.5g}" if isinstance(value, float) else str(value)

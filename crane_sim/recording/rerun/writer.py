@@ -16,7 +16,7 @@ from crane_sim.recording.layout import Block, Layout
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.scene3d import Scene3D
-from crane_sim.recording.rerun.summary import properties, table
+from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times
 
 if TYPE_CHECKING:
@@ -102,9 +102,9 @@ class RunWriter:
         """
         if framing := self._stage.fit_to_motion():
             self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing)))
-        text = table(self._layout.name, summary)
+        text = summary_table(self._layout.name, summary)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
-        self._rec.send_property("summary", rr.AnyValues(**properties(summary)))
+        self._rec.send_property("summary", rr.AnyValues(**summary_properties(summary)))
         self._check()
         self._rec.disconnect()
         self.part.replace(self.path)

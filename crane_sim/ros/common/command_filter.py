@@ -119,7 +119,7 @@ class CommandValidator:
 
     def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command in joint order, or None when it is refused, whatever its stamp."""
-        return self._numbers(efforts) if names == self._actuated else self._sorted(names, efforts)
+        return self._numbers(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
 
     def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command without names and stamp, in joint order, or None when refused."""
@@ -164,7 +164,7 @@ class CommandValidator:
             return "late"
         return "stale" if stamp < oldest else ""
 
-    def _sorted(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
+    def _sort_by_joint(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
         if sorted(names) != sorted(self._actuated):
             return self.refuse("names", f"command for joints {list(names)}, the actuated ones are {self._actuated}")
         if len(efforts) != len(names):

@@ -48,11 +48,11 @@ class Managed(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Go on."""
-        return self._changed(True)
+        return self._set_active(True)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Pause, be silent."""
-        return self._changed(False)
+        return self._set_active(False)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End: what was built is given up with the process."""
@@ -62,7 +62,7 @@ class Managed(LifecycleNode):
         """End."""
         return self._ended("shutdown")
 
-    def _changed(self, active: bool) -> TransitionCallbackReturn:
+    def _set_active(self, active: bool) -> TransitionCallbackReturn:
         self.active = active
         self._on_change(active)
         return TransitionCallbackReturn.SUCCESS

@@ -85,7 +85,7 @@ def check_value(name: str, value: Any, option: Option) -> Any:
     """
     kind = type(option.default)
     if kind is tuple:
-        return _numbers(name, value)
+        return _number_array(name, value)
     if kind is float and type(value) is int and abs(value) < 1 << 63:
         value = float(value)
     if type(value) is not kind:
@@ -97,7 +97,7 @@ def check_value(name: str, value: Any, option: Option) -> Any:
     return value
 
 
-def _numbers(name: str, value: Any) -> tuple[float, ...]:
+def _number_array(name: str, value: Any) -> tuple[float, ...]:
     """Return an array of numbers; an empty one comes as whatever type ROS takes it for."""
     try:
         found = tuple(map(float, value))
@@ -126,7 +126,7 @@ def _with_type(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
     if parameter.name not in known or not isinstance(known[parameter.name].default, tuple):
         return parameter
     try:
-        numbers = list(_numbers(parameter.name, parameter.value))
+        numbers = list(_number_array(parameter.name, parameter.value))
     except ValueError:
         return parameter  # `_set` refuses it
     return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)

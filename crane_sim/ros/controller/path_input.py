@@ -33,7 +33,7 @@ class TrajectoryInput:
         path = path_of_law(law)
         if path is None:
             return
-        self._names = _names(path, scene)
+        self._names = _coordinate_names(path, scene)
         here = tuple(values(pieces_of(path), path.starts[:1])[0].tolist())
         join_path(Trajectory(self._names, (Point(here, 1.0),)), path, self._names, 0.0)  # imports what takes long
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
@@ -74,6 +74,6 @@ class TrajectoryInput:
         self._node.get_logger().warning(f"joint_trajectory: refused: {line}", throttle_duration_sec=1.0)
 
 
-def _names(path: Path, scene: Scene) -> tuple[str, ...]:
+def _coordinate_names(path: Path, scene: Scene) -> tuple[str, ...]:
     """Return the names of a path's coordinates."""
     return scene.actuated if path.of_joints else PLACES[: pieces_of(path).coefficients.shape[1]]

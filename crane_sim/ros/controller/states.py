@@ -42,12 +42,12 @@ class StateReader:
         except ValueError as error:
             self._node.get_logger().warning(f"joint state that cannot be read: {error}", throttle_duration_sec=1.0)
             return None
-        vectors = (frame.position, frame.velocity) if frame.names == self._names else self._sorted(frame)
+        vectors = (frame.position, frame.velocity) if frame.names == self._names else self._sort_by_joint(frame)
         if vectors is None:
             return None
         return State(frame.stamp, (frame.stamp / self._scene.period_ns - 1.0) * self._scene.period, *vectors)
 
-    def _sorted(self, frame: Frame) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    def _sort_by_joint(self, frame: Frame) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
         same = sorted(frame.names) == sorted(self._names)
         if not same or not len(frame.position) == len(frame.velocity) == len(self._names):
             line = f"joint state of {frame.names}, expected position and velocity of {self._names}: ignored"

@@ -68,7 +68,7 @@ class MessageDecoder:
         command = _decode(self._effort_wire, data)
         effort = self._gate.match_joints(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
-            self._recorder.accepted(command.stamp, effort)
+            self._recorder.accept_effort(command.stamp, effort)
 
     def _on_reference(self, data: bytes) -> None:
         try:
@@ -77,7 +77,7 @@ class MessageDecoder:
             return
         if message.points:
             point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
-            target = self._sorted(list(message.joint_names), list(point.positions))
+            target = self._sort_by_joint(list(message.joint_names), list(point.positions))
             if target is not None:
                 self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
 
@@ -88,7 +88,7 @@ class MessageDecoder:
         self._over = mode == messages.QUITTING or (self._over and mode == messages.STOPPED)
         self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
 
-    def _sorted(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
+    def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
         """Return one value per actuated joint, or None where names are missing or unknown."""
         by_name = dict(zip(names, values, strict=False))
         if by_name.keys() != set(self._scene.actuated):

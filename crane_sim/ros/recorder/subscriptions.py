@@ -90,7 +90,7 @@ class RecorderSubscriptions:
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when the plant is there."""
         for name in ("joint_states", "applied_effort"):
-            if not self._ears[name].matched:
+            if not self._ears[name].has_publisher:
                 return f"a publisher of {self._ears[name].topic}"
         return ""
 
@@ -121,7 +121,7 @@ class PolledSubscription:
         self.topic = self._handle.get_topic_name()
 
     @property
-    def matched(self) -> bool:
+    def has_publisher(self) -> bool:
         """Whether somebody publishes it."""
         return self._handle.get_publisher_count() > 0
 

@@ -58,7 +58,7 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
 
     where = f"base_motion.file = {file!r}"
-    head, rows, lines = _read(where, file)
+    head, rows, lines = _read_columns(where, file)
     times = rows[:, head.index("time")]
     _check_times(where, times, lines, duration)
     values = np.zeros((len(times), len(AXES)))
@@ -118,7 +118,7 @@ def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
     return found | ({"warnings": lines} if lines else {})
 
 
-def _read(where: str, file: str) -> tuple[list[str], Array, list[int]]:
+def _read_columns(where: str, file: str) -> tuple[list[str], Array, list[int]]:
     """Return (names of the columns, rows, their lines in the file)."""
     try:
         head, rows = read_table(Path(file))

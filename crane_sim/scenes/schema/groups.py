@@ -27,13 +27,13 @@ WORDS = {"from": "begin", "to": "end"}
 """Words of a file that Python keeps for itself, and the fields of NamedTuples that stand for them."""
 
 
-def _words(fields: tuple[str, ...]) -> dict[str, str]:
+def _words_of(fields: tuple[str, ...]) -> dict[str, str]:
     """Return the words of a file for the fields of a NamedTuple, with the fields."""
     words = {field: word for word, field in WORDS.items()}
     return {words.get(field, field): field for field in fields}
 
 
-def _read(kind: Any, values: dict[str, Any]) -> Any:
+def _read_group(kind: Any, values: dict[str, Any]) -> Any:
     """Return the NamedTuple with these values; a mistake in a field is told by the file's word for it."""
     try:
         return TypeAdapter(kind).validate_python(values)
@@ -74,10 +74,10 @@ class Picker:
             raise ValueError(missing_key(key, value, choices))
         if not isinstance(name, str) or name not in choices:
             raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
-        rest, known = {k: v for k, v in value.items() if k != key}, _words(choices[name]._fields)
+        rest, known = {k: v for k, v in value.items() if k != key}, _words_of(choices[name]._fields)
         for unknown in (k for k in rest if k not in known):
             raise ValueError(unknown_key(str(unknown), (key, *known)))
-        found = _read(choices[name], {known[k]: v for k, v in rest.items()})
+        found = _read_group(choices[name], {known[k]: v for k, v in rest.items()})
         complaint = found.complaint() if hasattr(found, "complaint") else ""
         if complaint:
             raise ValueError(complaint)

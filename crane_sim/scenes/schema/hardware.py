@@ -15,7 +15,7 @@ MOST_PERIODS = 100_000  # of a delay, or between two samples
 Fitted = TypeVar("Fitted", bound=Group)
 
 
-def _pair(value: Any) -> Any:
+def _as_pair(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else (value, value)
 
 
@@ -40,8 +40,8 @@ def _check_names(faults: dict[str, Any]) -> dict[str, Any]:
     return faults
 
 
-Sizes = Annotated[tuple[NonNegative, NonNegative], BeforeValidator(_pair)]
-Reals = Annotated[tuple[Real, Real], BeforeValidator(_pair)]
+Sizes = Annotated[tuple[NonNegative, NonNegative], BeforeValidator(_as_pair)]
+Reals = Annotated[tuple[Real, Real], BeforeValidator(_as_pair)]
 Limits = Annotated[tuple[Real, Real], BeforeValidator(_range), AfterValidator(_check_order)]
 Chance = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 

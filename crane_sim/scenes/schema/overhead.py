@@ -6,7 +6,7 @@ from typing import Any
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane
-from crane_sim.scenes.schema.overhead_checks import check, check_start
+from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
 from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import target_of
@@ -21,18 +21,18 @@ class OverheadFile(OverheadCrane):
         """Joints: axes, the hoist, then what tells where the links are."""
         n, hoist = len(self.parts.lengths), ("hoist",) if self.hoist else ()
         across = "xz" if self.dimensions == 2 else "xyz"
-        if self.modelled == "elastic":
+        if self.cable_model == "elastic":
             cable = [f"node_{k}_{axis}" for k in range(1, n + 1) for axis in across]
         elif self.dimensions == 3:
             cable = [f"link_{k}_{axis}" for k in range(1, n + 1) for axis in across]
         else:
-            cable = [f"swing_{k}" for k in range(1, 2 if self.modelled == "straight" else n + 1)]
+            cable = [f"swing_{k}" for k in range(1, 2 if self.cable_model == "straight" else n + 1)]
         return (*self.axes, *hoist, *cable)
 
     @property
     def joint_units(self) -> tuple[str, ...]:
         """Units of the joints' positions; directions of links have none."""
-        unit = "m" if self.modelled == "elastic" else "1" if self.dimensions == 3 else "rad"
+        unit = "m" if self.cable_model == "elastic" else "1" if self.dimensions == 3 else "rad"
         metres = len(self.axes) + (self.hoist is not None)
         return ("m",) * metres + (unit,) * (len(self.joint_names) - metres)
 
@@ -69,8 +69,8 @@ class OverheadFile(OverheadCrane):
     @property
     def notes(self) -> dict[str, Any]:
         """What was chosen for the scene."""
-        found: dict[str, Any] = {"model": self.modelled} if self.cable.model == "auto" else {}
-        if self.modelled == "straight" and len(self.parts.masses) > 1:
+        found: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
+        if self.cable_model == "straight" and len(self.parts.masses) > 1:
             found["model_error_estimate"] = bending_error(self)
         return found
 
@@ -84,7 +84,7 @@ class OverheadFile(OverheadCrane):
         Raises:
             SceneError: groups contradict each other.
         """
-        check(self)
+        check_groups(self)
         check_start(self)
         return on_base(self, crane_of(self))
 

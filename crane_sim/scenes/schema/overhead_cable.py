@@ -54,7 +54,7 @@ def cable_of(file: "OverheadCrane") -> Cable:
         masses[-1] = file.payload.mass
     if masses[-1] == 0.0:
         raise SceneError("cable.node_masses: the last one is the payload and must be greater than 0")
-    turns, rates = _turns(file, n), _rates(file, n)
+    turns, rates = _link_directions(file, n), _link_rates(file, n)
     if file.dimensions == 3:
         _check_across(turns, rates)
     return _merge_links(Cable(lengths, tuple(masses), turns, rates))
@@ -72,7 +72,7 @@ def _check_across(directions: tuple[Any, ...], rates: tuple[Any, ...]) -> None:
             )
 
 
-def _turns(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
+def _link_directions(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
     start = file.initial
     if file.dimensions == 2:
         if start.directions is not None:
@@ -95,7 +95,7 @@ def _leaves(value: Any) -> Iterator[Any]:
         yield value
 
 
-def _rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
+def _link_rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
     given, flat = file.initial.rates, file.dimensions == 2
     if given is None or given in ([], ()):
         return (0.0 if flat else (0.0, 0.0, 0.0),) * n
@@ -158,7 +158,7 @@ def start_of(file: "OverheadCrane") -> tuple[Vector, Vector]:
         length = _beginning(profile) if profile is not None else length
         positions.append(length[0])
         velocities.append(length[1])
-    q, v = _links(file, positions, velocities)
+    q, v = _link_states(file, positions, velocities)
     return (*map(float, positions), *q), (*map(float, velocities), *v)
 
 
@@ -171,23 +171,23 @@ def _beginning(shape: Shape) -> tuple[float, float]:
     return float(polynomial(s) + motion.amplitude * np.sin(motion.phase)), float(polynomial.deriv()(s) + rate)
 
 
-def _links(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+def _link_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
     cable = file.parts
-    if file.modelled == "elastic":
-        return _nodes(file, top, rates)
+    if file.cable_model == "elastic":
+        return _node_states(file, top, rates)
     if file.dimensions == 3:
         return tuple(x for turn in cable.turns for x in turn), tuple(x for rate in cable.rates for x in rate)
-    if file.modelled == "straight" and not _is_straight(cable):
+    if file.cable_model == "straight" and not _is_straight(cable):
         raise SceneError("cable.model = 'straight': the links start with different angles or rates; take model: rigid")
-    n = 1 if file.modelled == "straight" else len(cable.turns)
+    n = 1 if file.cable_model == "straight" else len(cable.turns)
     return tuple(map(float, cable.turns[:n])), tuple(map(float, cable.rates[:n]))
 
 
-def _nodes(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+def _node_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
     """Return positions and velocities of an elastic cable's nodes, given those of axes and hoist."""
     start, n, d = file.initial, len(file.parts.lengths), file.dimensions
     if start.positions is None:
-        return _hanging(file, top, rates)
+        return _unstretched_nodes(file, top, rates)
     found = []
     for name, rows in (("positions", start.positions), ("velocities", start.velocities or ((0.0,) * d,) * n)):
         if len(rows) != n or any(len(row) != d for row in rows):
@@ -208,7 +208,7 @@ def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
             )
 
 
-def _hanging(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+def _unstretched_nodes(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
     """Return positions and velocities of the nodes of unstretched links, from angles or directions."""
     cable, flat = file.parts, file.dimensions == 2
     if file.initial.velocities is not None:
@@ -235,7 +235,7 @@ class OverheadCrane(OverheadGroups):
         return cable_of(self)
 
     @cached_property
-    def modelled(self) -> str:
+    def cable_model(self) -> str:
         """The cable's model: rigid, elastic or straight."""
         return what_is_modelled(self)
 

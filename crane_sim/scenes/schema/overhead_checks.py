@@ -13,7 +13,7 @@ SAME_LENGTH = 1e-9  # relative; how far the first link may be from where its hoi
 LARGEST_FRICTION = 1e12  # N, N s/m
 
 
-def check(file: OverheadCrane) -> None:
+def check_groups(file: OverheadCrane) -> None:
     """Raise SceneError when groups of a scene contradict each other, or one of them would be ignored."""
     _check_plane(file)
     for name, group in (("trolley", file.trolley), ("bridge", file.bridge or AxisGroup(drive="fixed"))):
@@ -111,8 +111,8 @@ def _check_nodes(file: OverheadCrane) -> None:
     """Refuse positions of nodes where links have angles or directions, and the other way round."""
     start = file.initial
     for name in ("positions", "velocities"):
-        if getattr(start, name) is not None and file.modelled != "elastic":
-            raise SceneError(f"initial.{name}: belong to cable.model: elastic, here it is {file.modelled!r}")
+        if getattr(start, name) is not None and file.cable_model != "elastic":
+            raise SceneError(f"initial.{name}: belong to cable.model: elastic, here it is {file.cable_model!r}")
     for name in ("angles", "directions", "rates"):
         if start.positions is not None and getattr(start, name) is not None:
             raise SceneError(f"initial.{name}: say the same as initial.positions; leave out one of the two")

@@ -62,7 +62,7 @@ def refuse_springs(file: OverheadCrane) -> None:
     """Raise SceneError when a cable that is not elastic has keys of an elastic one."""
     for name in _OWN:
         if getattr(file.cable, name):
-            raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.modelled!r}")
+            raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
 
 
 IN_PLANE = ("surge", "heave", "pitch")
@@ -95,7 +95,7 @@ def _check_plane(base: Base | SplineBase) -> None:
 
 def check_straight(file: OverheadCrane) -> None:
     """Raise SceneError when a straight cable of several nodes hangs on a moving base."""
-    if file.base_motion is not None and file.modelled == "straight" and len(file.parts.lengths) > 1:
+    if file.base_motion is not None and file.cable_model == "straight" and len(file.parts.lengths) > 1:
         raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
 
 
@@ -105,13 +105,13 @@ def crane_of(file: OverheadCrane) -> Any:
     Raises:
         SceneError: groups contradict each other.
     """
-    if file.modelled == "elastic":
+    if file.cable_model == "elastic":
         return _elastic_crane(file)
     refuse_springs(file)
     if file.dimensions == 3:
         return _spatial_crane(file)
     plain = not (_bends(file) or file.cable.inertia or file.forces)
-    if file.modelled == "straight" or (len(file.parts.lengths) == 1 and plain):
+    if file.cable_model == "straight" or (len(file.parts.lengths) == 1 and plain):
         if not plain:
             raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
         return _planar_crane(file) if file.base_motion else _rod_crane(file)
@@ -160,7 +160,7 @@ def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
     for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
         if group is not None:
             raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
-    if file.modelled == "straight":
+    if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
     rubs, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
@@ -272,4 +272,4 @@ def demands_of(file: OverheadCrane, sampled: bool) -> Demands:
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if asks_frequency(file.integrator) else None
     turns = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
-    return Demands(frequency, turns, file.modelled == "elastic", smooth, file.duration, continuous)
+    return Demands(frequency, turns, file.cable_model == "elastic", smooth, file.duration, continuous)

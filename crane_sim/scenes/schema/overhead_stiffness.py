@@ -15,14 +15,14 @@ def stiffest(file: OverheadCrane) -> float:
     masses, lengths = np.array(file.parts.masses), np.array(file.parts.lengths)
     lengths[0] = _shortest_first(file)
     rates = max((float(np.linalg.norm(rate)) for rate in file.parts.rates), default=0.0)
-    if file.modelled == "straight":
+    if file.cable_model == "straight":
         reach = np.cumsum(lengths)
         swing = float(np.sqrt(file.gravity * (masses @ reach) / (masses @ reach**2)))
         return max(rates, swing, _friction_rate(file))
     tension = file.gravity * np.cumsum(masses[::-1])[::-1]
     across = tension / lengths
     found = [rates, _largest(file, across), _friction_rate(file)]
-    if file.modelled == "elastic" and file.cable.stiffness is not None:
+    if file.cable_model == "elastic" and file.cable.stiffness is not None:
         stiffness = np.array(fill_list(file.cable.stiffness, len(lengths), "cable.stiffness"))
         damping = np.array(fill_list(file.cable.damping or (0.0,), len(lengths), "cable.damping"))
         found += [_largest(file, stiffness), _largest(file, damping) ** 2]

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.evaluation.bench.engine import Missing, Outcome, Run, sweep_values
-from crane_sim.evaluation.bench.peers.joints import Joint, centre, fastest, joints, steps, tension
+from crane_sim.evaluation.bench.peers.joints import Joint, centre, fastest, model_joints, steps, tension
 from crane_sim.evaluation.bench.problem import Problem
 
 
@@ -66,7 +66,7 @@ class Drake:
 
     def runs(self, problem: Problem) -> list[Run]:
         """Return the sweeps of steps, and those of accuracies where a method controls its error."""
-        row = joints(problem)
+        row = model_joints(problem)
         plant = _plant(row, problem.gravity)
         return [run for method in _METHODS for run in self._sweep(problem, row, plant, method)]
 

@@ -38,11 +38,11 @@ class Joint(NamedTuple):
     spring: Rest | None = None
 
 
-def joints(problem: Problem) -> list[Joint]:
+def model_joints(problem: Problem) -> list[Joint]:
     """Return the joints from the ground on; the payload is the last one's centre of mass."""
     if isinstance(problem, Chain):
-        return _chain(problem)
-    return _spring(problem) if isinstance(problem, Spring) else _knuckle(problem)
+        return _chain_joints(problem)
+    return _spring_joints(problem) if isinstance(problem, Spring) else _knuckle_joints(problem)
 
 
 def centre(row: list[Joint], q: Array) -> Array:
@@ -94,7 +94,7 @@ def _trolley(mass: float) -> Joint:
     return Joint(True, 0, 0.0, mass=mass)
 
 
-def _chain(chain: Chain) -> list[Joint]:
+def _chain_joints(chain: Chain) -> list[Joint]:
     row, length, before = [_trolley(chain.trolley)], 0.0, 0.0
     for mass, below, angle in zip(chain.masses.tolist(), chain.lengths.tolist(), chain.angles.tolist(), strict=True):
         row.append(Joint(False, 1, before - angle, (0.0, 0.0, -length), mass, (0.0, 0.0, -below)))
@@ -102,25 +102,25 @@ def _chain(chain: Chain) -> list[Joint]:
     return row
 
 
-def _spring(crane: Spring) -> list[Joint]:
+def _spring_joints(crane: Spring) -> list[Joint]:
     x, z = crane.start
     swing = Joint(False, 1, float(np.arctan2(-x, -z)))
     spring = Rest(crane.stiffness, -crane.length)
     return [_trolley(crane.trolley), swing, Joint(True, 2, -float(np.hypot(x, z)), mass=crane.payload, spring=spring)]
 
 
-def _rod(rod: Boom, foot: float, start: float, spring: Rest) -> Joint:
+def _rod_joint(rod: Boom, foot: float, start: float, spring: Rest) -> Joint:
     inertia = rod.axial, rod.inertia, rod.inertia
     return Joint(False, 1, start, (foot, 0.0, 0.0), rod.mass, (0.5 * rod.length, 0.0, 0.0), inertia, spring)
 
 
-def _knuckle(crane: KnuckleCrane) -> list[Joint]:
+def _knuckle_joints(crane: KnuckleCrane) -> list[Joint]:
     (kb, kj, kr), (beta0, gamma0, length) = crane.stiffness, crane.rest
     (alpha, beta, gamma), turning = crane.q.tolist(), (crane.tower, crane.tower, crane.tower)
     row = [
         Joint(False, 2, alpha, mass=1.0, inertia=turning),  # on its axis any mass will do
-        _rod(crane.boom, 0.0, -beta, Rest(kb, -beta0)),
-        _rod(crane.jib, crane.boom.length, beta - gamma, Rest(kj, -gamma0)),
+        _rod_joint(crane.boom, 0.0, -beta, Rest(kb, -beta0)),
+        _rod_joint(crane.jib, crane.boom.length, beta - gamma, Rest(kj, -gamma0)),
     ]
     hook = Joint(False, 1, 0.0, (crane.jib.length, 0.0, 0.0))
     rope = crane.start - centre([*row, hook], np.array([alpha, -beta, beta - gamma, 0.0]))

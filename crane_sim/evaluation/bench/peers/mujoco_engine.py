@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.evaluation.bench.engine import Missing, Outcome, Run
-from crane_sim.evaluation.bench.peers.joints import Joint, centre, joints, steps, tension
+from crane_sim.evaluation.bench.peers.joints import Joint, centre, model_joints, steps, tension
 from crane_sim.evaluation.bench.problem import Problem
 
 Array = npt.NDArray[np.float64]
@@ -72,8 +72,8 @@ class MuJoCo:
         return [run for method in _METHODS for run in self._sweep(problem, method)]
 
     def _sweep(self, problem: Problem, method: _Method) -> list[Run]:
-        row = joints(problem)
-        model = build(self._mujoco, row, problem.gravity, method.name)
+        row = model_joints(problem)
+        model = compile_model(self._mujoco, row, problem.gravity, method.name)
         chosen = steps(problem, method.first, method.last, method.per_decade)
         return [Run(self.name, method.name, step, self._goer(problem, row, model, method, step)) for step in chosen]
 
@@ -98,7 +98,7 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
 
     Args:
         problem: what they have in common.
-        starts: (n, nq) joint coordinates of `joints(problem)` at the start, or how many times the problem's own.
+        starts: (n, nq) joint coordinates of `model_joints(problem)` at the start, or how many times the problem's own.
         step: s.
         threads: how many work.
 
@@ -109,10 +109,10 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
         Missing: the package is not installed.
     """
     mujoco, rollout = _package(), import_module("mujoco.rollout")
-    row, count = joints(problem), round(problem.duration / step)
+    row, count = model_joints(problem), round(problem.duration / step)
     own, n = np.array([joint.start for joint in row]), len(row)
     q = np.tile(own, (starts, 1)) if isinstance(starts, int) else starts
-    model = build(mujoco, row, problem.gravity, "RK4")
+    model = compile_model(mujoco, row, problem.gravity, "RK4")
     model.opt.timestep = problem.duration / count
     state = np.zeros((len(q), mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)))
     state[:, 1 : 1 + n] = q  # the time stands first, the velocities behind
@@ -132,7 +132,7 @@ def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, 
     return state
 
 
-def build(mujoco: Any, row: list[Joint], gravity: float, method: str) -> Any:
+def compile_model(mujoco: Any, row: list[Joint], gravity: float, method: str) -> Any:
     """Return the compiled model of a row of joints, all that it does not need switched off."""
     bodies: list[str] = []
     moving: list[Joint] = []
@@ -152,18 +152,18 @@ def build(mujoco: Any, row: list[Joint], gravity: float, method: str) -> Any:
 def _body(moving: list[Joint]) -> str:
     """Return the opening of a body that several joints move, only the first of them with an offset."""
     last = moving[-1]
-    inertia = _text(max(value, _POINT) for value in last.inertia)
-    inertial = f'<inertial pos="{_text(last.centre)}" mass="{last.mass!r}" diaginertia="{inertia}"/>'
-    return f'<body pos="{_text(moving[0].offset)}">' + "".join(map(_joint, moving)) + inertial
+    inertia = _format_numbers(max(value, _POINT) for value in last.inertia)
+    inertial = f'<inertial pos="{_format_numbers(last.centre)}" mass="{last.mass!r}" diaginertia="{inertia}"/>'
+    return f'<body pos="{_format_numbers(moving[0].offset)}">' + "".join(map(_joint, moving)) + inertial
 
 
 def _joint(joint: Joint) -> str:
-    kind, axis = "slide" if joint.slides else "hinge", _text(float(i == joint.axis) for i in range(3))
+    kind, axis = "slide" if joint.slides else "hinge", _format_numbers(float(i == joint.axis) for i in range(3))
     spring = f' stiffness="{joint.spring.stiffness!r}" springref="{joint.spring.rest!r}"' if joint.spring else ""
     return f'<joint type="{kind}" axis="{axis}"{spring}/>'
 
 
-def _text(values: Iterable[float]) -> str:
+def _format_numbers(values: Iterable[float]) -> str:
     return " ".join(map(repr, values))
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.evaluation.bench.engine import Missing, Outcome, Run
-from crane_sim.evaluation.bench.peers.joints import Joint, centre, joints, steps, tension
+from crane_sim.evaluation.bench.peers.joints import Joint, centre, model_joints, steps, tension
 from crane_sim.evaluation.bench.problem import Problem
 from crane_sim.integrators import dop853, rk4
 from crane_sim.integrators.runge_kutta import dense
@@ -67,7 +67,7 @@ class Pinocchio:
 
     def runs(self, problem: Problem) -> list[Run]:
         """Return the sweeps of steps with the orders 4 and 8."""
-        crane = _Crane(self._library, joints(problem), problem.gravity)
+        crane = _Crane(self._library, model_joints(problem), problem.gravity)
         settings = [(order, step) for order, sweep in SWEEPS.items() for step in steps(problem, *sweep)]
         return [
             Run(self.name, f"aba, rk{order}", step, crane.goer(order, step, round(problem.duration / step)))

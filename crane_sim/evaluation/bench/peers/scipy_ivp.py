@@ -48,11 +48,11 @@ class Scipy:
 def equations(problem: Problem) -> tuple[Slope, Array, Reading]:
     """Return (right-hand side, state at the start, what a state shows)."""
     if isinstance(problem, Chain) and len(problem.masses) > 1:
-        return _chain(problem)
+        return _chain_slope(problem)
     form = form_of(problem)
     if isinstance(problem, Chain):
         return _single(problem), form.state, form.outcome
-    slope = _spring(problem) if isinstance(problem, Spring) else _knuckle(problem)
+    slope = _spring_slope(problem) if isinstance(problem, Spring) else _knuckle_slope(problem)
     return slope, form.state, form.outcome
 
 
@@ -69,7 +69,7 @@ def _single(p: Chain) -> Slope:
     return slope
 
 
-def _spring(p: Spring) -> Slope:
+def _spring_slope(p: Spring) -> Slope:
     """Return the slope of (trolley, payload x and z, rates)."""
 
     def slope(t: float, x: Array) -> list[float]:
@@ -81,7 +81,7 @@ def _spring(p: Spring) -> Slope:
     return slope
 
 
-def _chain(p: Chain) -> tuple[Slope, Array, Reading]:
+def _chain_slope(p: Chain) -> tuple[Slope, Array, Reading]:
     """Return the slope of (trolley, angles, rates) by its tensions: a positive definite tridiagonal system."""
     n, m, lengths, g = len(p.masses), p.masses, p.lengths, p.gravity
     (solve,) = get_lapack_funcs(("ptsv",))
@@ -110,7 +110,7 @@ def _chain(p: Chain) -> tuple[Slope, Array, Reading]:
     return slope, np.array([0.0, *p.angles, *np.zeros(n + 1)]), outcome
 
 
-def _knuckle(p: KnuckleCrane) -> Slope:
+def _knuckle_slope(p: KnuckleCrane) -> Slope:
     """Return the slope of (α, β, γ, payload in the slewing frame, rates)."""
     boom, jib, m, g = p.boom, p.jib, p.payload, p.gravity
     k1, k2 = boom.length**2 * (0.25 * boom.mass + jib.mass), 0.25 * jib.length**2 * jib.mass

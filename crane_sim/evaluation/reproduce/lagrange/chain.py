@@ -56,7 +56,7 @@ def node_positions(q: Array) -> Array:
     return np.array([x, 0.0]) + np.cumsum(np.concatenate([[[0.0, 0.0]], lengths[:, None] * along]), axis=0)
 
 
-def _hanging(trolley: float, angles: Array, lengths: Array) -> Array:
+def _relative_coordinates(trolley: float, angles: Array, lengths: Array) -> Array:
     """Return the array (N+1, 2, 2N+1) in relative angles, given what each link adds to the nodes below it."""
     n = len(angles)
     below = np.tri(n + 1, n, -1)  # node i hangs below links 1 .. i
@@ -70,14 +70,14 @@ def _hanging(trolley: float, angles: Array, lengths: Array) -> Array:
 def node_jacobian(q: Array) -> Array:
     """Return the derivatives (N+1, 2, 2N+1) of node positions with respect to q, from (9)."""
     along, across = directions(q)
-    return _hanging(1.0, unpack(q)[2][:, None] * across, along)
+    return _relative_coordinates(1.0, unpack(q)[2][:, None] * across, along)
 
 
 def node_jacobian_rate(q: Array, v: Array) -> Array:
     """Return the time derivative (N+1, 2, 2N+1) of `node_jacobian` at rates v."""
     along, across = directions(q)
     rate, paid = absolute(unpack(v)[1])[:, None], unpack(v)[2][:, None]
-    return _hanging(0.0, paid * across - unpack(q)[2][:, None] * rate * along, rate * across)
+    return _relative_coordinates(0.0, paid * across - unpack(q)[2][:, None] * rate * along, rate * across)
 
 
 def mass_matrix(crane: LumpedCrane, q: Array) -> Array:
@@ -137,7 +137,7 @@ def free_coordinates(n: int, lengths: Sequence[int] = ()) -> Array:
     return np.array([*range(n + 1), *(n + k for k in lengths)])
 
 
-def acceleration(crane: LumpedCrane, q: Array, v: Array, forces: Array, lengths: Sequence[int] = ()) -> Array:
+def chain_acceleration(crane: LumpedCrane, q: Array, v: Array, forces: Array, lengths: Sequence[int] = ()) -> Array:
     """Return q̈ (2N+1,) under generalised forces (2N+1,), with the lengths of all links fixed but the named ones.
 
     The force on a length is the one that lengthens the link: the tension is its negative. Rates of fixed lengths

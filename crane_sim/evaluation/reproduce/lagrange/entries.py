@@ -29,19 +29,19 @@ def mass_matrix(crane: LumpedCrane, q: Array) -> Array:
 
 def angle_trolley(crane: LumpedCrane, q: Array, n: int) -> float:
     """Return the entry of θ_n and x, (20) and (32)."""
-    alpha, lengths, nodes = _links(q)
+    alpha, lengths, nodes = _absolute_links(q)
     return fsum(crane.masses[i - 1] * lengths[k] * cos(alpha[k]) for i in range(n, nodes) for k in range(n, i + 1))
 
 
 def length_trolley(crane: LumpedCrane, q: Array, n: int) -> float:
     """Return the entry of l_n and x, (21)."""
-    alpha, _, _ = _links(q)
+    alpha, _, _ = _absolute_links(q)
     return fsum(crane.masses[n - 1 :]) * sin(alpha[n])
 
 
 def angle_angle(crane: LumpedCrane, q: Array, n: int, p: int) -> float:
     """Return the entry of θ_n and θ_p, (33)."""
-    alpha, lengths, nodes = _links(q)
+    alpha, lengths, nodes = _absolute_links(q)
     total = 0.0
     for i in range(max(n, p), nodes):
         c = fsum(lengths[k] * cos(alpha[k]) for k in range(n, i + 1))
@@ -53,7 +53,7 @@ def angle_angle(crane: LumpedCrane, q: Array, n: int, p: int) -> float:
 
 def angle_length(crane: LumpedCrane, q: Array, n: int, p: int) -> float:
     """Return the entry of θ_n and l_p, (39)."""
-    alpha, lengths, nodes = _links(q)
+    alpha, lengths, nodes = _absolute_links(q)
     total = 0.0
     for i in range(max(n, p), nodes):
         c = fsum(lengths[k] * cos(alpha[k]) for k in range(n, i + 1))
@@ -64,13 +64,13 @@ def angle_length(crane: LumpedCrane, q: Array, n: int, p: int) -> float:
 
 def length_length(crane: LumpedCrane, q: Array, n: int, p: int) -> float:
     """Return the entry of l_n and l_p, (62) and (63)."""
-    alpha, _, _ = _links(q)
+    alpha, _, _ = _absolute_links(q)
     return fsum(crane.masses[max(n, p) - 1 :]) * cos(alpha[n] - alpha[p])
 
 
 def gravity(crane: LumpedCrane, q: Array) -> Array:
     """Return the gravity forces (2N+1,) of (83) and (84)."""
-    alpha, lengths, nodes = _links(q)
+    alpha, lengths, nodes = _absolute_links(q)
     angles, reach = [], []
     for n in range(1, nodes):
         terms = (crane.masses[i - 1] * lengths[k] * sin(alpha[k]) for i in range(n, nodes) for k in range(n, i + 1))
@@ -79,7 +79,7 @@ def gravity(crane: LumpedCrane, q: Array) -> Array:
     return np.array([0.0, *angles, *reach])
 
 
-def _links(q: Array) -> tuple[list[float], list[float], int]:
+def _absolute_links(q: Array) -> tuple[list[float], list[float], int]:
     """Return (absolute angles, lengths, N + 1), the lists with an unused first entry so that links count from 1."""
     _, theta, lengths = unpack(q)
     return [0.0, *absolute(theta)], [0.0, *lengths], len(theta) + 1
