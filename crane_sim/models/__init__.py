@@ -13,7 +13,7 @@ from crane_sim.models.overhead import (
     node_forces,
     planar,
     rod,
-    shared_outputs,
+    shared_bodies,
     spatial,
     spring,
 )
@@ -32,7 +32,7 @@ __all__ = [
     "node_forces",
     "planar",
     "rod",
-    "shared_outputs",
+    "shared_bodies",
     "spatial",
     "spring",
 ]

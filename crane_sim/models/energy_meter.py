@@ -22,6 +22,17 @@ def _(meter):
 
 
 @generic
+def meter_entry(meter, value):
+    """Return the value of the meter, or its rate, as a tuple, empty where there is none."""
+    return ()
+
+
+@meter_entry.register(Meter)
+def _(meter, value):
+    return (value,)
+
+
+@generic
 def with_meter(meter, derivative, p, t, x, u):
     """Return the derivative of a state of two parts, with the supplied power appended where the crane is metered."""
     return derivative

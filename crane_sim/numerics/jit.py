@@ -226,6 +226,16 @@ def lean_generic(f: Function) -> Generic:
     return generic(f, LEAN)
 
 
+def routine_generic(f: Function) -> Generic:
+    """Make `f` what `generic` makes of it, all bodies compiled as `routine` does."""
+    return generic(f, OPTIONS | {"forceinline": False})
+
+
+def lean_routine_generic(f: Function) -> Generic:
+    """Make `f` what `generic` makes of it, all bodies compiled as `lean_routine` does."""
+    return generic(f, LEAN | {"forceinline": False})
+
+
 def stage_generic(f: Function) -> Generic:
     """Make `f` what `generic` makes of it, all bodies optimised before they are copied into the stages of a step."""
     return generic(f, OPTIONS | {"pipeline_class": _OptimizedCompiler})

@@ -68,7 +68,8 @@ LAYERS = (
 """Layers from the bottom up: a module belongs to the longest of these names that it begins with."""
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 KERNELS = (
-    """kernel routine entry generic stage_generic lean_kernel lean_routine lean_generic intrinsic""".split()
+    """kernel routine entry generic routine_generic stage_generic intrinsic""".split()
+    + """lean_kernel lean_routine lean_generic lean_routine_generic""".split()
 )  # decorators of jit
 LOOSE = 5  # modules at the top of crane_sim
 

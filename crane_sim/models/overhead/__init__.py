@@ -1,4 +1,39 @@
 """Overhead cranes: a trolley (and a bridge) on rails, a hoist, and a cable of links with lumped masses.
 
 Equations: Brogliato, "Lagrange dynamics of lumped-mass multibody models of overhead cranes", written in link tensions.
+
+A state is positions, their rates, the energy supplied where there is a meter, and modes: an array, of small models a
+tuple. What `shared_bodies` needs of a model beside its fields is here.
 """
+
+from crane_sim.numerics.jit import generic, lean_generic, lean_routine_generic, routine_generic
+
+
+@lean_generic
+def layout_of(p):
+    """Return (number nq of coordinates, index of the first link's or node's, index of the first mode)."""
+    raise NotImplementedError
+
+
+@routine_generic
+def energies(p, x):
+    """Return (kinetic, potential) energy [J], as `system.kinetic` and `system.potential` do."""
+    raise NotImplementedError
+
+
+@lean_routine_generic
+def smallest_guard(p, t, x, tau, work):
+    """Return what `system.guard` does, at joint efforts tau."""
+    raise NotImplementedError
+
+
+@generic
+def mode_of_stopped_axis(p, t, x, tau, axis, mode):
+    """Return the friction's new mode of an axis whose guard has failed in `mode`, which is at rest."""
+    raise NotImplementedError
+
+
+@routine_generic
+def switch(p, t, x, tau, which):
+    """Return what `system.apply_reset_map` does, at joint efforts tau."""
+    raise NotImplementedError

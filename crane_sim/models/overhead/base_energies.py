@@ -9,7 +9,7 @@ from crane_sim import system
 from crane_sim.models.cables.chain import COS, LENGTH, RATE, SIN, Rods
 from crane_sim.models.cables.chain_3d import node_velocities
 from crane_sim.models.moving_base import BaseState, added_energy, added_spin, base_state
-from crane_sim.models.overhead import planar, spatial
+from crane_sim.models.overhead import layout_of, planar, spatial
 from crane_sim.models.overhead.elastic import ElasticCrane, mass_of, node_vector
 from crane_sim.models.overhead.modes import payload_mass
 from crane_sim.models.overhead.planar import PlanarCrane
@@ -41,7 +41,7 @@ def added_in_plane(now, p, x):
 
 @added_in_plane.register(BaseState)
 def _(now, p, x):
-    w, (nq, _, _), (mass, r, v) = system.workspace(p), planar.planar_layout(p), bodies(p)
+    w, (nq, _, _), (mass, r, v) = system.workspace(p), layout_of(p), bodies(p)
     planar.links_of(p, x, w)
     v[:] = planar.node_velocities(p, x, w, planar.hoisted_link(p.hoist, p.cable, x, nq)[1])
     r[0, 0], mass[0] = x[0], axis_mass(p.trolley)
@@ -93,7 +93,7 @@ def write_nodes(p, x, mass, r, v):
 
 @write_nodes.register(SpatialCrane)
 def _(p, x, mass, r, v):
-    nq, _, _ = spatial.spatial_layout(p)
+    nq, _, _ = layout_of(p)
     links = system.workspace(p).links
     spatial.links_of(p, x, links)
     place(p, x, r)

@@ -8,9 +8,9 @@ from math import cos, sin
 from typing import NamedTuple
 
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter
-from crane_sim.models.overhead.rod import on_meter, reading
-from crane_sim.models.supports.actuation import actuated_entries, add_meter, effort_tuple
+from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
+from crane_sim.models.overhead import layout_of
+from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
@@ -58,32 +58,17 @@ def double_dynamics(p, t, x, tau):
     return (trolley, turning1, turning2), (tension1, tension2), s1
 
 
+@layout_of.register(DoubleCrane)
+def _(p):
+    return 3, 1, 6 + meter_size(p.meter)
+
+
 @system.rhs.register(DoubleCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
     acceleration, tension, s1 = double_dynamics(p, t, x, tau)
-    power = on_meter(p.meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
+    power = meter_entry(p.meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
     return (x[3], x[4], x[5], *acceleration, *power)
-
-
-@system.state.register(DoubleCrane)
-def _(p, t, q, v):
-    return (q[0], q[1], q[2], v[0], v[1], v[2], *on_meter(p.meter, 0.0))
-
-
-@system.joints.register(DoubleCrane)
-def _(p, x):
-    return (x[0], x[1], x[2]), (x[3], x[4], x[5])
-
-
-@system.actuated_joints.register(DoubleCrane)
-def _(p, x):
-    return actuated_entries(p.trolley, None, x, 0), actuated_entries(p.trolley, None, x, 3)
-
-
-@system.efforts_from_row.register(DoubleCrane)
-def _(p, row):
-    return effort_tuple(p.trolley, None, row)
 
 
 @system.acceleration.register(DoubleCrane)
@@ -123,16 +108,6 @@ def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
     _, tension, s1 = double_dynamics(p, t, x, tau)
     return axis_power(p.trolley, tau, 0, x[3], tension[0] * s1)
-
-
-@system.energy_supplied.register(DoubleCrane)
-def _(p, x):
-    return reading(p.meter, x, 6)
-
-
-@system.point_count.register(DoubleCrane)
-def _(p):
-    return 3
 
 
 @system.points.register(DoubleCrane)

@@ -6,6 +6,7 @@ How an overhead crane with an elastic cable switches: stick and slip, slack link
 import numpy as np
 
 from crane_sim import system
+from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.base_load import to_world_in_place
 from crane_sim.models.overhead.elastic import (
     LINK,
@@ -32,16 +33,15 @@ from crane_sim.models.overhead.modes import (
     smaller_guard,
     switching_of,
 )
-from crane_sim.models.supports.actuation import axis_entry, wound
 from crane_sim.models.supports.hoist import hoist_inertia
 from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
-from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import lean_kernel, routine
 
 
-@system.joints.register(ElasticCrane)
-def _(p, x):
-    nq, _, _, _ = elastic_layout(p)
-    return x[:nq].copy(), x[nq : 2 * nq].copy()
+@layout_of.register(ElasticCrane)
+def _(p):
+    nq, first, _, modes = elastic_layout(p)
+    return nq, first, modes
 
 
 @system.state.register(ElasticCrane)
@@ -74,28 +74,8 @@ def strain(p, x, k):
     return spring + min(0.0, p.cable.damping[k] * rate)
 
 
-@system.actuated_joints.register(ElasticCrane)
-def _(p, x):
-    nq, _, _, _ = elastic_layout(p)
-    return driven_from(p, x, 0), driven_from(p, x, nq)
-
-
-@kernel
-def driven_from(p, x, i):
-    """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
-    _, _, d, _ = elastic_layout(p)
-    return (*axis_entry(p.trolley, x, i), *axis_entry(p.bridge, x, i + 1), *wound(p.hoist, x, i + d - 1))
-
-
-@system.acceleration.register(ElasticCrane)
-def _(p, t, x, u):
-    nq, _, _, _ = elastic_layout(p)
-    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
-
-
-@routine
-def elastic_energies(p, x):
-    """Return (kinetic, potential) energy, that of slack links left out."""
+@energies.register(ElasticCrane)
+def _(p, x):  # a slack link stores nothing
     nq, first, d, modes = elastic_layout(p)
     kinetic, potential = 0.5 * axis_mass(p.trolley) * x[nq] ** 2, 0.0
     if d == 3:
@@ -112,16 +92,6 @@ def elastic_energies(p, x):
     return kinetic, potential
 
 
-@system.kinetic.register(ElasticCrane)
-def _(p, x):
-    return elastic_energies(p, x)[0]
-
-
-@system.potential.register(ElasticCrane)
-def _(p, x):
-    return elastic_energies(p, x)[1]
-
-
 @system.tensions.register(ElasticCrane)
 def _(p, t, x, u, rows, i, first):
     for k in range(len(p.cable.masses)):
@@ -131,12 +101,6 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(ElasticCrane)
 def _(p, t, x, u):
     return move(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
-
-
-@system.energy_supplied.register(ElasticCrane)
-def _(p, x):
-    nq, _, _, modes = elastic_layout(p)
-    return x[2 * nq] if modes > 2 * nq else 0.0
 
 
 @system.points.register(ElasticCrane)
@@ -165,14 +129,8 @@ def has_damper(damping):
     return found
 
 
-@system.guard.register(ElasticCrane)
-def _(p, t, x, u, work):
-    return (*smallest_guard(p, t, x, system.effort(u, p, t, x)), 0)
-
-
-@lean_routine
-def smallest_guard(p, t, x, tau):
-    """Return (the smallest guard, its number)."""
+@smallest_guard.register(ElasticCrane)
+def _(p, t, x, tau, work):
     nq, first, d, modes = elastic_layout(p)
     ((nx, ny, _), tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), FRICTION)
@@ -186,7 +144,8 @@ def smallest_guard(p, t, x, tau):
     if p.cable.tension_only > 0.0:
         for k in range(len(p.cable.masses)):
             best = smaller_guard(best, link_guard(p, x, k, x[modes + d - 1 + k]), LINK + k)
-    return best
+    value, which = best
+    return value, which, 0
 
 
 @lean_kernel
@@ -197,17 +156,19 @@ def link_guard(p, x, k, taut):
     return total if taut > 0.0 else -min(spring, total)
 
 
-@system.apply_reset_map.register(ElasticCrane)
-def _(p, t, x, u, which):
-    return switch(p, t, x, system.effort(u, p, t, x), which)
+@mode_of_stopped_axis.register(ElasticCrane)
+def _(p, t, x, tau, axis, mode):
+    (n, tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
+    if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
+        return mode_after_stop(p.trolley, mode, tau, 0, tension * n[0] + ship.x)
+    return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), tension * n[1] + ship.y)
 
 
-@routine
-def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
+@switch.register(ElasticCrane)
+def _(p, t, x, tau, which):
     nq, _, d, modes = elastic_layout(p)
     x, event = x.copy(), which
-    before = sum(elastic_energies(p, x))
+    before = sum(energies(p, x))
     if which >= LINK:
         mode = modes + d - 1 + which - LINK
         x[mode] = 1.0 - x[mode]
@@ -218,15 +179,9 @@ def switch(p, t, x, tau, which):
         axis = which - FRICTION
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        (n, tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
-        if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
-            x[modes] = mode_after_stop(p.trolley, failed, tau, 0, tension * n[0] + ship.x)
-        else:
-            x[modes + 1] = mode_after_stop(p.bridge, failed, tau, input_count(p.trolley), tension * n[1] + ship.y)
+        x[modes + axis] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
         event = friction_event(axis, x[modes + axis])
     else:
         return x, which, False
-    x[2 * nq] += (
-        sum(elastic_energies(p, x)) - before
-    )  # the payload takes its energy along, a slack spring that left in it
+    x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along, a slack spring what was left in it
     return x, event, True

@@ -37,14 +37,13 @@ from crane_sim.models.cables.chain import (
 )
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.moving_base import carried_at
+from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, push_links, to_world_in_place
 from crane_sim.models.overhead.modes import (
     FRICTION,
-    PAYLOAD,
     Switches,
     changes_before,
     describe_event,
-    friction_event,
     hoist_guard,
     limits_guard,
     mode_count,
@@ -52,10 +51,9 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     payload_mass,
     slack_guard,
-    switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
-from crane_sim.models.supports.actuation import actuated_entries, add_meter
+from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
@@ -103,9 +101,8 @@ class Solved(NamedTuple):
     given: float  # W, that the moving base supplies
 
 
-@lean_kernel
-def planar_layout(p):
-    """Return (number of coordinates, index of the first angle, index of the first mode)."""
+@layout_of.register(PlanarCrane)
+def _(p):
     first = 1 + hoist_coordinates(p.hoist)
     nq = first + len(p.cable.masses)
     return nq, first, 2 * nq + meter_size(p.meter)
@@ -130,7 +127,7 @@ def _(p):
 @lean_kernel
 def links_of(p, x, w):
     """Fill the work array with what the state tells of the links."""
-    nq, first, _ = planar_layout(p)
+    nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
     for k in range(n):
         w[SIN, k], w[COS, k] = sincos(x[first + k])
@@ -155,7 +152,7 @@ def _(forces, t, w):
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
-    nq, first, modes = planar_layout(p)
+    nq, first, modes = layout_of(p)
     links_of(p, x, w)
     give, push = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     pay, run = hoist_response(p.hoist, t, tau)
@@ -181,7 +178,7 @@ def _(p, t, x, u, out, work):
 @lean_routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, modes = planar_layout(p)
+    nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     now = forward_dynamics(p, t, x, tau, work)
     for i in range(nq):
@@ -200,7 +197,7 @@ def write_derivative(p, t, x, u, out, work):
 @lean_kernel
 def chain_power(p, t, x, tau, now, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, first, _ = planar_layout(p)
+    nq, first, _ = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
     power += joint_power(p.joints, x[nq + first : 2 * nq]) + now.given
@@ -221,7 +218,7 @@ def _(forces, p, t, x, w, rate):
 @routine
 def node_velocities(p, x, w, rate):
     """Return the velocities of nodes 0 to N in the world (N + 1, 3) [m/s]; the first link lengthens at `rate`."""
-    nq, n = planar_layout(p)[0], w.shape[1] - 1
+    nq, n = layout_of(p)[0], w.shape[1] - 1
     v = np.zeros((n + 1, 3))
     v[0, 0] = x[nq]
     for k in range(n):
@@ -232,15 +229,9 @@ def node_velocities(p, x, w, rate):
     return v
 
 
-@system.joints.register(PlanarCrane)
-def _(p, x):
-    nq, _, _ = planar_layout(p)
-    return x[:nq].copy(), x[nq : 2 * nq].copy()
-
-
 @system.state.register(PlanarCrane)
 def _(p, t, q, v):
-    nq, _, modes = planar_layout(p)
+    nq, _, modes = layout_of(p)
     x = np.zeros(modes + mode_count(p.switches, 1))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
@@ -249,22 +240,9 @@ def _(p, t, q, v):
     return x
 
 
-@system.actuated_joints.register(PlanarCrane)
+@energies.register(PlanarCrane)
 def _(p, x):
-    nq, _, _ = planar_layout(p)
-    return actuated_entries(p.trolley, p.hoist, x, 0), actuated_entries(p.trolley, p.hoist, x, nq)
-
-
-@system.acceleration.register(PlanarCrane)
-def _(p, t, x, u):
-    nq, _, _ = planar_layout(p)
-    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
-
-
-@routine
-def planar_energies(p, x):
-    """Return (kinetic, potential) energy."""
-    nq, first, _ = planar_layout(p)
+    nq, first, _ = layout_of(p)
     n, w, rate = len(p.cable.masses), system.workspace(p), hoisted_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, w)
     v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
@@ -276,16 +254,6 @@ def planar_energies(p, x):
         kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 2] ** 2)
         potential += mass * p.gravity * z
     return kinetic, potential
-
-
-@system.kinetic.register(PlanarCrane)
-def _(p, x):
-    return planar_energies(p, x)[0]
-
-
-@system.potential.register(PlanarCrane)
-def _(p, x):
-    return planar_energies(p, x)[1]
 
 
 @system.tensions.register(PlanarCrane)
@@ -302,15 +270,9 @@ def _(p, t, x, u):
     return chain_power(p, t, x, tau, forward_dynamics(p, t, x, tau, w), w)
 
 
-@system.energy_supplied.register(PlanarCrane)
-def _(p, x):
-    nq, _, modes = planar_layout(p)
-    return x[2 * nq] if modes > 2 * nq else 0.0
-
-
 @system.points.register(PlanarCrane)
 def _(p, t, x, out):
-    nq, first, _ = planar_layout(p)
+    nq, first, _ = layout_of(p)
     length, _ = hoisted_link(p.hoist, p.cable, x, nq)
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for k in range(len(p.cable.masses)):
@@ -321,20 +283,9 @@ def _(p, t, x, out):
     to_world_in_place(p.base, t, out)
 
 
-@system.switching.register(PlanarCrane)
-def _(p):
-    return switching_of(p.switches, has_friction(p.trolley), planar_layout(p)[0])
-
-
-@system.guard.register(PlanarCrane)
-def _(p, t, x, u, work):
-    return least_guard(p, t, x, system.effort(u, p, t, x), work)
-
-
-@lean_routine
-def least_guard(p, t, x, tau, w):
-    """Return (the smallest guard, its number, evaluations)."""
-    nq, _, modes = planar_layout(p)
+@smallest_guard.register(PlanarCrane)
+def _(p, t, x, tau, w):
+    nq, _, modes = layout_of(p)
     forces = p.switches.taut > 0.0 or (has_friction(p.trolley) and x[modes] == 0.0)
     pull = forward_dynamics(p, t, x, tau, w).pull if forces else 0.0
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
@@ -345,24 +296,6 @@ def least_guard(p, t, x, tau, w):
     return value, which, int(forces)
 
 
-@system.apply_reset_map.register(PlanarCrane)
-def _(p, t, x, u, which):
-    return switch(p, t, x, system.effort(u, p, t, x), which)
-
-
-@routine
-def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, _, modes = planar_layout(p)
-    x = x.copy()
-    if which == PAYLOAD:
-        before = sum(planar_energies(p, x))
-        x[len(x) - 1] += 1.0
-        x[2 * nq] += sum(planar_energies(p, x)) - before  # the payload takes its energy along
-        return x, PAYLOAD, True
-    if which == FRICTION:
-        failed = x[modes]
-        x[nq], x[modes] = (0.0 if failed != 0.0 else x[nq]), 0.0
-        x[modes] = mode_after_stop(p.trolley, failed, tau, 0, forward_dynamics(p, t, x, tau, system.workspace(p)).pull)
-        return x, friction_event(0, x[modes]), True
-    return x, which, False
+@mode_of_stopped_axis.register(PlanarCrane)
+def _(p, t, x, tau, axis, mode):
+    return mode_after_stop(p.trolley, mode, tau, 0, forward_dynamics(p, t, x, tau, system.workspace(p)).pull)

@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
+from crane_sim.models.overhead import layout_of, switch
 from crane_sim.models.overhead.modes import (
     FRICTION,
     LINK,
@@ -34,9 +35,8 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     payload_mass,
     smaller_guard,
-    switching_of,
 )
-from crane_sim.models.supports.actuation import actuated_entries, add_meter
+from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import (
     Hoist,
     MasslessHoist,
@@ -55,7 +55,7 @@ from crane_sim.models.supports.rails import (
     mode_after_stop,
 )
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, kernel
 from crane_sim.numerics.states import replace_entry
 
 MASS, DISTANCE = 0, 1
@@ -105,11 +105,10 @@ class Swing(NamedTuple):
     pull: float  # N, of the cable on the trolley along x
 
 
-@kernel
-def rod_layout(p):
-    """Return (number of coordinates, index of the first mode)."""
+@layout_of.register(RodCrane)
+def _(p):
     nq = 2 + hoist_coordinates(p.hoist)
-    return nq, 2 * nq + meter_size(p.meter)
+    return nq, nq - 1, 2 * nq + meter_size(p.meter)
 
 
 @generic
@@ -167,7 +166,7 @@ def _(hoist, total, rest, push, give, s, c, side, known):
 @kernel
 def swing_of(p, t, x, tau):
     """Return what state x at time t and joint efforts tau fix."""
-    nq, modes = rod_layout(p)
+    nq, _, modes = layout_of(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, gram = moments(p, x, length)
@@ -192,17 +191,6 @@ def _(hoist, x, paid):
 
 
 @generic
-def on_meter(meter, value):
-    """Return the value of the meter as a tuple, empty where there is none."""
-    return (value,)
-
-
-@on_meter.register(type(None))
-def _(meter, value):
-    return ()
-
-
-@generic
 def frozen(switches):
     """Return the derivatives of the modes, zeros."""
     return ()
@@ -215,18 +203,18 @@ def _(switches):
 
 @system.rhs.register(RodCrane)
 def _(p, t, x, u):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     tau = system.effort(u, p, t, x)
     now = swing_of(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, now.paid)
-    power = on_meter(p.meter, supplied_power(p, x, tau, now))
+    power = meter_entry(p.meter, supplied_power(p, x, tau, now))
     return (x[nq], *rate, x[2 * nq - 1], now.trolley, *paid, now.turning, *power, *frozen(p.switches))
 
 
 @kernel
 def supplied_power(p, x, tau, now):
     """Return the power [W] that drives, imposed motions and losses supply."""
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     _, rate = upper(p.hoist, p.cable, x)
     return axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, now.tension)
 
@@ -256,30 +244,24 @@ def _(switches, t, v):
 @system.state.register(RodCrane)
 def _(p, t, q, v):
     known = first_modes(p.switches, t, v[0])
-    return (*coordinates(p.hoist, q, 0), *coordinates(p.hoist, v, 0), *on_meter(p.meter, 0.0), *known)
+    return (*coordinates(p.hoist, q, 0), *coordinates(p.hoist, v, 0), *meter_entry(p.meter, 0.0), *known)
 
 
 @system.joints.register(RodCrane)
 def _(p, x):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     return coordinates(p.hoist, x, 0), coordinates(p.hoist, x, nq)
-
-
-@system.actuated_joints.register(RodCrane)
-def _(p, x):
-    nq, _ = rod_layout(p)
-    return actuated_entries(p.trolley, p.hoist, x, 0), actuated_entries(p.trolley, p.hoist, x, nq)
 
 
 @system.acceleration.register(RodCrane)
 def _(p, t, x, u):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     return coordinates(p.hoist, system.rhs(p, t, x, u), nq)
 
 
 @system.kinetic.register(RodCrane)
 def _(p, x):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, _ = moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
@@ -289,7 +271,7 @@ def _(p, x):
 
 @system.potential.register(RodCrane)
 def _(p, x):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     length, _ = upper(p.hoist, p.cable, x)
     return -p.gravity * moments(p, x, length)[1] * cos(x[nq - 1])
 
@@ -301,7 +283,7 @@ def _(p):
 
 @system.tensions.register(RodCrane)
 def _(p, t, x, u, rows, i, first):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     now, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
     fall, square = p.gravity * now.c - now.trolley * now.s - now.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = now.tension
@@ -316,31 +298,9 @@ def _(p, t, x, u):
     return supplied_power(p, x, tau, swing_of(p, t, x, tau))
 
 
-@generic
-def reading(meter, x, i):
-    """Return entry i of x, where the meter stands; 0 without one."""
-    return x[i]
-
-
-@reading.register(type(None))
-def _(meter, x, i):
-    return 0.0
-
-
-@system.energy_supplied.register(RodCrane)
-def _(p, x):
-    nq, _ = rod_layout(p)
-    return reading(p.meter, x, 2 * nq)
-
-
-@system.point_count.register(RodCrane)
-def _(p):
-    return 1 + p.cable.nodes.shape[1]
-
-
 @system.points.register(RodCrane)
 def _(p, t, x, out):
-    nq, _ = rod_layout(p)
+    nq, _, _ = layout_of(p)
     length, _ = upper(p.hoist, p.cable, x)
     s, c = sin(x[nq - 1]), cos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
@@ -349,14 +309,9 @@ def _(p, t, x, out):
         out[i + 1, 0], out[i + 1, 1], out[i + 1, 2] = x[0] + r * s, 0.0, -r * c
 
 
-@system.switching.register(RodCrane)
-def _(p):
-    return switching_of(p.switches, has_friction(p.trolley), rod_layout(p)[0])
-
-
 @system.guard.register(RodCrane)
 def _(p, t, x, u, work):
-    nq, modes = rod_layout(p)
+    nq, _, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     taut = p.switches.taut > 0.0
     forces = taut or (has_friction(p.trolley) and x[modes] == 0.0)
@@ -376,21 +331,15 @@ def forces_of(p, t, x, tau):
     return now.tension, now.pull
 
 
-@system.apply_reset_map.register(RodCrane)
-def _(p, t, x, u, which):
-    return switch(p, t, x, system.effort(u, p, t, x), which)
-
-
 @kernel
 def total_energy(p, x):
     """Return the total energy [J]."""
     return system.kinetic(p, x) + system.potential(p, x)
 
 
-@routine
-def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, modes = rod_layout(p)
+@switch.register(RodCrane)
+def _(p, t, x, tau, which):
+    nq, _, modes = layout_of(p)
     if which == PAYLOAD:
         after = replace_entry(x, modes + 1, x[modes + 1] + 1.0)
         gained = total_energy(p, after) - total_energy(p, x)  # the payload takes its energy along

@@ -25,15 +25,13 @@ from crane_sim.models.cables.chain_3d import (
 )
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.moving_base import carried_at
+from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, push_axes, push_directions, to_world_in_place
 from crane_sim.models.overhead.modes import (
     FRICTION,
-    LIMIT,
-    PAYLOAD,
     Switches,
     changes_before,
     describe_event,
-    friction_event,
     hoist_guard,
     limits_guard,
     mode_count,
@@ -45,7 +43,7 @@ from crane_sim.models.overhead.modes import (
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.actuation import add_meter, driven_both
+from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
@@ -101,9 +99,8 @@ class Solved(NamedTuple):
     given: float  # W, that the moving base supplies
 
 
-@lean_kernel
-def spatial_layout(p):
-    """Return (number of coordinates, index of the first unit vector, index of the first mode)."""
+@layout_of.register(SpatialCrane)
+def _(p):
     first = 2 + hoist_coordinates(p.hoist)
     nq = first + 3 * len(p.cable.masses)
     return nq, first, 2 * nq + meter_size(p.meter)
@@ -129,7 +126,7 @@ def _(p, x):
 @lean_routine
 def straighten(p, x):
     """Give unit vectors their length 1, and take from their rates what is not across them."""
-    nq, first, _ = spatial_layout(p)
+    nq, first, _ = layout_of(p)
     for i in range(first, nq, 3):
         (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = align(x, i, nq + i)
 
@@ -150,7 +147,7 @@ def work_arrays(masses, lengths):
 @lean_kernel
 def links_of(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
-    nq, first, _ = spatial_layout(p)
+    nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
     for k in range(n):
         unit, rate = align(x, first + 3 * k, nq + first + 3 * k)
@@ -164,7 +161,7 @@ def links_of(p, x, links):
 @lean_routine
 def forward_dynamics(p, t, x, tau, work):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
-    nq, _, modes = spatial_layout(p)
+    nq, _, modes = layout_of(p)
     links, acc, tension, ratio = work
     links_of(p, x, links)
     rate, place, speed = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
@@ -195,7 +192,7 @@ def _(p, t, x, u, out, work):
 @lean_routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, modes = spatial_layout(p)
+    nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
     now = forward_dynamics(p, t, x, tau, work)
@@ -216,7 +213,7 @@ def write_derivative(p, t, x, u, out, work):
 @lean_kernel
 def chain_power(p, t, x, tau, now, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, _ = spatial_layout(p)
+    nq, _, _ = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
     power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], now.pull[1])
@@ -227,7 +224,7 @@ def chain_power(p, t, x, tau, now, work):
 @generic
 def forces_supply(forces, p, t, x, links, rate):
     """Return the power [W] of forces on nodes."""
-    nq, _, _ = spatial_layout(p)
+    nq, _, _ = layout_of(p)
     return force_power(forces, t, node_velocities(links, x[nq], x[nq + 1], rate))
 
 
@@ -236,15 +233,9 @@ def _(forces, p, t, x, links, rate):
     return 0.0
 
 
-@system.joints.register(SpatialCrane)
-def _(p, x):
-    nq, _, _ = spatial_layout(p)
-    return x[:nq].copy(), x[nq : 2 * nq].copy()
-
-
 @system.state.register(SpatialCrane)
 def _(p, t, q, v):
-    nq, _, modes = spatial_layout(p)
+    nq, _, modes = layout_of(p)
     x = np.zeros(modes + mode_count(p.switches, 2))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
@@ -253,22 +244,9 @@ def _(p, t, q, v):
     return x
 
 
-@system.actuated_joints.register(SpatialCrane)
+@energies.register(SpatialCrane)
 def _(p, x):
-    nq, _, _ = spatial_layout(p)
-    return driven_both(p.trolley, p.bridge, p.hoist, x, 0), driven_both(p.trolley, p.bridge, p.hoist, x, nq)
-
-
-@system.acceleration.register(SpatialCrane)
-def _(p, t, x, u):
-    nq, _, _ = spatial_layout(p)
-    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
-
-
-@routine
-def spatial_energies(p, x):
-    """Return (kinetic, potential) energy."""
-    nq, _, _ = spatial_layout(p)
+    nq, _, _ = layout_of(p)
     links, rate = system.workspace(p).links, hoisted_link(p.hoist, p.cable, x, nq)[1]
     links_of(p, x, links)
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
@@ -280,16 +258,6 @@ def spatial_energies(p, x):
         kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 1] ** 2 + v[k + 1, 2] ** 2)
         potential += mass * p.gravity * z
     return kinetic, potential
-
-
-@system.kinetic.register(SpatialCrane)
-def _(p, x):
-    return spatial_energies(p, x)[0]
-
-
-@system.potential.register(SpatialCrane)
-def _(p, x):
-    return spatial_energies(p, x)[1]
 
 
 @system.tensions.register(SpatialCrane)
@@ -304,12 +272,6 @@ def _(p, t, x, u, rows, i, first):
 def _(p, t, x, u):
     tau, work = system.effort(u, p, t, x), system.workspace(p)
     return chain_power(p, t, x, tau, forward_dynamics(p, t, x, tau, work), work)
-
-
-@system.energy_supplied.register(SpatialCrane)
-def _(p, x):
-    nq, _, modes = spatial_layout(p)
-    return x[2 * nq] if modes > 2 * nq else 0.0
 
 
 @system.points.register(SpatialCrane)
@@ -331,18 +293,12 @@ def place(p, x, out):
 
 @system.switching.register(SpatialCrane)
 def _(p):
-    return switching_of(p.switches, has_friction(p.trolley) or has_friction(p.bridge), spatial_layout(p)[0])
+    return switching_of(p.switches, has_friction(p.trolley) or has_friction(p.bridge), layout_of(p)[0])
 
 
-@system.guard.register(SpatialCrane)
-def _(p, t, x, u, work):
-    return least_guard(p, t, x, system.effort(u, p, t, x), work)
-
-
-@lean_routine
-def least_guard(p, t, x, tau, work):
-    """Return (the smallest guard, its number, evaluations)."""
-    nq, _, modes = spatial_layout(p)
+@smallest_guard.register(SpatialCrane)
+def _(p, t, x, tau, work):
+    nq, _, modes = layout_of(p)
     sticks = (has_friction(p.trolley) and x[modes] == 0.0) or (has_friction(p.bridge) and x[modes + 1] == 0.0)
     forces = sticks or p.switches.taut > 0.0
     pull = forward_dynamics(p, t, x, tau, work).pull if forces else (0.0, 0.0)
@@ -356,37 +312,9 @@ def least_guard(p, t, x, tau, work):
     return value, which, int(forces)
 
 
-@system.apply_reset_map.register(SpatialCrane)
-def _(p, t, x, u, which):
-    return switch(p, t, x, system.effort(u, p, t, x), which)
-
-
-@routine
-def switch(p, t, x, tau, which):
-    """Return (the state after guard `which` has failed, the event to note, whether the crane goes on)."""
-    nq, _, modes = spatial_layout(p)
-    x = x.copy()
-    if which == PAYLOAD:
-        before = sum(spatial_energies(p, x))
-        x[len(x) - 1] += 1.0
-        x[2 * nq] += sum(spatial_energies(p, x)) - before  # the payload takes its energy along
-        return x, PAYLOAD, True
-    if which < LIMIT:
-        axis = which - FRICTION
-        failed = x[modes + axis]
-        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        x[modes + axis] = axis_mode_after_stop(
-            p, failed, tau, axis, forward_dynamics(p, t, x, tau, system.workspace(p)).pull[axis]
-        )
-        return x, friction_event(axis, x[modes + axis]), True
-    return x, which, False
-
-
-@lean_kernel
-def axis_mode_after_stop(p, failed, tau, axis, pull):
-    """Return the mode of an axis at rest that the cable pulls, as `mode_after_stop` does."""
-    return (
-        mode_after_stop(p.trolley, failed, tau, 0, pull)
-        if axis == 0
-        else mode_after_stop(p.bridge, failed, tau, input_count(p.trolley), pull)
-    )
+@mode_of_stopped_axis.register(SpatialCrane)
+def _(p, t, x, tau, axis, mode):
+    pull = forward_dynamics(p, t, x, tau, system.workspace(p)).pull
+    if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
+        return mode_after_stop(p.trolley, mode, tau, 0, pull[0])
+    return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), pull[1])

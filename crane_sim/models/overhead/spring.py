@@ -8,9 +8,9 @@ from math import sqrt
 from typing import NamedTuple
 
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter
-from crane_sim.models.overhead.rod import on_meter, reading
-from crane_sim.models.supports.actuation import actuated_entries, add_meter, effort_tuple
+from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
+from crane_sim.models.overhead import layout_of
+from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.jit import lean_kernel
 
@@ -65,30 +65,15 @@ def supplied_power(p, x, tau):
     return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
 
 
+@layout_of.register(SpringCrane)
+def _(p):
+    return 3, 1, 6 + meter_size(p.meter)
+
+
 @system.rhs.register(SpringCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *on_meter(p.meter, supplied_power(p, x, tau)))
-
-
-@system.state.register(SpringCrane)
-def _(p, t, q, v):
-    return (q[0], q[1], q[2], v[0], v[1], v[2], *on_meter(p.meter, 0.0))
-
-
-@system.joints.register(SpringCrane)
-def _(p, x):
-    return (x[0], x[1], x[2]), (x[3], x[4], x[5])
-
-
-@system.actuated_joints.register(SpringCrane)
-def _(p, x):
-    return actuated_entries(p.trolley, None, x, 0), actuated_entries(p.trolley, None, x, 3)
-
-
-@system.efforts_from_row.register(SpringCrane)
-def _(p, row):
-    return effort_tuple(p.trolley, None, row)
+    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.meter, supplied_power(p, x, tau)))
 
 
 @system.acceleration.register(SpringCrane)
@@ -115,16 +100,6 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(SpringCrane)
 def _(p, t, x, u):
     return supplied_power(p, x, system.effort(u, p, t, x))
-
-
-@system.energy_supplied.register(SpringCrane)
-def _(p, x):
-    return reading(p.meter, x, 6)
-
-
-@system.point_count.register(SpringCrane)
-def _(p):
-    return 2
 
 
 @system.points.register(SpringCrane)

@@ -1,7 +1,6 @@
 """Which joints take commands: the axes that a force drives, then the hoist that one drives.
 
-`actuated_entries` and `effort_tuple` are for a trolley alone, `driven_both` and `efforts_both` for a trolley on a
-bridge.
+A crane without a bridge, or without a hoist, gives None for it.
 
 When an overhead crane needs a meter: the work of held efforts follows from samples, all other work does not.
 """
@@ -15,28 +14,16 @@ from crane_sim.numerics.jit import generic, kernel
 
 
 @kernel
-def actuated_entries(trolley, hoist, x, i):
-    """Return the actuated joints' share of the coordinates from x[i] on as a tuple, the trolley's first."""
-    return (*axis_entry(trolley, x, i), *wound(hoist, x, i + 1))
+def actuated_entries(trolley, bridge, hoist, x, i, axes):
+    """Return those of the coordinates from x[i] on, of so many axes and the hoist, that are actuated, as a tuple."""
+    return (*axis_entry(trolley, x, i), *axis_entry(bridge, x, i + 1), *hoist_entry(hoist, x, i + axes))
 
 
 @kernel
-def driven_both(trolley, bridge, hoist, x, i):
-    """Return the actuated joints' share of the coordinates from x[i] on as a tuple: trolley, bridge, hoist."""
-    return (*axis_entry(trolley, x, i), *axis_entry(bridge, x, i + 1), *wound(hoist, x, i + 2))
-
-
-@kernel
-def effort_tuple(trolley, hoist, row):
-    """Return the efforts in the array `row` as a tuple, the trolley's first."""
-    return (*axis_entry(trolley, row, 0), *wound(hoist, row, input_count(trolley)))
-
-
-@kernel
-def efforts_both(trolley, bridge, hoist, row):
-    """Return the efforts in the array `row` as a tuple: trolley, bridge, hoist."""
+def effort_tuple(trolley, bridge, hoist, row):
+    """Return the efforts in the array `row` as a tuple: trolley, bridge, hoist, those that take one."""
     first, last = input_count(trolley), input_count(trolley) + input_count(bridge)
-    return (*axis_entry(trolley, row, 0), *axis_entry(bridge, row, first), *wound(hoist, row, last))
+    return (*axis_entry(trolley, row, 0), *axis_entry(bridge, row, first), *hoist_entry(hoist, row, last))
 
 
 @generic
@@ -51,13 +38,13 @@ def _(axis, row, i):
 
 
 @generic
-def wound(hoist, row, i):
+def hoist_entry(hoist, row, i):
     """Return entry i of the row as a tuple for a hoist that takes an effort, empty for others."""
     return (row[i],)
 
 
-@wound.register(type(None))
-@wound.register(PrescribedHoist)
+@hoist_entry.register(type(None))
+@hoist_entry.register(PrescribedHoist)
 def _(hoist, row, i):
     return ()
 

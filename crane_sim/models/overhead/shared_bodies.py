@@ -1,0 +1,172 @@
+"""What several models of overhead cranes answer alike: one body each, of what `crane_sim.system` asks."""
+
+from crane_sim import system
+from crane_sim.models.energy_meter import meter_entry
+from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
+from crane_sim.models.overhead.double import DoubleCrane
+from crane_sim.models.overhead.elastic import ElasticCrane, dimensions
+from crane_sim.models.overhead.modes import FRICTION, LIMIT, PAYLOAD, friction_event, switching_of
+from crane_sim.models.overhead.planar import PlanarCrane
+from crane_sim.models.overhead.rod import RodCrane
+from crane_sim.models.overhead.spatial import SpatialCrane
+from crane_sim.models.overhead.spring import SpringCrane
+from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
+from crane_sim.models.supports.hoist import hoist_limited
+from crane_sim.models.supports.rails import has_friction
+
+
+@system.joints.register(PlanarCrane)
+@system.joints.register(SpatialCrane)
+@system.joints.register(ElasticCrane)
+def _(p, x):
+    nq, _, _ = layout_of(p)
+    return x[:nq].copy(), x[nq : 2 * nq].copy()
+
+
+@system.joints.register(DoubleCrane)
+@system.joints.register(SpringCrane)
+def _(p, x):
+    return (x[0], x[1], x[2]), (x[3], x[4], x[5])
+
+
+@system.state.register(DoubleCrane)
+@system.state.register(SpringCrane)
+def _(p, t, q, v):
+    return (q[0], q[1], q[2], v[0], v[1], v[2], *meter_entry(p.meter, 0.0))
+
+
+@system.acceleration.register(PlanarCrane)
+@system.acceleration.register(SpatialCrane)
+@system.acceleration.register(ElasticCrane)
+def _(p, t, x, u):
+    nq, _, _ = layout_of(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+
+
+@system.kinetic.register(PlanarCrane)
+@system.kinetic.register(SpatialCrane)
+@system.kinetic.register(ElasticCrane)
+def _(p, x):
+    return energies(p, x)[0]
+
+
+@system.potential.register(PlanarCrane)
+@system.potential.register(SpatialCrane)
+@system.potential.register(ElasticCrane)
+def _(p, x):
+    return energies(p, x)[1]
+
+
+@system.energy_supplied.register(RodCrane)
+@system.energy_supplied.register(DoubleCrane)
+@system.energy_supplied.register(SpringCrane)
+@system.energy_supplied.register(PlanarCrane)
+@system.energy_supplied.register(SpatialCrane)
+@system.energy_supplied.register(ElasticCrane)
+def _(p, x):
+    nq, _, modes = layout_of(p)
+    return x[2 * nq] if modes > 2 * nq else 0.0
+
+
+@system.actuated_joints.register(RodCrane)
+@system.actuated_joints.register(PlanarCrane)
+def _(p, x):
+    nq, _, _ = layout_of(p)
+    return actuated_entries(p.trolley, None, p.hoist, x, 0, 1), actuated_entries(p.trolley, None, p.hoist, x, nq, 1)
+
+
+@system.actuated_joints.register(DoubleCrane)
+@system.actuated_joints.register(SpringCrane)
+def _(p, x):
+    return actuated_entries(p.trolley, None, None, x, 0, 1), actuated_entries(p.trolley, None, None, x, 3, 1)
+
+
+@system.actuated_joints.register(SpatialCrane)
+@system.actuated_joints.register(ElasticCrane)
+def _(p, x):
+    (nq, _, _), axes = layout_of(p), dimensions(p.bridge) - 1
+    q = actuated_entries(p.trolley, p.bridge, p.hoist, x, 0, axes)
+    return q, actuated_entries(p.trolley, p.bridge, p.hoist, x, nq, axes)
+
+
+@system.efforts_from_row.register(RodCrane)
+@system.efforts_from_row.register(PlanarCrane)
+def _(p, row):
+    return effort_tuple(p.trolley, None, p.hoist, row)
+
+
+@system.efforts_from_row.register(DoubleCrane)
+@system.efforts_from_row.register(SpringCrane)
+def _(p, row):
+    return effort_tuple(p.trolley, None, None, row)
+
+
+@system.efforts_from_row.register(SpatialCrane)
+@system.efforts_from_row.register(ElasticCrane)
+def _(p, row):
+    return effort_tuple(p.trolley, p.bridge, p.hoist, row)
+
+
+@system.saturate.register(RodCrane)
+@system.saturate.register(PlanarCrane)
+@system.saturate.register(SpatialCrane)
+@system.saturate.register(ElasticCrane)
+def _(p, u):
+    return hoist_limited(p.hoist, u)
+
+
+@system.link_count.register(PlanarCrane)
+@system.link_count.register(SpatialCrane)
+@system.link_count.register(ElasticCrane)
+def _(p):
+    return len(p.cable.masses)
+
+
+@system.point_count.register(RodCrane)
+@system.point_count.register(DoubleCrane)
+@system.point_count.register(SpringCrane)
+@system.point_count.register(PlanarCrane)
+@system.point_count.register(SpatialCrane)
+@system.point_count.register(ElasticCrane)
+def _(p):
+    return 1 + system.link_count(p)
+
+
+@system.switching.register(RodCrane)
+@system.switching.register(PlanarCrane)
+def _(p):
+    return switching_of(p.switches, has_friction(p.trolley), layout_of(p)[0])
+
+
+@system.guard.register(PlanarCrane)
+@system.guard.register(SpatialCrane)
+@system.guard.register(ElasticCrane)
+def _(p, t, x, u, work):
+    return smallest_guard(p, t, x, system.effort(u, p, t, x), work)
+
+
+@system.apply_reset_map.register(RodCrane)
+@system.apply_reset_map.register(PlanarCrane)
+@system.apply_reset_map.register(SpatialCrane)
+@system.apply_reset_map.register(ElasticCrane)
+def _(p, t, x, u, which):
+    return switch(p, t, x, system.effort(u, p, t, x), which)
+
+
+@switch.register(PlanarCrane)
+@switch.register(SpatialCrane)
+def _(p, t, x, tau, which):
+    nq, _, modes = layout_of(p)
+    x = x.copy()
+    if which == PAYLOAD:
+        before = sum(energies(p, x))
+        x[len(x) - 1] += 1.0
+        x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
+        return x, PAYLOAD, True
+    if which < LIMIT:
+        axis = which - FRICTION
+        failed = x[modes + axis]
+        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
+        x[modes + axis] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
+        return x, friction_event(axis, x[modes + axis]), True
+    return x, which, False
