@@ -196,6 +196,12 @@ def energy_supplied(p, x):
 
 
 @generic
+def with_meter(p, held):
+    """Return the model with a meter where samples of efforts, `held` between them or not, miss work that is done."""
+    raise NotImplementedError
+
+
+@generic
 def switching(p):
     """Return `Switching` for a model whose equations switch, None for a smooth one."""
     return None
@@ -208,6 +214,12 @@ def guard(p, t, x, u, work):
 
 
 @generic
-def apply_reset_map(p, t, x, u, which):
-    """Return (the state after guard `which` has failed, number of the event to note, whether the model goes on)."""
+def apply_reset_map(p, t, x, u, number):
+    """Return (the state after that guard has failed, number of the event to note, whether the model goes on)."""
+    raise NotImplementedError
+
+
+@generic
+def describe_event(p, number):
+    """Return (what the event or guard of that number tells, what a user can change) in words."""
     raise NotImplementedError

@@ -33,12 +33,12 @@ def _(meter, value):
 
 
 @generic
-def with_meter(meter, derivative, p, t, x, u):
+def append_power(meter, derivative, p, t, x, u):
     """Return the derivative of a state of two parts, with the supplied power appended where the crane is metered."""
     return derivative
 
 
-@with_meter.register(Meter)
+@append_power.register(Meter)
 def _(meter, derivative, p, t, x, u):
     return (derivative[0], derivative[1], system.power(p, t, x, u))
 

@@ -1,16 +1,12 @@
-"""What ends the run of a crane: travel limits, a rope that is reeled in to nothing or runs out, one that would push.
-
-A guard is a pair (value, number): the run goes on while the value is not negative, the number tells what ended it.
-"""
+"""What ends the run of a crane: travel limits, a rope that is reeled in to nothing or runs out, one that would push."""
 
 from math import inf
 from typing import Any, NamedTuple
 
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.models.guards import LOWER, UPPER, Guard, decode
+from crane_sim.numerics.jit import generic
 from crane_sim.system import Switching
 
-LIMIT, ROPE, SLACK = 10, 20, 1000
-"""Numbers of guards: limits + coordinate of the support, rope + 0 (too short) or 1 (too long), a rope that pushes."""
 SHORTEST = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
 LEAD = 0.01  # s: a rope that would be that short so soon is so now; its length, never negative, soon grows again
 _POSITIONS = 6  # of support and payload
@@ -36,43 +32,27 @@ def _(stops):
     return Switching(1, 0 if stops.taut > 0.0 else _POSITIONS)
 
 
-@lean_kernel
-def smaller_guard(best, value, which):
-    """Return the smaller one of two (guard, number)."""
-    return (value, which) if value < best[0] else best
-
-
-@lean_generic
-def travel_guard(limits, best, q, which):
-    """Return the smallest (guard, number), limits (low, high) of a coordinate at q counted in; None are no limits."""
-    return best
-
-
-@travel_guard.register(tuple)
-def _(limits, best, q, which):
-    return smaller_guard(best, min(q - limits[0], limits[1] - q), which)
-
-
 def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tuple[str, str]:
-    """Return (what happened, what a user can change) where a rope came to its shortest (end 0) or longest (1) length.
+    """Return (what happened, what a user can change) where a rope came to an end of its lengths.
 
     Args:
         rope: its name in longer words.
         key: the group of the scene that has its limits.
-        end: which one.
+        end: LOWER or UPPER.
         shortest: its shortest length [m].
     """
-    if end == 0 and shortest <= SHORTEST:
+    if end == LOWER and shortest <= SHORTEST:
         return "the rope is reeled in to nothing", f"give {key}.limits, or change what drives the {key}"
-    which = ("shortest", "longest")[end]
-    return f"the {rope} reached its {which} length", f"change {key}.limits, or what drives the {key}"
+    name = {LOWER: "shortest", UPPER: "longest"}[end]
+    return f"the {rope} reached its {name} length", f"change {key}.limits, or what drives the {key}"
 
 
-def describe_event(support: Any, stops: Stops, which: int) -> tuple[str, str]:
-    """Return (what guard number `which` tells, what a user can change) in words; `support` names its coordinates."""
-    if which >= SLACK:
+def describe_stop(support: Any, stops: Stops, number: int) -> tuple[str, str]:
+    """Return (what a guard tells, what a user can change) in words; `support` names its coordinates."""
+    kind, index, _ = decode(number)
+    if kind == Guard.LINK:
         return "the rope went slack, and a rigid one cannot be", "take rope.slack: allow if the rope is a rod"
-    if which >= ROPE:
-        return describe_length_event("rope", "rope", which - ROPE, stops.shortest)
-    name, key = support.coordinate(which - LIMIT)
+    if kind == Guard.LENGTH:
+        return describe_length_event("rope", "rope", index, stops.shortest)
+    name, key = support.coordinate(index)
     return f"the {name} reached its travel limit", f"change {key}, or what drives the {name}"

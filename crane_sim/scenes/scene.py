@@ -160,7 +160,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     source = law if continuous else None if control is not None else file.open_loop()
     method, why = choose_method(file.integrator, file.demands(sampled))
     hardware, noted = equipment_of(file, period)
-    model = crane.with_meter(held=(sampled or type(source) is tuple) and not acts(hardware))
+    model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
         **same,

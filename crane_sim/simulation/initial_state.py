@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.integrators import STOPPED, Integration, apply_pending_events, dense_output
 from crane_sim.numerics.jit import entry
@@ -75,7 +76,7 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
         _check_held(scene, what, wanted, as_tuple(found))
     status = first_status(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
     if status >= STOPPED:
-        raise SceneError(f"positions: {scene.model.story(status - STOPPED)[0]} there")
+        raise SceneError(f"positions: {system.describe_event(scene.model, status - STOPPED)[0]} there")
     return start
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten, unknown_key
 from crane_sim.integrators import OK
 from crane_sim.scenes.scene import Scene
@@ -103,7 +104,7 @@ class Plant:
     def _make_brakes(self) -> HardwareRun:
         """Return brakes to go on with; they do work within a period, so the model needs a meter."""
         self._flush()
-        metered = self.model.with_meter(held=False)
+        metered = system.with_meter(self.model, False)
         self._flow = resume(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
         self._metrics.change(self.scene, metered, self.q)
         self.model, self._rig = metered, HardwareRun(self.scene)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from crane_sim import system
 from crane_sim.integrators import CHATTER, ENDLESS, NOT_FINITE, OK, STALLED, STOPPED
 
 SHOWN = 20
@@ -32,7 +33,7 @@ def check_status(flow: Any, model: Any) -> None:
         return
     cause, remedy = _CAUSES.get(flow.status, ""), "check the scene's parameters and steps"
     if flow.status >= STOPPED:
-        cause, remedy = model.story(flow.status - STOPPED)
+        cause, remedy = system.describe_event(model, flow.status - STOPPED)
     raise SimulationError(f"stopped at t = {flow.t:.6g} s: {cause}; {remedy}")
 
 
@@ -46,7 +47,7 @@ def events_of(flow: Any, model: Any, end: float) -> list[tuple[float, str]]:
         return []
     rows = flow.seen.rows[: min(flow.seen.total, len(flow.seen.rows))]
     last = end if flow.status == OK else flow.t
-    return [(float(t), model.story(int(which))[0]) for t, which in rows if t <= last]
+    return [(float(t), system.describe_event(model, int(which))[0]) for t, which in rows if t <= last]
 
 
 def noted_events(flow: Any, model: Any, end: float) -> dict[str, Any]:

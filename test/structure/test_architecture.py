@@ -30,6 +30,7 @@ LAYERS = (
     "crane_sim.models.energy_meter",
     "crane_sim.models.effects",
     "crane_sim.models.loads",
+    "crane_sim.models.guards",
     "crane_sim.models.stops",
     "crane_sim.models.supports",
     "crane_sim.models.cables",

@@ -34,6 +34,6 @@ def mode_of_stopped_axis(p, t, x, tau, axis, mode):
 
 
 @routine_generic
-def switch(p, t, x, tau, which):
+def switch(p, t, x, tau, number):
     """Return what `system.apply_reset_map` does, at joint efforts tau."""
     raise NotImplementedError

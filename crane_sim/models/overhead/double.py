@@ -10,7 +10,6 @@ from typing import NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
 from crane_sim.models.overhead import layout_of
-from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
@@ -33,10 +32,6 @@ class DoubleCrane(NamedTuple):
     cable: Pair
     gravity: float = 9.81  # m/s²
     meter: Meter | None = None
-
-    def with_meter(self, held: bool) -> "DoubleCrane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return add_meter(self, held)
 
 
 @kernel

@@ -15,22 +15,16 @@ How an overhead crane with an elastic cable moves: forces on nodes, axes and hoi
 from math import sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.moving_base import Carried, carried_at, imposed_acceleration
 from crane_sim.models.overhead.base_load import NOTHING, Moving, imposed_gradient, push_axes
-from crane_sim.models.overhead.modes import Switches, describe_event, mode_of, payload_mass
+from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
-from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response, input_count
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine
 from crane_sim.trajectories.inputs import value_at
-
-LINK = 2000
-"""Events of link k, from 0: LINK + 2 k, it went slack; LINK + 2 k + 1, it pulls."""
 
 
 class Springs(NamedTuple):
@@ -56,16 +50,6 @@ class ElasticCrane(NamedTuple):
     meter: Meter | None = None
     base: Moving | None = None
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
-
-    def with_meter(self, held: bool) -> "ElasticCrane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return self._replace(meter=Meter()) if np.any(self.cable.damping) else add_meter(self, held)
-
-    def story(self, which: int) -> tuple[str, str]:
-        """Return (what event number `which` tells, what a user can change) in words."""
-        if which < LINK:
-            return describe_event(self.switches, which)
-        return f"link {(which - LINK) // 2 + 1} {'pulls' if which % 2 else 'went slack'}", ""
 
 
 @lean_generic

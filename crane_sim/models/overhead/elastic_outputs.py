@@ -6,10 +6,10 @@ How an overhead crane with an elastic cable switches: stick and slip, slack link
 import numpy as np
 
 from crane_sim import system
+from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.base_load import to_world_in_place
 from crane_sim.models.overhead.elastic import (
-    LINK,
     ElasticCrane,
     base_load,
     elastic_layout,
@@ -21,16 +21,12 @@ from crane_sim.models.overhead.elastic import (
     tautness,
 )
 from crane_sim.models.overhead.modes import (
-    FRICTION,
-    LIMIT,
-    PAYLOAD,
     changes_before,
     friction_event,
     hoist_guard,
     limits_guard,
     mode_count,
     payload_guard,
-    smaller_guard,
     switching_of,
 )
 from crane_sim.models.supports.hoist import hoist_inertia
@@ -133,19 +129,19 @@ def has_damper(damping):
 def _(p, t, x, tau, work):
     nq, first, d, modes = elastic_layout(p)
     ((nx, ny, _), tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), FRICTION)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     if d == 3:
         bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), tension * ny + ship.y)
-        best = limits_guard(p.switches, smaller_guard(best, bridge, FRICTION + 1), 1, x[1])
+        best = limits_guard(p.switches, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 1, x[1])
     if first == d:
         best = hoist_guard(p.switches, best, x[first - 1])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
     if p.cable.tension_only > 0.0:
         for k in range(len(p.cable.masses)):
-            best = smaller_guard(best, link_guard(p, x, k, x[modes + d - 1 + k]), LINK + k)
-    value, which = best
-    return value, which, 0
+            best = smaller_guard(best, link_guard(p, x, k, x[modes + d - 1 + k]), encode(Guard.LINK, k))
+    value, number = best
+    return value, number, 0
 
 
 @lean_kernel
@@ -165,23 +161,23 @@ def _(p, t, x, tau, axis, mode):
 
 
 @switch.register(ElasticCrane)
-def _(p, t, x, tau, which):
+def _(p, t, x, tau, number):
     nq, _, d, modes = elastic_layout(p)
-    x, event = x.copy(), which
+    kind, index, _ = decode(number)
+    x, event = x.copy(), number
     before = sum(energies(p, x))
-    if which >= LINK:
-        mode = modes + d - 1 + which - LINK
+    if kind == Guard.LINK:
+        mode = modes + d - 1 + index
         x[mode] = 1.0 - x[mode]
-        event = LINK + 2 * (which - LINK) + int(x[mode])
-    elif which == PAYLOAD:
+        event = encode(Guard.LINK, index, int(x[mode]))
+    elif kind == Guard.PAYLOAD:
         x[len(x) - 1] += 1.0
-    elif which < LIMIT:
-        axis = which - FRICTION
-        failed = x[modes + axis]
-        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        x[modes + axis] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
-        event = friction_event(axis, x[modes + axis])
+    elif kind == Guard.FRICTION:
+        failed = x[modes + index]
+        x[nq + index], x[modes + index] = (0.0 if failed != 0.0 else x[nq + index]), 0.0
+        x[modes + index] = mode_of_stopped_axis(p, t, x, tau, index, failed)
+        event = friction_event(index, x[modes + index])
     else:
-        return x, which, False
+        return x, number, False
     x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along, a slack spring what was left in it
     return x, event, True

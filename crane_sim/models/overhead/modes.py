@@ -1,18 +1,25 @@
 """Where an overhead crane's equations switch, or end: friction, limits, a slack link, a payload that changes.
 
 Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping), then
-how many changes of the payload have passed. Guards have numbers by which a run's events are told apart.
+how many changes of the payload have passed.
 """
 
 from typing import Any, NamedTuple
 
-from crane_sim.models.stops import describe_length_event, smaller_guard
+from crane_sim.models.guards import (
+    BACKWARDS,
+    FORWARDS,
+    LOWER,
+    STICKS,
+    UPPER,
+    Guard,
+    decode,
+    encode,
+    smaller_guard,
+)
+from crane_sim.models.stops import describe_length_event
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.system import Switching
-
-FRICTION, LIMIT, HOIST, PAYLOAD, LINK = 0, 10, 20, 30, 1000
-"""Numbers of guards: friction and limits + axis, hoist + 0 (too short) or 1 (too long), the payload, links + k."""
-_FORWARDS, _BACKWARDS = 2, 4  # added to FRICTION + axis where it slips from now on; where it sticks, nothing
 
 
 class Switches(NamedTuple):
@@ -95,26 +102,28 @@ def _(switches, t):
 @lean_kernel
 def friction_event(axis, mode):
     """Return the number of the event that an axis' friction has come to a mode."""
-    return FRICTION + axis + (_FORWARDS if mode > 0.0 else _BACKWARDS if mode < 0.0 else 0)
+    return encode(Guard.FRICTION, axis, FORWARDS if mode > 0.0 else BACKWARDS if mode < 0.0 else STICKS)
 
 
 @lean_kernel
 def limits_guard(switches, best, axis, q):
     """Return the smallest guard, the travel limits of an axis at q counted in."""
-    return smaller_guard(best, min(q - switches.lower[axis], switches.upper[axis] - q), LIMIT + axis)
+    margin = min(q - switches.lower[axis], switches.upper[axis] - q)
+    return smaller_guard(best, margin, encode(Guard.TRAVEL, axis))
 
 
 @lean_kernel
 def hoist_guard(switches, best, length):
     """Return the smallest guard, the limits of the first link's length counted in."""
-    return smaller_guard(smaller_guard(best, length - switches.shortest, HOIST), switches.longest - length, HOIST + 1)
+    best = smaller_guard(best, length - switches.shortest, encode(Guard.LENGTH, LOWER))
+    return smaller_guard(best, switches.longest - length, encode(Guard.LENGTH, UPPER))
 
 
 @lean_kernel
 def payload_guard(switches, best, t, passed):
     """Return the smallest guard, the next change of the payload counted in."""
     if passed < len(switches.times):
-        return smaller_guard(best, switches.times[int(passed)] - t, PAYLOAD)
+        return smaller_guard(best, switches.times[int(passed)] - t, encode(Guard.PAYLOAD, 0))
     return best
 
 
@@ -123,24 +132,25 @@ def slack_guard(switches, best, tensions, n):
     """Return the smallest guard, the first n tensions, of rigid links, counted in where a slack one ends the run."""
     if switches.taut > 0.0:
         for k in range(n):
-            best = smaller_guard(best, tensions[k], LINK + k)
+            best = smaller_guard(best, tensions[k], encode(Guard.LINK, k))
     return best
 
 
-def describe_event(switches: Switches | None, which: int) -> tuple[str, str]:
-    """Return (what guard number `which` of these switches tells, what a user can change) in words."""
-    axis = ("trolley", "bridge")[which % 2]
-    if which >= LINK:
+def describe_switch(switches: Switches | None, number: int) -> tuple[str, str]:
+    """Return (what a guard or event tells, what a user can change) in words."""
+    kind, index, outcome = decode(number)
+    if kind == Guard.LINK:
         return (
-            f"link {which - LINK + 1} went slack, and a rigid link cannot be",
+            f"link {index + 1} went slack, and a rigid link cannot be",
             "take cable.model: elastic with tension_only, or cable.slack: allow if the links are rods",
         )
-    if which >= PAYLOAD:
+    if kind == Guard.PAYLOAD:
         return "the payload changed", ""
-    if which >= HOIST:
+    if kind == Guard.LENGTH:
         shortest = switches.shortest if switches is not None else 0.0
-        return describe_length_event("hoisted link", "hoist", which - HOIST, shortest)
-    if which >= LIMIT:
+        return describe_length_event("hoisted link", "hoist", index, shortest)
+    axis = ("trolley", "bridge")[index]
+    if kind == Guard.TRAVEL:
         return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
-    way = {_FORWARDS: "slips forwards", _BACKWARDS: "slips backwards"}.get(which - which % 2, "sticks")
-    return f"the {axis} {way}", ""
+    motion = {STICKS: "sticks", FORWARDS: "slips forwards", BACKWARDS: "slips backwards"}[outcome]
+    return f"the {axis} {motion}", ""

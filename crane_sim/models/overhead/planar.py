@@ -36,14 +36,13 @@ from crane_sim.models.cables.chain import (
     work_array,
 )
 from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.guards import Guard, encode
 from crane_sim.models.moving_base import carried_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, push_links, to_world_in_place
 from crane_sim.models.overhead.modes import (
-    FRICTION,
     Switches,
     changes_before,
-    describe_event,
     hoist_guard,
     limits_guard,
     mode_count,
@@ -53,7 +52,6 @@ from crane_sim.models.overhead.modes import (
     slack_guard,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
-from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
@@ -82,14 +80,6 @@ class PlanarCrane(NamedTuple):
     switches: Switches | None = None
     meter: Meter | None = None
     base: Moving | None = None
-
-    def with_meter(self, held: bool) -> "PlanarCrane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return add_meter(self, held)
-
-    def story(self, which: int) -> tuple[str, str]:
-        """Return (what guard number `which` tells, what a user can change) in words."""
-        return describe_event(self.switches, which)
 
 
 class Solved(NamedTuple):
@@ -288,12 +278,12 @@ def _(p, t, x, tau, w):
     nq, _, modes = layout_of(p)
     forces = p.switches.taut > 0.0 or (has_friction(p.trolley) and x[modes] == 0.0)
     pull = forward_dynamics(p, t, x, tau, w).pull if forces else 0.0
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    value, which = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
-    return value, which, int(forces)
+    value, number = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
+    return value, number, int(forces)
 
 
 @mode_of_stopped_axis.register(PlanarCrane)

@@ -20,23 +20,18 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
+from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.overhead import layout_of, switch
 from crane_sim.models.overhead.modes import (
-    FRICTION,
-    LINK,
-    PAYLOAD,
     Switches,
     changes_before,
-    describe_event,
     friction_event,
     hoist_guard,
     limits_guard,
     mode_of,
     payload_guard,
     payload_mass,
-    smaller_guard,
 )
-from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import (
     Hoist,
     MasslessHoist,
@@ -83,14 +78,6 @@ class RodCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     switches: Switches | None = None
     meter: Meter | None = None
-
-    def with_meter(self, held: bool) -> "RodCrane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return add_meter(self, held)
-
-    def story(self, which: int) -> tuple[str, str]:
-        """Return (what guard number `which` tells, what a user can change) in words."""
-        return describe_event(self.switches, which)
 
 
 class Swing(NamedTuple):
@@ -316,12 +303,12 @@ def _(p, t, x, u, work):
     taut = p.switches.taut > 0.0
     forces = taut or (has_friction(p.trolley) and x[modes] == 0.0)
     tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), FRICTION)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, upper(p.hoist, p.cable, x)[0])
     best = payload_guard(p.switches, best, t, x[modes + 1])
-    value, which = smaller_guard(best, tension, LINK) if taut else best
-    return value, which, int(forces)
+    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if taut else best
+    return value, number, int(forces)
 
 
 @kernel
@@ -338,14 +325,15 @@ def total_energy(p, x):
 
 
 @switch.register(RodCrane)
-def _(p, t, x, tau, which):
+def _(p, t, x, tau, number):
     nq, _, modes = layout_of(p)
-    if which == PAYLOAD:
+    kind, _, _ = decode(number)
+    if kind == Guard.PAYLOAD:
         after = replace_entry(x, modes + 1, x[modes + 1] + 1.0)
         gained = total_energy(p, after) - total_energy(p, x)  # the payload takes its energy along
-        return replace_entry(after, modes - 1, x[modes - 1] + gained), PAYLOAD, True
-    if which == FRICTION:
+        return replace_entry(after, modes - 1, x[modes - 1] + gained), number, True
+    if kind == Guard.FRICTION:
         still = replace_entry(replace_entry(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
         mode = mode_after_stop(p.trolley, x[modes], tau, 0, swing_of(p, t, still, tau).pull)
         return replace_entry(still, modes, mode), friction_event(0, mode), True
-    return x, which, False
+    return x, number, False

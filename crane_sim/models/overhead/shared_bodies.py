@@ -1,18 +1,23 @@
 """What several models of overhead cranes answer alike: one body each, of what `crane_sim.system` asks."""
 
+from typing import Any
+
+import numpy as np
+
 from crane_sim import system
-from crane_sim.models.energy_meter import meter_entry
+from crane_sim.models.energy_meter import Meter, meter_entry
+from crane_sim.models.guards import TAUT, Guard, decode
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.double import DoubleCrane
 from crane_sim.models.overhead.elastic import ElasticCrane, dimensions
-from crane_sim.models.overhead.modes import FRICTION, LIMIT, PAYLOAD, friction_event, switching_of
+from crane_sim.models.overhead.modes import describe_switch, friction_event, switching_of
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
-from crane_sim.models.supports.hoist import hoist_limited
-from crane_sim.models.supports.rails import has_friction
+from crane_sim.models.supports.hoist import PrescribedHoist, hoist_limited
+from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
 
 
 @system.joints.register(PlanarCrane)
@@ -149,24 +154,63 @@ def _(p, t, x, u, work):
 @system.apply_reset_map.register(PlanarCrane)
 @system.apply_reset_map.register(SpatialCrane)
 @system.apply_reset_map.register(ElasticCrane)
-def _(p, t, x, u, which):
-    return switch(p, t, x, system.effort(u, p, t, x), which)
+def _(p, t, x, u, number):
+    return switch(p, t, x, system.effort(u, p, t, x), number)
 
 
 @switch.register(PlanarCrane)
 @switch.register(SpatialCrane)
-def _(p, t, x, tau, which):
+def _(p, t, x, tau, number):
     nq, _, modes = layout_of(p)
+    kind, axis, _ = decode(number)
     x = x.copy()
-    if which == PAYLOAD:
+    if kind == Guard.PAYLOAD:
         before = sum(energies(p, x))
         x[len(x) - 1] += 1.0
         x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
-        return x, PAYLOAD, True
-    if which < LIMIT:
-        axis = which - FRICTION
+        return x, number, True
+    if kind == Guard.FRICTION:
         failed = x[modes + axis]
         x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
         x[modes + axis] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
         return x, friction_event(axis, x[modes + axis]), True
-    return x, which, False
+    return x, number, False
+
+
+@system.describe_event.register(RodCrane)
+@system.describe_event.register(PlanarCrane)
+@system.describe_event.register(SpatialCrane)
+def _(p, number):
+    return describe_switch(p.switches, number)
+
+
+@system.describe_event.register(ElasticCrane)
+def _(p, number):
+    kind, link, outcome = decode(number)
+    if kind == Guard.LINK:
+        return f"link {link + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
+    return describe_switch(p.switches, number)
+
+
+@system.with_meter.register(RodCrane)
+@system.with_meter.register(DoubleCrane)
+@system.with_meter.register(PlanarCrane)
+@system.with_meter.register(SpatialCrane)
+def _(p, held):
+    return p._replace(meter=Meter()) if works_between_samples(p) or not held else p
+
+
+@system.with_meter.register(SpringCrane)
+@system.with_meter.register(ElasticCrane)
+def _(p, held):
+    return p._replace(meter=Meter()) if np.any(p.cable.damping) or works_between_samples(p) or not held else p
+
+
+def works_between_samples(p: Any) -> bool:
+    """Return whether work is done that samples of held efforts do not tell: by motions, friction, forces, the base."""
+    parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
+    imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
+    rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
+    return (
+        imposed or rubs or any(getattr(p, name, None) is not None for name in ("joints", "forces", "switches", "base"))
+    )

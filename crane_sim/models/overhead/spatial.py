@@ -24,14 +24,13 @@ from crane_sim.models.cables.chain_3d import (
     turn,
 )
 from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.moving_base import carried_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, push_axes, push_directions, to_world_in_place
 from crane_sim.models.overhead.modes import (
-    FRICTION,
     Switches,
     changes_before,
-    describe_event,
     hoist_guard,
     limits_guard,
     mode_count,
@@ -39,11 +38,9 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     payload_mass,
     slack_guard,
-    smaller_guard,
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
@@ -71,14 +68,6 @@ class SpatialCrane(NamedTuple):
     meter: Meter | None = None
     base: Moving | None = None
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
-
-    def with_meter(self, held: bool) -> "SpatialCrane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return add_meter(self, held)
-
-    def story(self, which: int) -> tuple[str, str]:
-        """Return (what guard number `which` tells, what a user can change) in words."""
-        return describe_event(self.switches, which)
 
 
 class Work(NamedTuple):
@@ -302,14 +291,14 @@ def _(p, t, x, tau, work):
     sticks = (has_friction(p.trolley) and x[modes] == 0.0) or (has_friction(p.bridge) and x[modes + 1] == 0.0)
     forces = sticks or p.switches.taut > 0.0
     pull = forward_dynamics(p, t, x, tau, work).pull if forces else (0.0, 0.0)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull[0]), FRICTION)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull[0]), encode(Guard.FRICTION, 0))
     bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), pull[1])
-    best = limits_guard(p.switches, smaller_guard(best, bridge, FRICTION + 1), 0, x[0])
+    best = limits_guard(p.switches, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 0, x[0])
     best = limits_guard(p.switches, best, 1, x[1])
     best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    value, which = slack_guard(p.switches, best, work.tension, len(work.tension))
-    return value, which, int(forces)
+    value, number = slack_guard(p.switches, best, work.tension, len(work.tension))
+    return value, number, int(forces)
 
 
 @mode_of_stopped_axis.register(SpatialCrane)

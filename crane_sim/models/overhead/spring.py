@@ -10,7 +10,6 @@ from typing import NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
 from crane_sim.models.overhead import layout_of
-from crane_sim.models.supports.actuation import add_meter
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.jit import lean_kernel
 
@@ -31,10 +30,6 @@ class SpringCrane(NamedTuple):
     cable: Spring
     gravity: float = 9.81  # m/s²
     meter: Meter | None = None
-
-    def with_meter(self, held: bool) -> "SpringCrane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        return self._replace(meter=Meter()) if self.cable.damping else add_meter(self, held)
 
 
 @lean_kernel

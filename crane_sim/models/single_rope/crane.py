@@ -31,7 +31,7 @@ from crane_sim.models.effects import (
     add_drag,
     swing_moments,
 )
-from crane_sim.models.energy_meter import Meter, metered_like, metered_state, reading, with_meter
+from crane_sim.models.energy_meter import Meter, append_power, metered_like, metered_state, reading
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.moving_base import (
     BaseState,
@@ -47,7 +47,7 @@ from crane_sim.models.moving_base import (
     turned_back,
 )
 from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
-from crane_sim.models.stops import Stops, describe_event
+from crane_sim.models.stops import Stops
 from crane_sim.models.supports import (
     actuated_joints,
     add_yaw_moment,
@@ -89,16 +89,6 @@ class Crane(NamedTuple):
     base: Base | SplineBase | None = None
     force: PayloadForce | None = None
     stops: Stops | None = None
-
-    def with_meter(self, held: bool) -> "Crane":
-        """Return the model with a meter where held efforts do not tell all the energy supplied."""
-        lossy = self.swing_friction is not None or self.drag is not None or self.force is not None
-        imposed = isinstance(self.cable, RateRope) or isinstance(self.support, Point) or self.base is not None
-        return self._replace(meter=Meter()) if lossy or imposed or not held else self
-
-    def story(self, which: int) -> tuple[str, str]:
-        """Return (what guard number `which` tells, what a user can change) in words."""
-        return describe_event(self.support, self.stops or Stops(), which)
 
 
 class Motion(NamedTuple):
@@ -193,7 +183,7 @@ def motion(p, t, xs, xc, tau):
 def _(p, t, x, u):
     xs, xc = x[0], x[1]
     now = motion(p, t, xs, xc, system.effort(u, p, t, x))
-    return with_meter(p.meter, ((*xs[3:], *now.support), (*xc[3:], *now.payload)), p, t, x, u)
+    return append_power(p.meter, ((*xs[3:], *now.support), (*xc[3:], *now.payload)), p, t, x, u)
 
 
 @system.power.register(Crane)
@@ -299,6 +289,13 @@ def _(p, t, x, out):
     c, s = cos(angle), sin(angle)
     for i, (a, b, z) in enumerate((*support_polyline(p.support, x[0]), x[1][:3])):
         out[i, 0], out[i, 1], out[i, 2] = to_world(pose, (c * a - s * b, s * a + c * b, z))
+
+
+@system.with_meter.register(Crane)
+def _(p, held):
+    lossy = p.swing_friction is not None or p.drag is not None or p.force is not None
+    imposed = isinstance(p.cable, RateRope) or isinstance(p.support, Point) or p.base is not None
+    return p._replace(meter=Meter()) if lossy or imposed or not held else p
 
 
 @system.energy_supplied.register(Crane)

@@ -2,8 +2,9 @@
 
 from crane_sim import system
 from crane_sim.models.cables.rope import span
+from crane_sim.models.guards import LOWER, UPPER, Guard, encode, smaller_guard
 from crane_sim.models.single_rope.crane import Crane, motion
-from crane_sim.models.stops import ROPE, SLACK, smaller_guard, switching_of
+from crane_sim.models.stops import Stops, describe_stop, switching_of
 from crane_sim.models.supports import forward_kinematics, support_guard
 from crane_sim.numerics.jit import lean_routine
 
@@ -24,14 +25,21 @@ def smallest_guard(p, t, x, u):
     stops, forces = p.stops, p.stops.taut > 0.0
     line = span(forward_kinematics(p.support, x[0]), x[1])
     left = line.length + stops.lead * min(line.rate, 0.0) - stops.shortest
-    best = smaller_guard((left, ROPE), stops.longest - line.length, ROPE + 1)
+    best = left, encode(Guard.LENGTH, LOWER)
+    best = smaller_guard(best, stops.longest - line.length, encode(Guard.LENGTH, UPPER))
     best = support_guard(p.support, best, x[0])
-    value, which = best
     if forces:
-        value, which = smaller_guard(best, motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension, SLACK)
-    return value, which, int(forces)
+        tension = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+        best = smaller_guard(best, tension, encode(Guard.LINK, 0))
+    value, number = best
+    return value, number, int(forces)
 
 
 @system.apply_reset_map.register(Crane)
-def _(p, t, x, u, which):
-    return x, which, False
+def _(p, t, x, u, number):
+    return x, number, False
+
+
+@system.describe_event.register(Crane)
+def _(p, number):
+    return describe_stop(p.support, p.stops or Stops(), number)

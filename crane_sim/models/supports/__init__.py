@@ -90,7 +90,7 @@ def support_base_energy(support, now, pose, gravity):
 
 @generic
 def support_guard(support, best, xs):
-    """Return the smallest (guard, number) of `crane_sim.models.stops`, the travel limits of the support counted in."""
+    """Return the smallest guard of `crane_sim.models.guards`, the travel limits of the support counted in."""
     return best
 
 

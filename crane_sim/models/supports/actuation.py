@@ -1,15 +1,10 @@
 """Which joints take commands: the axes that a force drives, then the hoist that one drives.
 
 A crane without a bridge, or without a hoist, gives None for it.
-
-When an overhead crane needs a meter: the work of held efforts follows from samples, all other work does not.
 """
 
-from typing import Any
-
-from crane_sim.models.energy_meter import Meter
 from crane_sim.models.supports.hoist import PrescribedHoist
-from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_count
+from crane_sim.models.supports.rails import ForceAxis, input_count
 from crane_sim.numerics.jit import generic, kernel
 
 
@@ -47,12 +42,3 @@ def hoist_entry(hoist, row, i):
 @hoist_entry.register(PrescribedHoist)
 def _(hoist, row, i):
     return ()
-
-
-def add_meter(p: Any, held: bool) -> Any:
-    """Return the model with a meter where held efforts do not tell all the energy supplied."""
-    parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
-    imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
-    rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
-    others = any(getattr(p, name, None) is not None for name in ("joints", "forces", "switches", "base"))
-    return p._replace(meter=Meter()) if imposed or rubs or others or not held else p

@@ -9,7 +9,7 @@ direction is singular.
 from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive, Range
-from crane_sim.models.stops import LIMIT, travel_guard
+from crane_sim.models.guards import Guard, encode, travel_guard
 from crane_sim.models.supports import (
     actuated_joints,
     add_yaw_moment,
@@ -138,9 +138,9 @@ def box_guard(limits, best, xs):
 
 @box_guard.register(Box)
 def _(limits, best, xs):
-    best = travel_guard(limits.x, best, xs[0], LIMIT)
-    best = travel_guard(limits.y, best, xs[1], LIMIT + 1)
-    return travel_guard(limits.z, best, xs[2], LIMIT + 2)
+    best = travel_guard(limits.x, best, xs[0], encode(Guard.TRAVEL, 0))
+    best = travel_guard(limits.y, best, xs[1], encode(Guard.TRAVEL, 1))
+    return travel_guard(limits.z, best, xs[2], encode(Guard.TRAVEL, 2))
 
 
 @yaw.register(Point)

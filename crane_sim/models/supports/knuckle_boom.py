@@ -30,8 +30,8 @@ from crane_sim.models.effects import (
     add_spring,
     add_spring_energy,
 )
+from crane_sim.models.guards import Guard, encode, travel_guard
 from crane_sim.models.moving_base import Carried, added_energy, added_spin, cross, dot, imposed_acceleration
-from crane_sim.models.stops import LIMIT, travel_guard
 from crane_sim.models.supports import (
     add_yaw_moment,
     drive_power,
@@ -199,9 +199,9 @@ def _(support, tau, couple):
 
 @support_guard.register(Knuckle)
 def _(support, best, xs):
-    best = travel_guard(support.tower.limits, best, xs[0], LIMIT)
-    best = travel_guard(support.boom.limits, best, xs[1], LIMIT + 1)
-    return travel_guard(support.jib.limits, best, xs[2], LIMIT + 2)
+    best = travel_guard(support.tower.limits, best, xs[0], encode(Guard.TRAVEL, 0))
+    best = travel_guard(support.boom.limits, best, xs[1], encode(Guard.TRAVEL, 1))
+    return travel_guard(support.jib.limits, best, xs[2], encode(Guard.TRAVEL, 2))
 
 
 @yaw.register(Knuckle)

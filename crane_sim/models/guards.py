@@ -1,0 +1,54 @@
+"""Guards: which of them has failed, as one number, and which event that makes.
+
+A guard is a pair (value, number): the model goes on in its modes while the value is not negative. The number is of the
+guard's kind and of an index, of an axis, a link, an end; an event's number has the outcome as well.
+"""
+
+from enum import IntEnum
+
+from crane_sim.numerics.jit import lean_generic, lean_kernel
+
+
+class Guard(IntEnum):
+    """Kinds of guards."""
+
+    FRICTION = 0  # of an axis that sticks or slips; outcomes: STICKS, FORWARDS, BACKWARDS
+    TRAVEL = 1  # travel limits of an axis, or of a support's coordinate
+    LENGTH = 2  # of a rope or first link; indices: LOWER, UPPER
+    PAYLOAD = 3  # the next change of the payload
+    LINK = 4  # the tension of a link from the top, or of the rope; outcomes: SLACK, TAUT
+
+
+LOWER, UPPER = 0, 1
+STICKS, FORWARDS, BACKWARDS = 0, 1, 2
+SLACK, TAUT = 0, 1
+_KINDS, _INDICES = 8, 10_000  # room for kinds, and for indices
+
+
+@lean_generic
+def encode(kind, index, outcome=0):
+    """Return the number of a guard, or of an event with an outcome."""
+    return (outcome * _KINDS + kind) * _INDICES + index
+
+
+@lean_generic
+def decode(number):
+    """Return (kind, index, outcome) of a number; generic, as `encode` is, since Python asks too."""
+    return number // _INDICES % _KINDS, number % _INDICES, number // (_INDICES * _KINDS)
+
+
+@lean_kernel
+def smaller_guard(best, value, number):
+    """Return the smaller one of two guards."""
+    return (value, number) if value < best[0] else best
+
+
+@lean_generic
+def travel_guard(limits, best, q, number):
+    """Return the smallest guard, limits (low, high) of a coordinate at q counted in; None are no limits."""
+    return best
+
+
+@travel_guard.register(tuple)
+def _(limits, best, q, number):
+    return smaller_guard(best, min(q - limits[0], limits[1] - q), number)
