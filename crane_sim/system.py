@@ -1,5 +1,8 @@
 """What a model answers: the generic functions that integrators, laws and outputs ask of it.
 
+A model registers all of `MANDATORY`, one of `DERIVATIVES`, and all of `SWITCHES` where its `switching` is not None.
+Everything else has a default, which its docstring says. Sources of efforts register `effort`, laws `command`.
+
 Argument order is (p, t, x, u): parameters p (a NamedTuple whose type chooses the body), time t [s], state x (nested
 tuples of floats) and u, what drives the actuated joints: a tuple of efforts that are held, or a NamedTuple with a
 registered `effort`. Joint coordinates q, v are tuples in the order of the scene's joint names; SI units and radians;
@@ -192,7 +195,7 @@ def points(p, t, x, out):
 @generic
 def energy_supplied(p, x):
     """Return the energy [J] supplied since the start if the model is metered, else 0."""
-    return 0.0
+    raise NotImplementedError
 
 
 @generic
@@ -223,3 +226,15 @@ def apply_reset_map(p, t, x, u, number):
 def describe_event(p, number):
     """Return (what the event or guard of that number tells, what a user can change) in words."""
     raise NotImplementedError
+
+
+MANDATORY = (
+    *(state, joints, actuated_joints, efforts_from_row),
+    *(acceleration, kinetic, potential, power, tensions),
+    *(point_count, points, with_meter, energy_supplied),
+)
+"""What every model registers."""
+DERIVATIVES = rhs, rhs_into
+"""The state's derivative: of a model whose state is a tuple, and of one whose state is an array."""
+SWITCHES = switching, guard, apply_reset_map, describe_event
+"""What a model registers whose equations switch or whose runs can end before their time."""

@@ -1,4 +1,7 @@
-"""Supports carry the upper end of the rope. One file each; the protocol every support answers is here.
+"""Supports, which carry the upper end of the rope, one file each, and what every support answers, here.
+
+A support registers all of `MANDATORY`, those of them that are coordinates of the whole crane in
+`single_rope.joint_coordinates`. Everything else has a default, which its docstring says.
 
 A support works in a frame of its own: origin at its base, z up, turned about z by its yaw angle (a trolley's is 0).
 Its state is a tuple (positions..., velocities...). All vectors below are in that frame; `tip_velocity` is the rate of
@@ -128,3 +131,11 @@ def actuated_joints(support, p, x):
 def efforts_from_row(support, p, row):
     """Return the efforts in the array `row` as a tuple."""
     raise NotImplementedError
+
+
+MANDATORY = (
+    *(forward_kinematics, support_acceleration, tip_acceleration, tip_mobility, add_yaw_moment, drive_power, yaw),
+    *(support_polyline, support_polyline_size, support_kinetic, support_potential),
+    *(joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row),
+)
+"""What every support registers."""

@@ -1,0 +1,75 @@
+"""What models and supports must answer: every one that is registered answers all of it."""
+
+import pkgutil
+import sys
+from importlib import import_module
+from inspect import getmembers, isclass
+from typing import Any
+
+import pytest
+from process_helpers import completed
+
+import crane_sim.models as models
+from crane_sim import system
+from crane_sim.models import supports
+
+MODULES = [module.name for module in pkgutil.walk_packages(models.__path__, f"{models.__name__}.")]
+
+
+def name_of(named: Any) -> str:
+    """Return the name of a class or function."""
+    return named.__name__
+
+
+def registered(asked: tuple[Any, ...]) -> list[type]:
+    """Return the NamedTuples of the folder for which one of the generic functions is registered."""
+    found = {
+        kind for name in MODULES for _, kind in getmembers(import_module(name), isclass) if issubclass(kind, tuple)
+    }
+    return sorted((kind for kind in found if any(each.knows(kind) for each in asked)), key=name_of)
+
+
+MODELS = registered((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
+SUPPORTS = registered(supports.MANDATORY)
+
+
+def unanswered(kind: type, asked: tuple[Any, ...]) -> list[str]:
+    """Return the names of the generic functions that are not registered for a class."""
+    return [name_of(each) for each in asked if not each.knows(kind)]
+
+
+@pytest.mark.parametrize("model", MODELS, ids=name_of)
+def test_every_model_answers_what_it_must(model: type) -> None:
+    """A model has all that is mandatory, one form of its derivative, and all or nothing of what switches."""
+    assert not unanswered(model, system.MANDATORY)
+    assert len(unanswered(model, system.DERIVATIVES)) == 1
+    assert unanswered(model, system.SWITCHES) in ([], list(map(name_of, system.SWITCHES)))
+
+
+@pytest.mark.parametrize("support", SUPPORTS, ids=name_of)
+def test_every_support_answers_what_it_must(support: type) -> None:
+    """A support has all that is mandatory, and names its coordinates."""
+    assert not unanswered(support, supports.MANDATORY)
+    assert callable(getattr(support, "coordinate", None))
+
+
+def test_models_and_supports_are_found() -> None:
+    """The two tests above have seen the models of the catalogue."""
+    assert {"Crane", "RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"} == {
+        model.__name__ for model in MODELS
+    }
+    assert {support.__name__ for support in SUPPORTS} == {"Knuckle", "Point"}
+
+
+@pytest.mark.parametrize("asked", [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY], ids=name_of)
+def test_what_is_mandatory_has_no_default(asked: Any) -> None:
+    """A model that lacks something fails there, not with numbers of another one."""
+    with pytest.raises(NotImplementedError):
+        asked(*(object() for _ in range(asked.__wrapped__.__code__.co_argcount)))
+
+
+def test_importing_the_models_imports_every_module() -> None:
+    """No module of the folder is left out of its package's import: what it registers would be missing."""
+    code = "import sys; import crane_sim.models; print(*sys.modules)"
+    imported = completed([sys.executable, "-c", code], check=True).stdout.split()
+    assert set(MODULES) <= set(imported)
