@@ -29,7 +29,7 @@ from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope, span
 from crane_sim.models.effects import add_spring
 from crane_sim.models.moving_base import turned_back
 from crane_sim.models.rotating_frame import inertial_velocity
-from crane_sim.models.single_rope.crane import Crane, motion
+from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
@@ -149,7 +149,7 @@ def driven_boom(drive, t, seen, a):
     rise = -drive.kd * pose.tip_velocity[2] - drive.kp * (pose.tip[2] - drive.height)
     wanted = joint_accelerations(crane.support, pose, turned_back((a[0], a[1], rise), s, c), drive.kd)
     bent = rope_acceleration(drive.rope, drive, line)
-    efforts, tension = joint_efforts(crane, motion(crane, t, xs, xc, (0.0, 0.0, 0.0, bent)), wanted)
+    efforts, tension = joint_efforts(crane, solve_motion(crane, t, xs, xc, (0.0, 0.0, 0.0, bent)), wanted)
     return with_winch(drive.rope, efforts, line, bent, tension)
 
 

@@ -97,7 +97,7 @@ def heave_and_push(base, gravity, t):
 @heave_and_push.register(Base)
 @heave_and_push.register(SplineBase)
 def _(base, gravity, t):
-    x, y, z = carried_at(base, gravity, t).push
+    x, y, z = carried_at(base, gravity, t).imposed
     return gravity - z, (x, y)
 
 

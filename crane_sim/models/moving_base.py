@@ -31,16 +31,16 @@ class Carried(NamedTuple):
     """How the base moves at one instant, in the axes of the base."""
 
     velocity: Vector  # m/s, of the origin
-    push: Vector  # m/s², imposed on a mass at rest in the origin
-    turn: Vector  # rad/s, angular velocity
-    turn_rate: Vector  # rad/s², its derivative, which is the same in the world
+    imposed: Vector  # m/s², acceleration of a mass at rest in the origin, gravity along z left out
+    angular_velocity: Vector  # rad/s
+    angular_acceleration: Vector  # rad/s², which is the same in the world
 
 
 class BaseState(NamedTuple):
     """Where the base is and how fast, in its own axes or in ones that are turned about its z."""
 
     velocity: Vector  # m/s, of the origin
-    turn: Vector  # rad/s, angular velocity
+    angular_velocity: Vector  # rad/s
     up: Vector  # the world's vertical
     height: float  # m, of the origin in the world
 
@@ -110,59 +110,60 @@ def _(base, gravity, t):
 
 
 @lean_generic
-def imposed_acceleration(now, r, v):
+def imposed_acceleration(base, r, v):
     """Return what the base adds to gravity along its own z (3,) [m/s²]: nothing where it rests.
 
     Args:
-        now: the base, as of `carried_at`.
+        base: as of `carried_at`.
         r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
     """
     return 0.0, 0.0, 0.0
 
 
 @imposed_acceleration.register(Carried)
-def _(now, r, v):
-    x, y, z = cross(now.turn, r)
-    dx, dy, dz = cross(now.turn, (x + 2.0 * v[0], y + 2.0 * v[1], z + 2.0 * v[2]))
-    ex, ey, ez = cross(now.turn_rate, r)
-    return now.push[0] - dx - ex, now.push[1] - dy - ey, now.push[2] - dz - ez
+def _(base, r, v):
+    x, y, z = cross(base.angular_velocity, r)
+    dx, dy, dz = cross(base.angular_velocity, (x + 2.0 * v[0], y + 2.0 * v[1], z + 2.0 * v[2]))
+    ex, ey, ez = cross(base.angular_acceleration, r)
+    return base.imposed[0] - dx - ex, base.imposed[1] - dy - ey, base.imposed[2] - dz - ez
 
 
 @lean_generic
-def add_imposed(now, mass, force, r, v):
+def add_imposed(base, mass, force, r, v):
     """Return the force (3,) [N] plus what the base imposes on a mass; other arguments of `imposed_acceleration`."""
     return force
 
 
 @add_imposed.register(Carried)
-def _(now, mass, force, r, v):
-    x, y, z = imposed_acceleration(now, r, v)
+def _(base, mass, force, r, v):
+    x, y, z = imposed_acceleration(base, r, v)
     return force[0] + mass * x, force[1] + mass * y, force[2] + mass * z
 
 
 @lean_generic
-def airspeed(now, r, v):
+def airspeed(base, r, v):
     """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments of `imposed_acceleration`."""
     return v
 
 
 @airspeed.register(Carried)
-def _(now, r, v):
-    x, y, z = cross(now.turn, r)
-    return now.velocity[0] + x + v[0], now.velocity[1] + y + v[1], now.velocity[2] + z + v[2]
+def _(base, r, v):
+    x, y, z = cross(base.angular_velocity, r)
+    return base.velocity[0] + x + v[0], base.velocity[1] + y + v[1], base.velocity[2] + z + v[2]
 
 
 @lean_generic
-def seen_turned(now, angle):
+def seen_turned(base, angle):
     """Return the base in axes that are turned by an angle [rad] about its z."""
-    return now
+    return base
 
 
 @seen_turned.register(Carried)
-def _(now, angle):
+def _(base, angle):
     s, c = sincos(angle)
-    velocity, push = turned_back(now.velocity, s, c), turned_back(now.push, s, c)
-    return Carried(velocity, push, turned_back(now.turn, s, c), turned_back(now.turn_rate, s, c))
+    velocity, imposed = turned_back(base.velocity, s, c), turned_back(base.imposed, s, c)
+    w, w_dot = turned_back(base.angular_velocity, s, c), turned_back(base.angular_acceleration, s, c)
+    return Carried(velocity, imposed, w, w_dot)
 
 
 @lean_kernel
@@ -209,9 +210,9 @@ def _(pose, a):
 @lean_generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
-    now, pose, (s, c) = carried_at(base, 0.0, t), pose_at(base, t), sincos(angle)
-    up = turned_back(pose.rows[2], s, c)
-    return BaseState(turned_back(now.velocity, s, c), turned_back(now.turn, s, c), up, pose.place[2])
+    carried, pose, (s, c) = carried_at(base, 0.0, t), pose_at(base, t), sincos(angle)
+    velocity, w = turned_back(carried.velocity, s, c), turned_back(carried.angular_velocity, s, c)
+    return BaseState(velocity, w, turned_back(pose.rows[2], s, c), pose.place[2])
 
 
 @base_state.register(type(None))
@@ -220,29 +221,30 @@ def _(base, t, angle):
 
 
 @lean_kernel
-def added_energy(now, gravity, mass, r, v):
+def added_energy(base, gravity, mass, r, v):
     """Return (kinetic, potential) energy [J] of a mass in the world less those relative to the base.
 
     Args:
-        now: BaseState.
+        base: BaseState.
         gravity: m/s².
         mass: kg.
-        r, v: its position [m] and velocity [m/s] relative to the base (3,), in the axes of `now`.
+        r, v: its position [m] and velocity [m/s] relative to the base (3,), in the axes of `base`.
     """
-    x, y, z = cross(now.turn, r)
-    u = (now.velocity[0] + x, now.velocity[1] + y, now.velocity[2] + z)
-    return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (now.height + dot(now.up, r) - r[2])
+    x, y, z = cross(base.angular_velocity, r)
+    u = (base.velocity[0] + x, base.velocity[1] + y, base.velocity[2] + z)
+    return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (base.height + dot(base.up, r) - r[2])
 
 
 @lean_kernel
-def added_spin(now, tensor, own):
+def added_spin(base, tensor, own):
     """Return the kinetic energy [J] of a body's turning in the world less that relative to the base.
 
     Args:
-        now: BaseState.
-        tensor: (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²], in the axes of `now`.
+        base: BaseState.
+        tensor: (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²], in the axes of `base`.
         own: angular velocity relative to the base (3,) [rad/s].
     """
     a, b, d = tensor
-    along = dot(d, now.turn)
-    return a * (dot(now.turn, own) + 0.5 * dot(now.turn, now.turn)) + b * along * (dot(d, own) + 0.5 * along)
+    w = base.angular_velocity
+    along = dot(d, w)
+    return a * (dot(w, own) + 0.5 * dot(w, w)) + b * along * (dot(d, own) + 0.5 * along)

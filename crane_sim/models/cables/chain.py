@@ -30,26 +30,16 @@ class Rods(NamedTuple):
     inertia: Any  # kg m²
 
 
-ROWS = 11
+ROWS = 13
 """Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in columns 0 to N - 1."""
-
-
 SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
-
-
-BELOW = 4  # 1/kg, one over the mass of the node below each link
-
-
-TENSION = 5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it; then N
-
-
-TURNING = 6  # m/s², the relative acceleration of its ends across it that needs no tension; then rad/s²
-
-
-EASE, SHARE = 7, 8  # 1/kg, compliance of the links against their own tension; of the elimination
-
-
-ALONG, ACROSS = 9, 10  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+INV_MASS = 4  # 1/kg, of the node below each link
+RHS_ALONG = 5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it
+RHS_ACROSS = 6  # m/s², the relative acceleration of its ends across it that needs no tension
+TENSION = 7  # N
+TURNING = 8  # rad/s², angular acceleration
+DIAGONAL, FACTOR = 9, 10  # 1/kg, of the system's matrix; of its elimination
+BEND_COS, BEND_SIN = 11, 12  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
 
 
 @routine
@@ -58,7 +48,7 @@ def work_array(masses, lengths):
     n = len(masses)
     w = np.zeros((ROWS, n + 1))
     for k in range(n):
-        w[LENGTH, k], w[BELOW, k] = lengths[k], 1.0 / masses[k]
+        w[LENGTH, k], w[INV_MASS, k] = lengths[k], 1.0 / masses[k]
     return w
 
 
@@ -66,11 +56,11 @@ def work_array(masses, lengths):
 def add_node_acceleration(w, node, x, z):
     """Add an acceleration (x, z) [m/s²] of a node, from 1, to what it means for the links that end there."""
     k = node - 1
-    w[TENSION, k] += w[SIN, k] * x - w[COS, k] * z
-    w[TURNING, k] += w[COS, k] * x + w[SIN, k] * z
+    w[RHS_ALONG, k] += w[SIN, k] * x - w[COS, k] * z
+    w[RHS_ACROSS, k] += w[COS, k] * x + w[SIN, k] * z
     if node < w.shape[1] - 1:
-        w[TENSION, node] -= w[SIN, node] * x - w[COS, node] * z
-        w[TURNING, node] -= w[COS, node] * x + w[SIN, node] * z
+        w[RHS_ALONG, node] -= w[SIN, node] * x - w[COS, node] * z
+        w[RHS_ACROSS, node] -= w[COS, node] * x + w[SIN, node] * z
 
 
 @lean_generic
@@ -80,12 +70,12 @@ def rod_pull(rods, w):
 
 
 @lean_kernel
-def assemble_rhs(w, push, gravity):
-    """Fill what the links' own motion, gravity and the trolley's free acceleration `push` [m/s²] ask of them."""
+def assemble_rhs(w, bias_acc, gravity):
+    """Fill what the links' own motion, gravity and the trolley's `bias_acc` [m/s²] ask of them."""
     for k in range(w.shape[1] - 1):
-        w[TENSION, k], w[TURNING, k] = w[LENGTH, k] * w[RATE, k] * w[RATE, k], 0.0
-    w[TENSION, 0] += w[COS, 0] * gravity - w[SIN, 0] * push
-    w[TURNING, 0] = -(w[COS, 0] * push + w[SIN, 0] * gravity)
+        w[RHS_ALONG, k], w[RHS_ACROSS, k] = w[LENGTH, k] * w[RATE, k] * w[RATE, k], 0.0
+    w[RHS_ALONG, 0] += w[COS, 0] * gravity - w[SIN, 0] * bias_acc
+    w[RHS_ACROSS, 0] = -(w[COS, 0] * bias_acc + w[SIN, 0] * gravity)
 
 
 @lean_generic
@@ -95,8 +85,8 @@ def solve_links(rods, w, top):
     Args:
         rods: the links' inertia, None where they have none.
         w: work array with everything else.
-        top: (compliance of the axis [1/kg], compliance and free acceleration of the first length, its rate [m/s]);
-            a compliance of -1 says that the acceleration is the tension itself (`drum`).
+        top: (inverse mass of the axis [1/kg], inverse mass and bias acceleration of the first length, its rate [m/s]);
+            an inverse mass of -1 says that the acceleration is the tension itself (`hoist_response`).
     """
     solve_tensions(w, top)
     angular_accelerations(w, top)
@@ -104,23 +94,23 @@ def solve_links(rods, w, top):
 
 @lean_kernel
 def link_angles(w):
-    """Fill the rows ALONG and ACROSS."""
+    """Fill the rows of the bends."""
     for k in range(w.shape[1] - 2):
-        w[ALONG, k] = (w[SIN, k] * w[SIN, k + 1] + w[COS, k] * w[COS, k + 1]) * w[BELOW, k]
-        w[ACROSS, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[BELOW, k]
+        w[BEND_COS, k] = (w[SIN, k] * w[SIN, k + 1] + w[COS, k] * w[COS, k + 1]) * w[INV_MASS, k]
+        w[BEND_SIN, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[INV_MASS, k]
 
 
 @lean_kernel
 def assemble_diagonal(w, top):
-    """Fill the row EASE, and take the first link's hoist into what its tension has to supply."""
-    give, pay, run, _ = top
+    """Fill the diagonal, and take the first link's hoist into what its tension has to supply."""
+    axis_inv_mass, hoist_inv_mass, hoist_bias_acc, _ = top
     for k in range(1, w.shape[1] - 1):
-        w[EASE, k] = w[BELOW, k - 1] + w[BELOW, k]
-    w[EASE, 0] = w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give + pay
-    w[TENSION, 0] -= run
-    if pay < 0.0:  # a massless winch: the first tension is given, and the first link's equation only says so
-        w[EASE, 0], w[TENSION, 0] = 1.0, run
-        w[TENSION, 1] += w[ALONG, 0] * run
+        w[DIAGONAL, k] = w[INV_MASS, k - 1] + w[INV_MASS, k]
+    w[DIAGONAL, 0] = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass + hoist_inv_mass
+    w[RHS_ALONG, 0] -= hoist_bias_acc
+    if hoist_inv_mass < 0.0:  # a massless winch: the first tension is given, and the first link's equation only says so
+        w[DIAGONAL, 0], w[RHS_ALONG, 0] = 1.0, hoist_bias_acc
+        w[RHS_ALONG, 1] += w[BEND_COS, 0] * hoist_bias_acc
 
 
 @lean_kernel
@@ -133,10 +123,10 @@ def eliminate_row(w, k, known, less, more):
         known: by which rows k and the next one know each other.
         less, more: what the row before has taken and added.
     """
-    pivot, right = w[EASE, k] - less, w[TENSION, k] + more
+    pivot, right = w[DIAGONAL, k] - less, w[RHS_ALONG, k] + more
     inverse = 1.0 / pivot
-    w[TENSION, k], w[SHARE, k] = right * inverse, known * inverse
-    return known * known / pivot, w[SHARE, k] * right
+    w[TENSION, k], w[FACTOR, k] = right * inverse, known * inverse
+    return known * known / pivot, w[FACTOR, k] * right
 
 
 @lean_kernel
@@ -149,39 +139,41 @@ def solve_tensions(w, top):
     n = w.shape[1] - 1
     link_angles(w)
     assemble_diagonal(w, top)
-    first = w[ALONG, 0] if top[1] >= 0.0 else 0.0
+    first = w[BEND_COS, 0] if top[1] >= 0.0 else 0.0
     middle, half = n // 2, (n - 1) // 2
     less, more, less_below, more_below = 0.0, 0.0, 0.0, 0.0
     for k in range(middle):
-        less, more = eliminate_row(w, k, first if k == 0 else w[ALONG, k], less, more)
+        less, more = eliminate_row(w, k, first if k == 0 else w[BEND_COS, k], less, more)
         if k < half:
             j = n - 1 - k
-            less_below, more_below = eliminate_row(w, j, first if j == 1 else w[ALONG, j - 1], less_below, more_below)
-    tension = (w[TENSION, middle] + more + more_below) / (w[EASE, middle] - less - less_below)
+            upper = first if j == 1 else w[BEND_COS, j - 1]
+            less_below, more_below = eliminate_row(w, j, upper, less_below, more_below)
+    tension = (w[RHS_ALONG, middle] + more + more_below) / (w[DIAGONAL, middle] - less - less_below)
     below, w[TENSION, middle] = tension, tension
     for k in range(1, middle + 1):
-        tension = w[TENSION, middle - k] + w[SHARE, middle - k] * tension
+        tension = w[TENSION, middle - k] + w[FACTOR, middle - k] * tension
         w[TENSION, middle - k] = tension
         if k <= half:
-            below = w[TENSION, middle + k] + w[SHARE, middle + k] * below
+            below = w[TENSION, middle + k] + w[FACTOR, middle + k] * below
             w[TENSION, middle + k] = below
 
 
 @lean_kernel
 def angular_accelerations(w, top):
     """Fill the angular accelerations; no difference of large numbers, so that a heavy payload does no harm."""
-    n, (give, _, _, rate) = w.shape[1] - 1, top
-    first = w[COS, 0] * give * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
-    w[TURNING, 0] = (w[TURNING, 0] + w[ACROSS, 0] * w[TENSION, 1] - first) / w[LENGTH, 0]
+    n, (axis_inv_mass, _, _, rate) = w.shape[1] - 1, top
+    first = w[COS, 0] * axis_inv_mass * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
+    w[TURNING, 0] = (w[RHS_ACROSS, 0] + w[BEND_SIN, 0] * w[TENSION, 1] - first) / w[LENGTH, 0]
     for k in range(1, n):
-        pulled = w[ACROSS, k] * w[TENSION, k + 1] - w[ACROSS, k - 1] * w[TENSION, k - 1]
-        w[TURNING, k] = (w[TURNING, k] + pulled) / w[LENGTH, k]
+        pulled = w[BEND_SIN, k] * w[TENSION, k + 1] - w[BEND_SIN, k - 1] * w[TENSION, k - 1]
+        w[TURNING, k] = (w[RHS_ACROSS, k] + pulled) / w[LENGTH, k]
 
 
 @lean_kernel
-def massless_hoist_acceleration(w, give, free):
-    """Return the acceleration of the first length behind a massless winch; `free` is what its link was asked for."""
-    return free - (w[BELOW, 0] + w[SIN, 0] * w[SIN, 0] * give) * w[TENSION, 0] + w[ALONG, 0] * w[TENSION, 1]
+def massless_hoist_acceleration(w, axis_inv_mass, rhs_along):
+    """Return the acceleration of the first length behind a massless winch; `rhs_along` was the first link's."""
+    inv_mass = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass
+    return rhs_along - inv_mass * w[TENSION, 0] + w[BEND_COS, 0] * w[TENSION, 1]
 
 
 @lean_generic
@@ -212,7 +204,7 @@ def _(rods, w, top):
 def coupling(w, inertia, k, j):
     """Return the 2 x 2 block, by rows, by which (tension, turning) of link j act on link k across the node between."""
     node = min(k, j)
-    along, across, arm = w[ALONG, node], w[ACROSS, node], inertia[j] / w[LENGTH, j]
+    along, across, arm = w[BEND_COS, node], w[BEND_SIN, node], inertia[j] / w[LENGTH, j]
     across = across if j > k else -across
     return -along, across * arm, -across, -along * arm
 
@@ -222,21 +214,21 @@ def diagonal_block(w, inertia, top, k):
     """Return the 2 x 2 block, by rows, of link k's own (tension, turning)."""
     arm, length = inertia[k] / w[LENGTH, k], w[LENGTH, k]
     if k > 0:
-        ease = w[BELOW, k - 1] + w[BELOW, k]
-        return ease, 0.0, 0.0, ease * arm + length
-    give, pay, _, _ = top
-    s, c, ease = w[SIN, 0], w[COS, 0], w[BELOW, 0]
-    return ease + s * s * give + pay, s * c * give * arm, s * c * give, (ease + c * c * give) * arm + length
+        own = w[INV_MASS, k - 1] + w[INV_MASS, k]
+        return own, 0.0, 0.0, own * arm + length
+    axis, hoist, _, _ = top
+    s, c, own = w[SIN, 0], w[COS, 0], w[INV_MASS, 0]
+    return own + s * s * axis + hoist, s * c * axis * arm, s * c * axis, (own + c * c * axis) * arm + length
 
 
 @lean_kernel
 def block_rhs(w, top, k):
     """Return the right-hand sides of link k: along it and across it."""
-    along, across = w[TENSION, k], w[TURNING, k]
+    along, across = w[RHS_ALONG, k], w[RHS_ACROSS, k]
     if k > 0:
         return along, across
-    _, _, run, rate = top
-    return along - run, across - 2.0 * rate * w[RATE, 0]
+    _, _, hoist_bias_acc, rate = top
+    return along - hoist_bias_acc, across - 2.0 * rate * w[RATE, 0]
 
 
 @routine
@@ -290,10 +282,12 @@ def _(joints, w, x, first):
             after += joints.damping[k + 1] * (w[RATE, k + 1] - w[RATE, k])
         force = (after - moment) / w[LENGTH, k]  # the couple of link k: on its lower node, and back on its upper one
         if k > 0:
-            add_node_acceleration(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
+            acc = -force * w[INV_MASS, k - 1]
+            add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
         else:
             pull = -force * w[COS, 0]
-        add_node_acceleration(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
+        acc = force * w[INV_MASS, k]
+        add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
         moment = after
     return pull
 

@@ -19,15 +19,15 @@ class Directions(NamedTuple):
     rates: Any  # (N, 3) 1/s, of the unit vectors: perpendicular to them
     speeds: Any  # (N,) 1/s², squares of the rates
     lengths: Any  # (N,) m
-    below: Any  # (N,) 1/kg, one over the mass of the node below each link
+    inv_masses: Any  # (N,) 1/kg, of the node below each link
 
 
 class UpperEnd(NamedTuple):
     """How the first link's upper end and its length answer its tension."""
 
-    give: tuple[float, float]  # 1/kg, compliances of trolley and bridge
-    pay: float  # 1/kg, compliance of the length; -1 where `run` is the tension itself (`hoists.drum`)
-    run: float  # m/s², acceleration of the length without tension
+    axes_inv_mass: tuple[float, float]  # 1/kg, of trolley and bridge
+    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, as of `hoist_response`
+    hoist_bias_acc: float  # m/s², acceleration of the length without tension
     rate: float  # m/s, of the length
 
 
@@ -48,10 +48,10 @@ def dot(units, k, j):
 
 
 @lean_kernel
-def ease(links, top):
-    """Return the compliance [1/kg] of the first link against its own tension, its hoist apart."""
+def first_inv_mass(links, top):
+    """Return the inverse mass [1/kg] that the first link's tension moves along it, its hoist apart."""
     x, y = links.units[0, 0], links.units[0, 1]
-    return links.below[0] + top.give[0] * x * x + top.give[1] * y * y
+    return links.inv_masses[0] + top.axes_inv_mass[0] * x * x + top.axes_inv_mass[1] * y * y
 
 
 @lean_kernel
@@ -78,16 +78,16 @@ def solve_tensions(links, top, acc, tension, ratio):
         acc: accelerations of nodes 0 to N without tensions (N + 1, 3) [m/s²], world frame.
         tension, ratio: to fill; the second one is of the elimination.
     """
-    n, below = len(tension), links.below
-    inverse = 1.0 / (ease(links, top) + top.pay)
-    upper = -dot(links.units, 0, 1) * below[0] if n > 1 else 0.0
-    tension[0], ratio[0] = (relative_acceleration(links, acc, 0) - top.run) * inverse, upper * inverse
-    if top.pay < 0.0:
-        tension[0], ratio[0] = top.run, 0.0  # a massless winch does not ask the second link
+    n, inv_masses = len(tension), links.inv_masses
+    inverse = 1.0 / (first_inv_mass(links, top) + top.hoist_inv_mass)
+    upper = -dot(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
+    tension[0], ratio[0] = (relative_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
+    if top.hoist_inv_mass < 0.0:
+        tension[0], ratio[0] = top.hoist_bias_acc, 0.0  # a massless winch does not ask the second link
     for k in range(1, n):
-        inverse = 1.0 / (below[k - 1] + below[k] - upper * ratio[k - 1])
+        inverse = 1.0 / (inv_masses[k - 1] + inv_masses[k] - upper * ratio[k - 1])
         tension[k] = (relative_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
-        upper = -dot(links.units, k, k + 1) * below[k] if k + 1 < n else 0.0
+        upper = -dot(links.units, k, k + 1) * inv_masses[k] if k + 1 < n else 0.0
         ratio[k] = upper * inverse
     for k in range(n - 2, -1, -1):
         tension[k] -= ratio[k] * tension[k + 1]
@@ -96,10 +96,10 @@ def solve_tensions(links, top, acc, tension, ratio):
 @lean_kernel
 def paid_out(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
-    if top.pay >= 0.0:
-        return top.run + top.pay * tension[0]
-    free = relative_acceleration(links, acc, 0) - ease(links, top) * tension[0]
-    return free + dot(links.units, 0, 1) * links.below[0] * tension[1] if len(tension) > 1 else free
+    if top.hoist_inv_mass >= 0.0:
+        return top.hoist_bias_acc + top.hoist_inv_mass * tension[0]
+    free = relative_acceleration(links, acc, 0) - first_inv_mass(links, top) * tension[0]
+    return free + dot(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
 
 
 @lean_kernel
@@ -123,17 +123,17 @@ def turn(links, top, acc, tension, out, at):
 
     The pulls of a link's neighbours are taken across it one by one: a heavy payload makes no difference of large ones.
     """
-    n, units, below = len(tension), links.units, links.below
+    n, units, inv_masses = len(tension), links.units, links.inv_masses
     x, y, z = end_acceleration(acc, 0)
-    x -= top.give[0] * units[0, 0] * tension[0]
-    y -= top.give[1] * units[0, 1] * tension[0]
+    x -= top.axes_inv_mass[0] * units[0, 0] * tension[0]
+    y -= top.axes_inv_mass[1] * units[0, 1] * tension[0]
     drag = 2.0 * top.rate / links.lengths[0]
     for k in range(n):
         total = across(units, k, x, y, z)
         if k > 0:
-            total = add_pull(units, k, k - 1, below[k - 1] * tension[k - 1], total)
+            total = add_pull(units, k, k - 1, inv_masses[k - 1] * tension[k - 1], total)
         if k + 1 < n:
-            total = add_pull(units, k, k + 1, below[k] * tension[k + 1], total)
+            total = add_pull(units, k, k + 1, inv_masses[k] * tension[k + 1], total)
             x, y, z = end_acceleration(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):

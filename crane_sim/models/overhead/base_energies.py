@@ -34,13 +34,13 @@ def _(p, t, x):
 
 
 @generic
-def added_in_plane(now, p, x):
-    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `now`: `base_state`."""
+def added_in_plane(base, p, x):
+    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `base`: `base_state`."""
     return 0.0, 0.0
 
 
 @added_in_plane.register(BaseState)
-def _(now, p, x):
+def _(base, p, x):
     w, (nq, _, _), (mass, r, v) = system.workspace(p), layout_of(p), bodies(p)
     planar.links_of(p, x, w)
     v[:] = planar.node_velocities(p, x, w, planar.hoisted_link(p.hoist, p.cable, x, nq)[1])
@@ -49,25 +49,25 @@ def _(now, p, x):
         r[k + 1, 0] = r[k, 0] + w[LENGTH, k] * w[SIN, k]
         r[k + 1, 2] = r[k, 2] - w[LENGTH, k] * w[COS, k]
         mass[k + 1] = node_mass(p, x, k)
-    kinetic, potential = added_energies(now, p.gravity, mass, r, v)
-    return kinetic + added_turning(p.rods, now, w), potential
+    kinetic, potential = added_energies(base, p.gravity, mass, r, v)
+    return kinetic + added_turning(p.rods, base, w), potential
 
 
 @generic
-def added_to_nodes(now, p, x):
+def added_to_nodes(base, p, x):
     """Return as `added_in_plane` does, for a crane on a bridge, or with an elastic cable."""
     return 0.0, 0.0
 
 
 @added_to_nodes.register(BaseState)
-def _(now, p, x):
+def _(base, p, x):
     mass, r, v = bodies(p)
     write_nodes(p, x, mass, r, v)
     whole = axis_mass(p.bridge)
     mass[0] = max(axis_mass(p.trolley), p.share * whole)
-    kinetic, potential = added_energies(now, p.gravity, mass, r, v)
+    kinetic, potential = added_energies(base, p.gravity, mass, r, v)
     beam, y, rate = (1.0 - p.share) * whole, r[0, 1], v[0, 1]  # what does not go along x with the trolley
-    more = added_energy(now, p.gravity, beam, (0.0, y, 0.0), (0.0, rate, 0.0))
+    more = added_energy(base, p.gravity, beam, (0.0, y, 0.0), (0.0, rate, 0.0))
     return kinetic + more[0], potential + more[1]
 
 
@@ -112,31 +112,31 @@ def _(p, x, mass, r, v):
 
 
 @routine
-def added_energies(now, gravity, mass, r, v):
+def added_energies(base, gravity, mass, r, v):
     """Return (kinetic, potential) energy [J] of masses in the world less those relative to the base.
 
     Args:
-        now, gravity: as of `added_energy`.
+        base, gravity: as of `added_energy`.
         mass: (n,) kg.
         r, v: positions and velocities relative to the base (n, 3).
     """
     kinetic, potential = 0.0, 0.0
     for k in range(len(mass)):
         at, moves = (r[k, 0], r[k, 1], r[k, 2]), (v[k, 0], v[k, 1], v[k, 2])
-        one, other = added_energy(now, gravity, mass[k], at, moves)
+        one, other = added_energy(base, gravity, mass[k], at, moves)
         kinetic, potential = kinetic + one, potential + other
     return kinetic, potential
 
 
 @generic
-def added_turning(rods, now, w):
+def added_turning(rods, base, w):
     """Return what the base adds to the kinetic energy [J] of links that turn as rods; `w`: work array of `chain`."""
     return 0.0
 
 
 @added_turning.register(Rods)
-def _(rods, now, w):
+def _(rods, base, w):
     energy = 0.0
     for k in range(len(rods.inertia)):  # angles of links grow against turns about y
-        energy += added_spin(now, (0.0, rods.inertia[k], (0.0, 1.0, 0.0)), (0.0, -w[RATE, k], 0.0))
+        energy += added_spin(base, (0.0, rods.inertia[k], (0.0, 1.0, 0.0)), (0.0, -w[RATE, k], 0.0))
     return energy

@@ -5,7 +5,17 @@ Each function takes the base as of `moving_base.carried`, and does nothing for a
 
 from typing import NamedTuple
 
-from crane_sim.models.cables.chain import BELOW, COS, LENGTH, RATE, SIN, TENSION, TURNING, Rods, add_node_acceleration
+from crane_sim.models.cables.chain import (
+    COS,
+    INV_MASS,
+    LENGTH,
+    RATE,
+    RHS_ACROSS,
+    RHS_ALONG,
+    SIN,
+    Rods,
+    add_node_acceleration,
+)
 from crane_sim.models.moving_base import Carried, imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
@@ -25,11 +35,11 @@ class Load(NamedTuple):
 
 
 @lean_generic
-def push_axes(now, trolley, bridge, share, place, speed):
+def push_axes(base, trolley, bridge, share, place, speed):
     """Return the Load of trolley and bridge alone.
 
     Args:
-        now: the base.
+        base: as of `moving_base.carried_at`.
         trolley, bridge: axes; None where there is no bridge. One whose motion is imposed feels nothing.
         share: of the mass that the bridge moves, how much is at the trolley's place; the rest is where x = 0.
         place, speed: of the trolley along x and y [m], [m/s].
@@ -38,25 +48,26 @@ def push_axes(now, trolley, bridge, share, place, speed):
 
 
 @push_axes.register(Carried)
-def _(now, trolley, bridge, share, place, speed):
+def _(base, trolley, bridge, share, place, speed):
     (x, y), (vx, vy) = place, speed
-    along = axis_mass(trolley) * imposed_acceleration(now, (x, y, 0.0), (vx, vy, 0.0))[0]
-    across = axis_mass(bridge) * imposed_acceleration(now, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
+    along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
+    across = axis_mass(bridge) * imposed_acceleration(base, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
     return Load(along, across, along * vx + across * vy)
 
 
 @lean_kernel
-def imposed_gradient(now, r, v):
+def imposed_gradient(base, r, v):
     """Return how much more (3,) [m/s²] the base imposes on what is r [m] farther and v [m/s] faster."""
-    return imposed_acceleration(Carried(now.velocity, (0.0, 0.0, 0.0), now.turn, now.turn_rate), r, v)
+    turning = Carried(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
+    return imposed_acceleration(turning, r, v)
 
 
 @lean_generic
-def push_links(now, trolley, rods, w, x, v, rate):
+def push_links(base, trolley, rods, w, x, v, rate):
     """Add what the base imposes on the nodes of a chain in the plane to its work array w.
 
     Args:
-        now: the base.
+        base: as of `moving_base.carried_at`.
         trolley: the axis that carries the chain.
         rods: the links' inertia, None where they have none.
         w: work array of `chain`.
@@ -70,51 +81,53 @@ def push_links(now, trolley, rods, w, x, v, rate):
 
 
 @push_links.register(Carried)
-def _(now, trolley, rods, w, x, v, rate):
-    ax, _, az = imposed_acceleration(now, (x, 0.0, 0.0), (v, 0.0, 0.0))
-    deck, couples = axis_mass(trolley) * ax, turn_rods(rods, now, w)
-    vx, vz, power, paid = v, 0.0, deck * v + couples.power, rate
+def _(base, trolley, rods, w, x, v, rate):
+    ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
+    load, couples = axis_mass(trolley) * ax, turn_rods(rods, base, w)
+    vx, vz, power, paid = v, 0.0, load * v + couples.power, rate
     for k in range(w.shape[1] - 1):
         s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
         dx, dz = paid * s + swing * c, swing * s - paid * c
-        ex, _, ez = imposed_gradient(now, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz))
+        ex, _, ez = imposed_gradient(base, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz))
         vx, vz, ax, az = vx + dx, vz + dz, ax + ex, az + ez
-        power += (ax * vx + az * vz) / w[BELOW, k]
+        power += (ax * vx + az * vz) / w[INV_MASS, k]
         if k == 0:  # its upper end is on the trolley, whose share is the force along the rail
             ex, ez = ax, az
-        w[TENSION, k] += s * ex - c * ez
-        w[TURNING, k] += c * ex + s * ez
+        w[RHS_ALONG, k] += s * ex - c * ez
+        w[RHS_ACROSS, k] += c * ex + s * ez
         paid = 0.0
-    return Load(deck + couples.x, NOTHING, power)
+    return Load(load + couples.x, NOTHING, power)
 
 
 @lean_generic
-def turn_rods(rods, now, w):
+def turn_rods(rods, base, w):
     """Add what the base's turning asks of links that have a moment of inertia; return their Load."""
     return Load(NOTHING, NOTHING, NOTHING)
 
 
 @turn_rods.register(Rods)
-def _(rods, now, w):
+def _(rods, base, w):
     power, pull = 0.0, 0.0
     for k in range(len(rods.inertia)):
-        couple = rods.inertia[k] * now.turn_rate[1]  # angles of links grow against turns about y
+        couple = rods.inertia[k] * base.angular_acceleration[1]  # angles of links grow against turns about y
         force = couple / w[LENGTH, k]
         power += couple * w[RATE, k]
         if k > 0:
-            add_node_acceleration(w, k, -force * w[BELOW, k - 1] * w[COS, k], -force * w[BELOW, k - 1] * w[SIN, k])
+            acc = -force * w[INV_MASS, k - 1]
+            add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
         else:
             pull = -force * w[COS, 0]
-        add_node_acceleration(w, k + 1, force * w[BELOW, k] * w[COS, k], force * w[BELOW, k] * w[SIN, k])
+        acc = force * w[INV_MASS, k]
+        add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
     return Load(pull, NOTHING, power)
 
 
 @lean_generic
-def push_directions(now, links, place, speed, rate, acc):
+def push_directions(base, links, place, speed, rate, acc):
     """Add what the base imposes on the nodes of a chain in space to their accelerations acc; return their power [W].
 
     Args:
-        now: the base.
+        base: as of `moving_base.carried_at`.
         links: `directions.Directions`.
         place, speed: of the trolley along x and y [m], [m/s].
         rate: at which the first link lengthens [m/s].
@@ -124,7 +137,7 @@ def push_directions(now, links, place, speed, rate, acc):
 
 
 @push_directions.register(Carried)
-def _(now, links, place, speed, rate, acc):
+def _(base, links, place, speed, rate, acc):
     (x, y), (vx, vy), z, vz, power, paid = place, speed, 0.0, 0.0, 0.0, rate
     for k in range(len(links.speeds)):
         length = links.lengths[k]
@@ -132,11 +145,11 @@ def _(now, links, place, speed, rate, acc):
         vx += length * links.rates[k, 0] + paid * links.units[k, 0]
         vy += length * links.rates[k, 1] + paid * links.units[k, 1]
         vz += length * links.rates[k, 2] + paid * links.units[k, 2]
-        ax, ay, az = imposed_acceleration(now, (x, y, z), (vx, vy, vz))
+        ax, ay, az = imposed_acceleration(base, (x, y, z), (vx, vy, vz))
         acc[k + 1, 0] += ax
         acc[k + 1, 1] += ay
         acc[k + 1, 2] += az
-        power += (ax * vx + ay * vy + az * vz) / links.below[k]
+        power += (ax * vx + ay * vy + az * vz) / links.inv_masses[k]
         paid = 0.0
     return power
 

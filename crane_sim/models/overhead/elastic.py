@@ -157,18 +157,18 @@ def base_load(p, t, x):
 
 
 @lean_generic
-def push_points(now, p, x, out):
+def push_points(base, p, x, out):
     """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
     return NOTHING
 
 
 @push_points.register(Carried)
-def _(now, p, x, out):
+def _(base, p, x, out):
     nq, first, d, _ = elastic_layout(p)
     power, i = 0.0, nq + first
     for k in range(1, 1 + len(p.cable.masses)):
         v = node_vector(p, x, k, 1)
-        ax, ay, az = imposed_acceleration(now, node_vector(p, x, k, 0), v)
+        ax, ay, az = imposed_acceleration(base, node_vector(p, x, k, 0), v)
         power += mass_of(p, x, k) * (ax * v[0] + ay * v[1] + az * v[2])
         out[i] += ax
         if d == 3:
@@ -191,62 +191,62 @@ def entry_of(d, a, vector3):
 
 
 @lean_generic
-def base_jacobian(now, p, give, found):
-    """Add the derivatives of the imposed accelerations by positions and velocities to the bands `found`.
+def base_jacobian(base, p, inv_masses, bands):
+    """Add the derivatives of the imposed accelerations by positions and velocities to the bands.
 
     Args:
-        now: the base.
+        base: as of `moving_base.carried_at`.
         p: the crane.
-        give: compliances of the axes [1/kg], (d,) or longer.
-        found: `elastic_linear.Bands`.
+        inv_masses: of the axes [1/kg], (d,) or longer.
+        bands: `elastic_jacobian.Bands`.
     """
 
 
 @base_jacobian.register(Carried)
-def _(now, p, give, found):
+def _(base, p, inv_masses, bands):
     _, first, d, _ = elastic_layout(p)
     middle = 2 * d - 1
     for b in range(d):
-        by_place, by_speed = imposed_gradient(now, unit(d, b), STILL), imposed_gradient(now, STILL, unit(d, b))
+        by_place, by_speed = imposed_gradient(base, unit(d, b), STILL), imposed_gradient(base, STILL, unit(d, b))
         for a in range(d):
             position, velocity = entry_of(d, a, by_place), entry_of(d, a, by_speed)
             for k in range(len(p.cable.masses)):
-                found.positions[first + d * k + a, middle + b - a] += position
-                found.velocities[first + d * k + a, middle + b - a] += velocity
+                bands.positions[first + d * k + a, middle + b - a] += position
+                bands.velocities[first + d * k + a, middle + b - a] += velocity
             if a < d - 1 and b < d - 1:
                 mass = axis_mass(p.trolley) if a == 0 else axis_mass(p.bridge)
-                weight = give[a] * mass * (p.share if b < a else 1.0)
-                found.positions[a, middle + b - a] += weight * position
-                found.velocities[a, middle + b - a] += weight * velocity
+                weight = inv_masses[a] * mass * (p.share if b < a else 1.0)
+                bands.positions[a, middle + b - a] += weight * position
+                bands.velocities[a, middle + b - a] += weight * velocity
 
 
 @generic
-def base_power_jacobian(now, p, x, power):
+def base_power_jacobian(base, p, x, power):
     """Add the derivatives of the imposed power by positions and velocities to `power` (2 nq,)."""
 
 
 @base_power_jacobian.register(Carried)
-def _(now, p, x, power):
+def _(base, p, x, power):
     nq, first, d, _ = elastic_layout(p)
     for k in range(1, 1 + len(p.cable.masses)):
         mass, v, i = mass_of(p, x, k), node_vector(p, x, k, 1), first + d * (k - 1)
-        still = imposed_acceleration(now, node_vector(p, x, k, 0), STILL)
+        still = imposed_acceleration(base, node_vector(p, x, k, 0), STILL)
         for b in range(d):
-            ax, ay, az = imposed_gradient(now, unit(d, b), STILL)
+            ax, ay, az = imposed_gradient(base, unit(d, b), STILL)
             power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
             power[nq + i + b] += mass * entry_of(d, b, still)
-    axes_base_jacobian(now, p, x, power)
+    axes_base_jacobian(base, p, x, power)
 
 
 @lean_kernel
-def axes_base_jacobian(now, p, x, power):
+def axes_base_jacobian(base, p, x, power):
     """Add what trolley and bridge have of `base_power_jacobian`."""
     nq, _, d, _ = elastic_layout(p)
-    (_, (vx, vy)), load = rails(p, x), push_axes(now, p.trolley, p.bridge, p.share, *rails(p, x))
+    (_, (vx, vy)), load = rails(p, x), push_axes(base, p.trolley, p.bridge, p.share, *rails(p, x))
     trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
     for b in range(d - 1):
         reach = p.share if b == 0 else 1.0
-        place, speed = imposed_gradient(now, unit(d, b), STILL), imposed_gradient(now, STILL, unit(d, b))
+        place, speed = imposed_gradient(base, unit(d, b), STILL), imposed_gradient(base, STILL, unit(d, b))
         power[b] += trolley * place[0] + bridge * reach * place[1]
         power[nq + b] += trolley * speed[0] + bridge * reach * speed[1] + (load.x if b == 0 else load.y)
 
@@ -318,18 +318,18 @@ def place(out, i, d, ax, ay, az):
 def drive(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
-    ship = base_load(p, t, x)
-    give, free = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    out[nq] = free + give * tension * n[0] + give * ship.x
-    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + ship.power
+    load = base_load(p, t, x)
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    out[nq] = bias_acc + inv_mass * tension * n[0] + inv_mass * load.x
+    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + load.power
     if d == 3:
-        give, free = axis_response(
+        inv_mass, bias_acc = axis_response(
             p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
         )
-        out[nq + 1] = free + give * tension * n[1] + give * ship.y
+        out[nq + 1] = bias_acc + inv_mass * tension * n[1] + inv_mass * load.y
         supplied += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
-        give, free = hoist_response(p.hoist, t, tau)
-        out[nq + first - 1] = free + give * tension
+        inv_mass, bias_acc = hoist_response(p.hoist, t, tau)
+        out[nq + first - 1] = bias_acc + inv_mass * tension
         supplied += hoist_power(p.hoist, tau, x[nq + first - 1], tension)
     return supplied

@@ -207,75 +207,75 @@ def _(p, t, x, u):
 def linear(p, t, x, tau):
     """Return the bands at a state; efforts tau are taken as functions of time alone."""
     nq, first, d, _ = elastic_layout(p)
-    found = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
+    bands = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
     slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
-    add_axes_jacobian(p, t, x, tau, slopes, weights, found)
-    base_jacobian(carried_at(p.base, p.gravity, t), p, weights, found)
+    add_axes_jacobian(p, t, x, tau, slopes, weights, bands)
+    base_jacobian(carried_at(p.base, p.gravity, t), p, weights, bands)
     for k in range(1, n):
         fill_slopes(p, x, k, slopes)
         for a in range(d):
             weights[a] = 1.0 / p.cable.masses[k - 1]
         i = first + d * k
-        add_link(slopes, weights, 1.0 / mass_of(p, x, k + 1), (d, d), (i - d, i), found)
-    return found
+        add_link(slopes, weights, 1.0 / mass_of(p, x, k + 1), (d, d), (i - d, i), bands)
+    return bands
 
 
 @kernel
-def add(found, d, row, column, weight, position, velocity):
+def add(bands, d, row, column, weight, position, velocity):
     """Add the derivatives of one acceleration by one position and its velocity."""
     j = 2 * d - 1 + column - row
-    found.positions[row, j] += weight * position
-    found.velocities[row, j] += weight * velocity
+    bands.positions[row, j] += weight * position
+    bands.velocities[row, j] += weight * velocity
 
 
 @kernel
-def add_link(slopes, above, below, size, starts, found):
+def add_link(slopes, upper_inv_masses, lower_inv_mass, size, starts, bands):
     """Add a link between coordinates from starts[0] and from starts[1] on, size[0] and size[1] of them.
 
-    `above` and `below` are the accelerations of its ends for a unit force [1/kg], those above one by one.
+    `upper_inv_masses` are those of the upper end, one by one, `lower_inv_mass` is that of the lower end [1/kg].
     """
     (m, d), (upper, lower) = size, starts
     for a in range(d):
         for b in range(d):
             position, velocity = slopes.positions[a, b], slopes.velocities[a, b]
-            add(found, d, lower + a, lower + b, -below, position, velocity)
+            add(bands, d, lower + a, lower + b, -lower_inv_mass, position, velocity)
             if b < m:
-                add(found, d, lower + a, upper + b, below, position, velocity)
+                add(bands, d, lower + a, upper + b, lower_inv_mass, position, velocity)
             if a < m:
-                add(found, d, upper + a, lower + b, above[a], position, velocity)
+                add(bands, d, upper + a, lower + b, upper_inv_masses[a], position, velocity)
             if a < m and b < m:
-                add(found, d, upper + a, upper + b, -above[a], position, velocity)
+                add(bands, d, upper + a, upper + b, -upper_inv_masses[a], position, velocity)
 
 
 @routine
-def add_axes_jacobian(p, t, x, tau, slopes, give, found):
-    """Add the first link, axes and hoist; fill the axes' compliances `give` (d,)."""
+def add_axes_jacobian(p, t, x, tau, slopes, inv_masses, bands):
+    """Add the first link, axes and hoist; fill the axes' `inv_masses` (d,) [1/kg]."""
     _, first, d, _ = elastic_layout(p)
-    info, below = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
-    give[0] = axis_jacobian(p, p.trolley, t, x, tau, 0, 0, found)
+    info, lower_inv_mass = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
+    inv_masses[0] = axis_jacobian(p, p.trolley, t, x, tau, 0, 0, bands)
     if d == 3:
-        give[1] = axis_jacobian(p, p.bridge, t, x, tau, 1, input_count(p.trolley), found)
-    add_link(slopes, give, below, (d - 1, d), (0, first), found)
+        inv_masses[1] = axis_jacobian(p, p.bridge, t, x, tau, 1, input_count(p.trolley), bands)
+    add_link(slopes, inv_masses, lower_inv_mass, (d - 1, d), (0, first), bands)
     if first == d:
-        top, pay = first - 1, hoist_response(p.hoist, t, tau)[0]
-        add(found, d, top, top, -pay, info.spring, info.damping)
+        top, hoist_inv_mass = first - 1, hoist_response(p.hoist, t, tau)[0]
+        add(bands, d, top, top, -hoist_inv_mass, info.spring, info.damping)
         for a in range(d):
             position, velocity = info.spring * slopes.unit[a], info.damping * slopes.unit[a]
-            add(found, d, first + a, top, below, position, velocity)
-            add(found, d, top, first + a, pay, slopes.positions[d, a], slopes.velocities[d, a])
+            add(bands, d, first + a, top, lower_inv_mass, position, velocity)
+            add(bands, d, top, first + a, hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
             if a < d - 1:
-                add(found, d, a, top, -give[a], position, velocity)
-                add(found, d, top, a, -pay, slopes.positions[d, a], slopes.velocities[d, a])
+                add(bands, d, a, top, -inv_masses[a], position, velocity)
+                add(bands, d, top, a, -hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
 
 
 @kernel
-def axis_jacobian(p, axis, t, x, tau, i, own, found):
-    """Return the compliance of axis i; add what its velocity does to its acceleration, which is linear in it."""
+def axis_jacobian(p, axis, t, x, tau, i, own, bands):
+    """Return the inverse mass of axis i; add what its velocity does to its acceleration, which is linear in it."""
     nq, _, d, modes = elastic_layout(p)
     mode = mode_of(p.switches, x, modes, i)
-    give, still = axis_response(axis, t, tau, own, 0.0, mode)
-    found.velocities[i, 2 * d - 1] += axis_response(axis, t, tau, own, 1.0, mode)[1] - still
-    return give
+    inv_mass, still = axis_response(axis, t, tau, own, 0.0, mode)
+    bands.velocities[i, 2 * d - 1] += axis_response(axis, t, tau, own, 1.0, mode)[1] - still
+    return inv_mass
 
 
 @system.factor_shifted.register(ElasticCrane)
@@ -284,16 +284,16 @@ def _(p, jacobian, shift):
 
 
 @routine
-def factor_bands(p, found, shift):
+def factor_bands(p, bands, shift):
     """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
     nq, _, d, _ = elastic_layout(p)
-    width, lu = 2 * d - 1, np.empty_like(found.positions)
+    width, lu = 2 * d - 1, np.empty_like(bands.positions)
     for i in range(nq):
         for j in range(2 * width + 1):
-            lu[i, j] = -found.velocities[i, j] - found.positions[i, j] / shift
+            lu[i, j] = -bands.velocities[i, j] - bands.positions[i, j] / shift
         lu[i, width] += shift
     factor_band(lu)
-    return Factors(shift, lu, found, np.zeros(nq + 2 * width))
+    return Factors(shift, lu, bands, np.zeros(nq + 2 * width))
 
 
 @system.solve_shifted.register(ElasticCrane)

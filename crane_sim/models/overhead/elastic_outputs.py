@@ -128,11 +128,11 @@ def has_damper(damping):
 @smallest_guard.register(ElasticCrane)
 def _(p, t, x, tau, work):
     nq, first, d, modes = elastic_layout(p)
-    ((nx, ny, _), tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + ship.x), encode(Guard.FRICTION, 0))
+    ((nx, ny, _), tension, _), load = link_pull(p, x, 0), base_load(p, t, x)
+    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + load.x), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     if d == 3:
-        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), tension * ny + ship.y)
+        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), tension * ny + load.y)
         best = limits_guard(p.switches, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 1, x[1])
     if first == d:
         best = hoist_guard(p.switches, best, x[first - 1])
@@ -154,10 +154,10 @@ def link_guard(p, x, k, taut):
 
 @mode_of_stopped_axis.register(ElasticCrane)
 def _(p, t, x, tau, axis, mode):
-    (n, tension, _), ship = link_pull(p, x, 0), base_load(p, t, x)
+    (n, tension, _), load = link_pull(p, x, 0), base_load(p, t, x)
     if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
-        return mode_after_stop(p.trolley, mode, tau, 0, tension * n[0] + ship.x)
-    return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), tension * n[1] + ship.y)
+        return mode_after_stop(p.trolley, mode, tau, 0, tension * n[0] + load.x)
+    return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), tension * n[1] + load.y)
 
 
 @switch.register(ElasticCrane)

@@ -16,14 +16,14 @@ class NodeForces(NamedTuple):
 
 
 @generic
-def add_forces(forces, t, below, acc):
-    """Add the forces at time t to the nodes' accelerations acc (N + 1, 3); `below` are inverse masses (N,)."""
+def add_forces(forces, t, inv_masses, acc):
+    """Add the forces at time t to the nodes' accelerations acc (N + 1, 3) [m/s²]; `inv_masses` (N,) [1/kg]."""
 
 
 @add_forces.register(NodeForces)
-def _(forces, t, below, acc):
-    acc[forces.node, forces.axis] += value_at(forces.channel, t) * below[forces.node - 1]
-    add_forces(forces.rest, t, below, acc)
+def _(forces, t, inv_masses, acc):
+    acc[forces.node, forces.axis] += value_at(forces.channel, t) * inv_masses[forces.node - 1]
+    add_forces(forces.rest, t, inv_masses, acc)
 
 
 @generic

@@ -14,10 +14,12 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.cables.chain import (
-    BELOW,
     COS,
+    INV_MASS,
     LENGTH,
     RATE,
+    RHS_ACROSS,
+    RHS_ALONG,
     SIN,
     TENSION,
     TURNING,
@@ -124,7 +126,7 @@ def links_of(p, x, w):
     for k in range(n):
         w[RATE, k] = x[nq + first + k]
     w[LENGTH, 0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
-    w[BELOW, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    w[INV_MASS, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
 
 
 @lean_generic
@@ -134,8 +136,8 @@ def push_nodes(forces, t, w):
 
 @push_nodes.register(NodeForces)
 def _(forces, t, w):
-    push = value_at(forces.channel, t) * w[BELOW, forces.node - 1]
-    add_node_acceleration(w, forces.node, push if forces.axis == 0 else 0.0, push if forces.axis == 2 else 0.0)
+    acc = value_at(forces.channel, t) * w[INV_MASS, forces.node - 1]
+    add_node_acceleration(w, forces.node, acc if forces.axis == 0 else 0.0, acc if forces.axis == 2 else 0.0)
     push_nodes(forces.rest, t, w)
 
 
@@ -144,20 +146,23 @@ def forward_dynamics(p, t, x, tau, w):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
     nq, first, modes = layout_of(p)
     links_of(p, x, w)
-    give, push = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    pay, run = hoist_response(p.hoist, t, tau)
-    assemble_rhs(w, push, p.gravity)
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
+    assemble_rhs(w, bias_acc, p.gravity)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     field = push_links(carried_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
     twist = add_joints(p.joints, w, x, first) + field.x
-    w[TENSION, 0] -= w[SIN, 0] * give * twist
-    w[TURNING, 0] -= w[COS, 0] * give * twist
+    w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
+    w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
     push_nodes(p.forces, t, w)
-    free = w[TENSION, 0]
-    solve_links(p.rods, w, (give, pay, run, rate))
+    rhs_along = w[RHS_ALONG, 0]
+    solve_links(p.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
     pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
-    paid = run + pay * w[TENSION, 0] if pay >= 0.0 else massless_hoist_acceleration(w, give, free)
-    return Solved(push + give * pull, paid, pull, field.power)
+    if hoist_inv_mass >= 0.0:
+        paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]
+    else:
+        paid = massless_hoist_acceleration(w, inv_mass, rhs_along)
+    return Solved(bias_acc + inv_mass * pull, paid, pull, field.power)
 
 
 @system.rhs_into.register(PlanarCrane)
@@ -170,27 +175,27 @@ def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
-    now = forward_dynamics(p, t, x, tau, work)
+    solved = forward_dynamics(p, t, x, tau, work)
     for i in range(nq):
         out[i] = x[nq + i]
-    out[nq] = now.trolley
+    out[nq] = solved.trolley
     if first == 2:
-        out[nq + 1] = now.paid
+        out[nq + 1] = solved.paid
     for k in range(nq - first):
         out[nq + first + k] = work[TURNING, k]
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = chain_power(p, t, x, tau, now, work)
+        out[2 * nq] = chain_power(p, t, x, tau, solved, work)
 
 
 @lean_kernel
-def chain_power(p, t, x, tau, now, w):
+def chain_power(p, t, x, tau, solved, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, first, _ = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
-    power += joint_power(p.joints, x[nq + first : 2 * nq]) + now.given
+    power = axis_power(p.trolley, tau, 0, x[nq], solved.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
+    power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.given
     return power + forces_supply(p.forces, p, t, x, w, rate)
 
 
@@ -239,7 +244,7 @@ def _(p, x):
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * hoist_inertia(p.hoist) * rate * rate
     kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
     for k in range(n):
-        mass = 1.0 / w[BELOW, k]
+        mass = 1.0 / w[INV_MASS, k]
         z = z - w[LENGTH, k] * w[COS, k]
         kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 2] ** 2)
         potential += mass * p.gravity * z

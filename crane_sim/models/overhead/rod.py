@@ -121,32 +121,34 @@ def moments(p, x, length):
 
 
 @generic
-def solve_pull(hoist, total, rest, push, give, s, c, side, known):
+def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
     """Return (trolley's acceleration, tension, acceleration of the length).
 
     Args:
         hoist: its type decides which of tension and length is unknown.
         total: mass [kg] below the trolley.
         rest: M g cos α + S α'² [N], the tension of a trolley at rest and a length that does not change.
-        push, give: free acceleration [m/s²] and compliance [1/kg] of the trolley.
+        bias_acc, inv_mass: acceleration [m/s²] without the cable and inverse mass [1/kg] of the trolley.
         s, c: sine and cosine of the angle.
         side: (M - S²/I [kg], g sin α + 2 l' α' [m/s²]), what the line carries across.
-        known: (compliance, free acceleration) of the length, as of `hoist_response`.
+        of_hoist: (inverse mass, bias acceleration) of the length, as of `hoist_response`.
     """
-    across, fall = side
-    pay, run = known
-    ease = 1.0 / (1.0 + total * pay)
-    slack = (rest - total * run) * ease
-    a = (push + give * (s * slack - across * c * fall)) / (1.0 + give * (total * s * s * ease + across * c * c))
-    tension = slack - total * s * a * ease
-    return a, tension, run + pay * tension
+    across_mass, across_acc = side
+    hoist_inv_mass, hoist_bias_acc = of_hoist
+    attenuation = 1.0 / (1.0 + total * hoist_inv_mass)
+    rest_tension = (rest - total * hoist_bias_acc) * attenuation
+    a = (bias_acc + inv_mass * (s * rest_tension - across_mass * c * across_acc)) / (
+        1.0 + inv_mass * (total * s * s * attenuation + across_mass * c * c)
+    )
+    tension = rest_tension - total * s * a * attenuation
+    return a, tension, hoist_bias_acc + hoist_inv_mass * tension
 
 
 @solve_pull.register(MasslessHoist)
-def _(hoist, total, rest, push, give, s, c, side, known):
-    across, fall = side
-    _, tension = known
-    a = (push + give * (s * tension - across * c * fall)) / (1.0 + give * across * c * c)
+def _(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
+    across_mass, across_acc = side
+    _, tension = of_hoist
+    a = (bias_acc + inv_mass * (s * tension - across_mass * c * across_acc)) / (1.0 + inv_mass * across_mass * c * c)
     return a, tension, (rest - tension) / total - s * a
 
 
@@ -157,13 +159,13 @@ def swing_of(p, t, x, tau):
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = upper(p.hoist, p.cable, x)
     total, first, second, gram = moments(p, x, length)
-    give, push = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
-    across, fall = gram / second, p.gravity * s + 2.0 * rate * w
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
+    across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
-    known = hoist_response(p.hoist, t, tau)
-    a, tension, paid = solve_pull(p.hoist, total, rest, push, give, s, c, (across, fall), known)
-    turning = -(first / second) * (c * a + fall)
-    return Swing(s, c, a, paid, turning, tension, tension * s - across * (c * a + fall) * c)
+    of_hoist = hoist_response(p.hoist, t, tau)
+    a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
+    turning = -(first / second) * (c * a + across_acc)
+    return Swing(s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c)
 
 
 @generic
@@ -192,18 +194,18 @@ def _(switches):
 def _(p, t, x, u):
     nq, _, _ = layout_of(p)
     tau = system.effort(u, p, t, x)
-    now = swing_of(p, t, x, tau)
-    rate, paid = length_rates(p.hoist, x, now.paid)
-    power = meter_entry(p.meter, supplied_power(p, x, tau, now))
-    return (x[nq], *rate, x[2 * nq - 1], now.trolley, *paid, now.turning, *power, *frozen(p.switches))
+    swing = swing_of(p, t, x, tau)
+    rate, paid = length_rates(p.hoist, x, swing.paid)
+    power = meter_entry(p.meter, supplied_power(p, x, tau, swing))
+    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *frozen(p.switches))
 
 
 @kernel
-def supplied_power(p, x, tau, now):
+def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
     nq, _, _ = layout_of(p)
     _, rate = upper(p.hoist, p.cable, x)
-    return axis_power(p.trolley, tau, 0, x[nq], now.pull) + hoist_power(p.hoist, tau, rate, now.tension)
+    return axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
 
 
 @generic
@@ -271,9 +273,9 @@ def _(p):
 @system.tensions.register(RodCrane)
 def _(p, t, x, u, rows, i, first):
     nq, _, _ = layout_of(p)
-    now, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
-    fall, square = p.gravity * now.c - now.trolley * now.s - now.paid, x[2 * nq - 1] * x[2 * nq - 1]
-    rows[i, first] = now.tension
+    swing, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
+    fall, square = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
+    rows[i, first] = swing.tension
     for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
         reach = length + p.cable.nodes[DISTANCE, k - 1]
         rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (fall + reach * square)
@@ -314,8 +316,8 @@ def _(p, t, x, u, work):
 @kernel
 def forces_of(p, t, x, tau):
     """Return (tension, pull on the trolley) [N]."""
-    now = swing_of(p, t, x, tau)
-    return now.tension, now.pull
+    swing = swing_of(p, t, x, tau)
+    return swing.tension, swing.pull
 
 
 @kernel

@@ -144,7 +144,7 @@ def links_of(p, x, links):
         links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
         links.speeds[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
     links.lengths[0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
-    links.below[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    links.inv_masses[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
 
 
 @lean_routine
@@ -156,21 +156,21 @@ def forward_dynamics(p, t, x, tau, work):
     rate, place, speed = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
     for k in range(1, len(acc)):
         acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
-    add_forces(p.forces, t, links.below, acc)
-    give_x, push_x = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    give_y, push_y = axis_response(
+    add_forces(p.forces, t, links.inv_masses, acc)
+    inv_mass_x, bias_x = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    inv_mass_y, bias_y = axis_response(
         p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
     )
-    now = carried_at(p.base, p.gravity, t)
-    deck = push_axes(now, p.trolley, p.bridge, p.share, place, speed)
-    power = push_directions(now, links, place, speed, rate, acc)
-    acc[0, 0], acc[0, 1] = push_x + give_x * deck.x, push_y + give_y * deck.y
-    pay, run = hoist_response(p.hoist, t, tau)
-    top = UpperEnd((give_x, give_y), pay, run, rate)
+    base = carried_at(p.base, p.gravity, t)
+    load = push_axes(base, p.trolley, p.bridge, p.share, place, speed)
+    power = push_directions(base, links, place, speed, rate, acc)
+    acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
+    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
+    top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
-    axes = acc[0, 0] + give_x * x_pull, acc[0, 1] + give_y * y_pull
-    return Solved(top, (x_pull + deck.x, y_pull + deck.y), axes, deck.power + power)
+    axes = acc[0, 0] + inv_mass_x * x_pull, acc[0, 1] + inv_mass_y * y_pull
+    return Solved(top, (x_pull + load.x, y_pull + load.y), axes, load.power + power)
 
 
 @system.rhs_into.register(SpatialCrane)
@@ -184,30 +184,30 @@ def write_derivative(p, t, x, u, out, work):
     nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
-    now = forward_dynamics(p, t, x, tau, work)
+    solved = forward_dynamics(p, t, x, tau, work)
     for axis in range(2):
-        out[axis], out[nq + axis] = x[nq + axis], now.axes[axis]
+        out[axis], out[nq + axis] = x[nq + axis], solved.axes[axis]
     if first == 3:
-        out[2], out[nq + 2] = x[nq + 2], paid_out(links, now.top, acc, tension)
+        out[2], out[nq + 2] = x[nq + 2], paid_out(links, solved.top, acc, tension)
     for k in range(len(tension)):
         for c in range(3):
             out[first + 3 * k + c] = links.rates[k, c]
-    turn(links, now.top, acc, tension, out, nq + first)
+    turn(links, solved.top, acc, tension, out, nq + first)
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
-        out[2 * nq] = chain_power(p, t, x, tau, now, work)
+        out[2 * nq] = chain_power(p, t, x, tau, solved, work)
 
 
 @lean_kernel
-def chain_power(p, t, x, tau, now, work):
+def chain_power(p, t, x, tau, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, _ = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
-    power = axis_power(p.trolley, tau, 0, x[nq], now.pull[0])
-    power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], now.pull[1])
+    power = axis_power(p.trolley, tau, 0, x[nq], solved.pull[0])
+    power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], solved.pull[1])
     power += hoist_power(p.hoist, tau, rate, work.tension[0])
-    return power + now.given + forces_supply(p.forces, p, t, x, work.links, rate)
+    return power + solved.given + forces_supply(p.forces, p, t, x, work.links, rate)
 
 
 @generic
@@ -242,7 +242,7 @@ def _(p, x):
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     kinetic += 0.5 * hoist_inertia(p.hoist) * rate * rate
     for k in range(len(links.speeds)):
-        mass = 1.0 / links.below[k]
+        mass = 1.0 / links.inv_masses[k]
         z = z + links.lengths[k] * links.units[k, 2]
         kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 1] ** 2 + v[k + 1, 2] ** 2)
         potential += mass * p.gravity * z

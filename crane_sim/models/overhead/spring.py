@@ -48,9 +48,9 @@ def spring_pull(p, x):
 def accelerations(p, t, x, tau):
     """Return the accelerations of trolley and payload (3,) [m/s²]."""
     (nx, nz), tension, _, _ = spring_pull(p, x)
-    give, push = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
     drawn = tension / p.cable.mass
-    return push + give * tension * nx, -drawn * nx, -drawn * nz - p.gravity
+    return bias_acc + inv_mass * tension * nx, -drawn * nx, -drawn * nz - p.gravity
 
 
 @lean_kernel

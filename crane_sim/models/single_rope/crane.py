@@ -159,7 +159,7 @@ def base_of(p, t, xs):
 
 
 @kernel
-def motion(p, t, xs, xc, tau):
+def solve_motion(p, t, xs, xc, tau):
     """Return the Motion of crane p at time t and its state under joint efforts tau."""
     pose = forward_kinematics(p.support, xs)
     line = span(pose, xc)
@@ -182,21 +182,21 @@ def motion(p, t, xs, xc, tau):
 @system.rhs.register(Crane)
 def _(p, t, x, u):
     xs, xc = x[0], x[1]
-    now = motion(p, t, xs, xc, system.effort(u, p, t, x))
-    return append_power(p.meter, ((*xs[3:], *now.support), (*xc[3:], *now.payload)), p, t, x, u)
+    motion = solve_motion(p, t, xs, xc, system.effort(u, p, t, x))
+    return append_power(p.meter, ((*xs[3:], *motion.support), (*xc[3:], *motion.payload)), p, t, x, u)
 
 
 @system.power.register(Crane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    now = motion(p, t, x[0], x[1], tau)
-    position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], now.pose.yaw_rate), base_of(p, t, x[0])
+    motion = solve_motion(p, t, x[0], x[1], tau)
+    position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], motion.pose.yaw_rate), base_of(p, t, x[0])
     force = add_drag(p.drag, (0.0, 0.0, 0.0), airspeed(base, position, moving))
     force = add_given(p.force, force, p, t, x[0])
     (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
-    joints = drive_power(p.support, with_base(p.support, tau, base, now.pose), now.pose, now.pull)
-    joints = joints + winch_power(p.cable, tau, now.line, now.tension)
-    return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, now.line)
+    joints = drive_power(p.support, with_base(p.support, tau, base, motion.pose), motion.pose, motion.pull)
+    joints = joints + winch_power(p.cable, tau, motion.line, motion.tension)
+    return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, motion.line)
 
 
 @system.project.register(Crane)
@@ -206,7 +206,7 @@ def _(p, x):
 
 @system.tensions.register(Crane)
 def _(p, t, x, u, rows, i, first):
-    rows[i, first] = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+    rows[i, first] = solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
 
 
 @system.saturate.register(Crane)
@@ -236,7 +236,7 @@ def _(p, t, q, v):
 
 @system.acceleration.register(Crane)
 def _(p, t, x, u):
-    return joint_accelerations(p.support, p, motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
+    return joint_accelerations(p.support, p, solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
 
 
 @system.kinetic.register(Crane)
@@ -259,17 +259,17 @@ def _(p, t, x):
 
 
 @generic
-def added_to(now, p, x):
-    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `now`: `base_state`."""
+def added_to(base, p, x):
+    """Return (kinetic, potential) energy [J] in the world less those relative to the base; `base`: `base_state`."""
     return 0.0, 0.0
 
 
 @added_to.register(BaseState)
-def _(now, p, x):
+def _(base, p, x):
     pose = forward_kinematics(p.support, x[0])
     moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
-    kinetic, potential = added_energy(now, p.gravity, p.load.mass, x[1][:3], moving)
-    others = support_base_energy(p.support, now, pose, p.gravity)
+    kinetic, potential = added_energy(base, p.gravity, p.load.mass, x[1][:3], moving)
+    others = support_base_energy(p.support, base, pose, p.gravity)
     return kinetic + others[0], potential + others[1]
 
 

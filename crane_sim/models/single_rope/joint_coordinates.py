@@ -81,10 +81,10 @@ def _(support, p, q, v):
 
 
 @joint_accelerations.register(Knuckle)
-def _(support, p, now):
-    line = now.line
-    tip, _ = tip_acceleration(p.support, now.pose, now.support)
-    ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
+def _(support, p, motion):
+    line = motion.line
+    tip, _ = tip_acceleration(p.support, motion.pose, motion.support)
+    ax, ay, az = motion.payload[0] - tip[0], motion.payload[1] - tip[1], motion.payload[2] - tip[2]
     nx, ny, nz = line.n
     s1, c1, c2, w1, w2 = swing_angles(line)
     vx, vy, vz = line.velocity
@@ -93,7 +93,7 @@ def _(support, p, now):
     theta1 = w1 / max(c2, POLE)
     first = (c1 * ay + s1 * az - 2.0 * line.rate * w1) / line.length + 2.0 * nx * theta1 * w2
     second = (c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * line.rate * w2) / line.length - nx * c2 * theta1 * theta1
-    return (*now.support, rope, first / max(c2, POLE), second)
+    return (*motion.support, rope, first / max(c2, POLE), second)
 
 
 @joint_coordinates.register(Point)
@@ -110,10 +110,10 @@ def _direction_rates(line):
 
 
 @joint_accelerations.register(Point)
-def _(support, p, now):
-    line, tip = now.line, now.support
+def _(support, p, motion):
+    line, tip = motion.line, motion.support
     (nx, ny, nz), (wx, wy, wz) = line.n, _direction_rates(line)
-    ax, ay, az = now.payload[0] - tip[0], now.payload[1] - tip[1], now.payload[2] - tip[2]
+    ax, ay, az = motion.payload[0] - tip[0], motion.payload[1] - tip[1], motion.payload[2] - tip[2]
     along = nx * ax + ny * ay + nz * az + line.length * (wx * wx + wy * wy + wz * wz)
     x = (ax - along * nx - 2.0 * line.rate * wx) / line.length
     y = (ay - along * ny - 2.0 * line.rate * wy) / line.length

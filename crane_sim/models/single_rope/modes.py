@@ -3,7 +3,7 @@
 from crane_sim import system
 from crane_sim.models.cables.rope import span
 from crane_sim.models.guards import LOWER, UPPER, Guard, encode, smaller_guard
-from crane_sim.models.single_rope.crane import Crane, motion
+from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.stops import Stops, describe_stop, switching_of
 from crane_sim.models.supports import forward_kinematics, support_guard
 from crane_sim.numerics.jit import lean_routine
@@ -29,7 +29,7 @@ def smallest_guard(p, t, x, u):
     best = smaller_guard(best, stops.longest - line.length, encode(Guard.LENGTH, UPPER))
     best = support_guard(p.support, best, x[0])
     if forces:
-        tension = motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+        tension = solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))
     value, number = best
     return value, number, int(forces)

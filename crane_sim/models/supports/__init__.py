@@ -82,10 +82,10 @@ def support_potential(support, pose, gravity):
 
 
 @generic
-def support_base_energy(support, now, pose, gravity):
+def support_base_energy(support, base, pose, gravity):
     """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
 
-    `now` is as of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame. A support without
+    `base` is as of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame. A support without
     masses has none.
     """
     return 0.0, 0.0
@@ -116,8 +116,8 @@ def state_from_joints(support, p, q, v):
 
 
 @generic
-def joint_accelerations(support, p, now):
-    """Return the joint accelerations of the crane p on this support, whose Motion is `now`."""
+def joint_accelerations(support, p, motion):
+    """Return the joint accelerations of the crane p on this support, at this Motion."""
     raise NotImplementedError
 
 

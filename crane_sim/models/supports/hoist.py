@@ -42,7 +42,7 @@ def _(hoist):
 
 @lean_generic
 def hoist_response(hoist, t, tau):
-    """Return (compliance [1/kg], free acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
+    """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
     return 0.0, 0.0
 
 

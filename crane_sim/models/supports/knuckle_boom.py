@@ -265,7 +265,7 @@ def _efforts(base, support, pose):
     fold = 0.5 * jib.length * (pose.cg * jz - pose.sg * jx)
     boom_turn, boom_luff = gyroscopic_moments(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
     jib_turn, jib_fold = gyroscopic_moments(base, jib, pose, pose.cg, pose.sg, pose.gamma_rate)
-    slew = slew + turn + boom_turn + jib_turn - support.tower.inertia * base.turn_rate[2]
+    slew = slew + turn + boom_turn + jib_turn - support.tower.inertia * base.angular_acceleration[2]
     return slew, luff + boom_luff, fold + jib_fold
 
 
@@ -296,9 +296,9 @@ def gyroscopic_moments(base, rod, pose, c, s, rate):
     """Return the moments [N m] (about the vertical, about the luffing axis) by which a rod's inertia resists."""
     a, b, d = inertia_tensor(rod.axial_inertia, rod.inertia, c, s)
     own = (0.0, -rate, pose.yaw_rate)
-    x, y, z = cross(base.turn, own)
-    resisted = (x + base.turn_rate[0], y + base.turn_rate[1], z + base.turn_rate[2])
-    whole = (own[0] + base.turn[0], own[1] + base.turn[1], own[2] + base.turn[2])
+    x, y, z = cross(base.angular_velocity, own)
+    resisted = (x + base.angular_acceleration[0], y + base.angular_acceleration[1], z + base.angular_acceleration[2])
+    whole = (own[0] + base.angular_velocity[0], own[1] + base.angular_velocity[1], own[2] + base.angular_velocity[2])
     along, first, second = dot(d, resisted), dot(d, whole), dot(d, own)
     _, whole_y, whole_z = cross(whole, d)
     _, own_y, own_z = cross(own, d)
@@ -319,29 +319,29 @@ def _(axial, inertia, c, s):
 
 
 @support_base_energy.register(Knuckle)
-def _(support, now, pose, gravity):
+def _(support, base, pose, gravity):
     rate, knee = support.boom.length * pose.beta_rate, support.boom.length
     knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
     still = (0.0, 0.0)
-    boom = rod_energy(now, gravity, support.boom, pose, still, still, pose.cb, pose.sb, pose.beta_rate)
-    jib = rod_energy(now, gravity, support.jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
-    tower = added_spin(now, (0.0, support.tower.inertia, (0.0, 0.0, 1.0)), (0.0, 0.0, pose.yaw_rate))
+    boom = rod_energy(base, gravity, support.boom, pose, still, still, pose.cb, pose.sb, pose.beta_rate)
+    jib = rod_energy(base, gravity, support.jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
+    tower = added_spin(base, (0.0, support.tower.inertia, (0.0, 0.0, 1.0)), (0.0, 0.0, pose.yaw_rate))
     return boom[0] + jib[0] + tower, boom[1] + jib[1]
 
 
 @lean_kernel
-def rod_energy(now, gravity, rod, pose, root, root_rate, c, s, rate):
+def rod_energy(base, gravity, rod, pose, root, root_rate, c, s, rate):
     """Return (kinetic, potential) energy [J] of a rod in the world less those relative to the base.
 
     Args:
-        now: BaseState.
+        base: BaseState.
         gravity: m/s².
         rod, pose, root, root_rate, c, s, rate: as of `mass_load`.
     """
     at, moves = middle(rod, pose, root, root_rate, c, s, rate)
-    kinetic, potential = added_energy(now, gravity, rod.mass, at, moves)
+    kinetic, potential = added_energy(base, gravity, rod.mass, at, moves)
     own = (0.0, -rate, pose.yaw_rate)
-    return kinetic + added_spin(now, inertia_tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
+    return kinetic + added_spin(base, inertia_tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
 
 
 @support_polyline_size.register(Knuckle)

@@ -1,7 +1,7 @@
 """Axes that carry the cable's upper end: a trolley along x, a bridge along y.
 
-An axis is driven by a force, moved as prescribed, or fixed. What the cable needs of it is its compliance (acceleration
-for a unit force; 0 when its motion is imposed or friction holds it) and its acceleration when the cable does not pull.
+An axis is driven by a force, moved as prescribed, or fixed. What the cable needs of it is its inverse mass (0 when
+its motion is imposed or friction holds it) and its bias acceleration: that when the cable does not pull.
 """
 
 from typing import NamedTuple
@@ -52,7 +52,7 @@ def _(axis):
 
 @lean_generic
 def axis_response(axis, t, tau, i, v, mode):
-    """Return (compliance [1/kg], free acceleration [m/s²]) of an axis.
+    """Return (inverse mass [1/kg], bias acceleration [m/s²]) of an axis.
 
     Args:
         axis: its parameters.
@@ -76,7 +76,7 @@ def _(axis, t, tau, i, v, mode):
 
 @lean_generic
 def friction_response(friction, mass, force, v, mode):
-    """Return (compliance, free acceleration) of a mass on its rail under a force."""
+    """Return (inverse mass, bias acceleration) of a mass on its rail under a force."""
     return 1.0 / mass, force / mass
 
 
