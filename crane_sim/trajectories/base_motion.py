@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import entry, lean_generic, lean_routine
+from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
@@ -51,20 +52,9 @@ def _(base, t, i):
 
 @axis_at.register(SplineBase)
 def _(base, t, i):
-    low, high = 0, base.coefficients.shape[1]
-    while high - low > 1:
-        middle = (low + high) // 2
-        if base.knots[middle] <= t:
-            low = middle
-        else:
-            high = middle
-    s = t - base.knots[low]
-    x, v, half = 0.0, 0.0, 0.0
-    for k in range(base.coefficients.shape[2] - 1, -1, -1):
-        half = half * s + v
-        v = v * s + x
-        x = x * s + base.coefficients[i, low, k]
-    return x, v, 2.0 * half
+    piece = find_piece(base.knots, base.coefficients.shape[1], t)
+    x, v, a, _, _ = polynomial_at(base.coefficients[i], piece, t - base.knots[piece])
+    return x, v, a
 
 
 @lean_routine

@@ -8,6 +8,7 @@ from pydantic import Field
 from crane_sim import system
 from crane_sim.files.types import Angle, Real
 from crane_sim.numerics.jit import generic, lean_generic
+from crane_sim.trajectories.piecewise import find_piece, table_complaint
 
 
 class Constant(NamedTuple):
@@ -40,11 +41,7 @@ class Table(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
-        if len(self.times) != len(self.values):
-            return f"a table needs as many values as times, here are {len(self.values)} and {len(self.times)}"
-        if any(later <= sooner for sooner, later in zip(self.times, self.times[1:], strict=False)):
-            return f"the times of a table must increase, here are {list(self.times)}"
-        return ""
+        return table_complaint(self.times, self.values)
 
 
 class Inputs(NamedTuple):
@@ -86,13 +83,8 @@ def _(channel, t):
         return values[0]
     if t >= times[last]:
         return values[last]
-    low, high = 0, last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if times[middle] <= t:
-            low = middle
-        else:
-            high = middle
+    low = find_piece(times, last, t)
+    high = low + 1
     return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
 
 

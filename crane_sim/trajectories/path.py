@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.jit import entry, lean_generic, lean_kernel
+from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 from crane_sim.trajectories.polynomials import Array, Pieces
-from crane_sim.trajectories.profiles import piece_at
 
 
 class Coordinate(NamedTuple):
@@ -37,57 +37,44 @@ def path_of(pieces: Pieces, of_joints: bool = False) -> Path:
     return Path(np.ascontiguousarray(pieces.starts, dtype=np.float64), rest, of_joints)
 
 
-@lean_kernel
-def derivatives_at(coefficients, piece, s):
-    """Return the polynomial of row `piece` and its first four derivatives at s."""
-    value, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0  # all but the first over k!
-    for k in range(coefficients.shape[1] - 1, -1, -1):
-        fourth = fourth * s + third
-        third = third * s + second
-        second = second * s + first
-        first = first * s + value
-        value = value * s + coefficients[piece, k]
-    return value, first, 2.0 * second, 6.0 * third, 24.0 * fourth
-
-
 @lean_generic
-def moving(coordinates, piece, s):
+def low_derivatives(coordinates, piece, s):
     """Return (positions, velocities, accelerations) of a list of coordinates, each a tuple."""
     return (), (), ()
 
 
-@moving.register(Coordinate)
+@low_derivatives.register(Coordinate)
 def _(coordinates, piece, s):
-    x, v, a, _, _ = derivatives_at(coordinates.coefficients, piece, s)
-    xs, vs, accelerations = moving(coordinates.rest, piece, s)
+    x, v, a, _, _ = polynomial_at(coordinates.coefficients, piece, s)
+    xs, vs, accelerations = low_derivatives(coordinates.rest, piece, s)
     return (x, *xs), (v, *vs), (a, *accelerations)
 
 
 @lean_generic
-def changing(coordinates, piece, s):
+def high_derivatives(coordinates, piece, s):
     """Return (jerks, snaps) of a list of coordinates, each a tuple."""
     return (), ()
 
 
-@changing.register(Coordinate)
+@high_derivatives.register(Coordinate)
 def _(coordinates, piece, s):
-    _, _, _, jerk, snap = derivatives_at(coordinates.coefficients, piece, s)
-    jerks, snaps = changing(coordinates.rest, piece, s)
+    _, _, _, jerk, snap = polynomial_at(coordinates.coefficients, piece, s)
+    jerks, snaps = high_derivatives(coordinates.rest, piece, s)
     return (jerk, *jerks), (snap, *snaps)
 
 
 @lean_kernel
 def reference_at(path, t):
     """Return (position, velocity, acceleration) of a path at time t [s], each a tuple (n,)."""
-    piece = piece_at(path, t)
-    return moving(path.coordinates, piece, t - path.starts[piece])
+    piece = find_piece(path.starts, len(path.starts), t)
+    return low_derivatives(path.coordinates, piece, t - path.starts[piece])
 
 
 @lean_kernel
 def further_at(path, t):
     """Return (jerk, snap), the third and fourth derivative of a path at time t [s], each a tuple (n,)."""
-    piece = piece_at(path, t)
-    return changing(path.coordinates, piece, t - path.starts[piece])
+    piece = find_piece(path.starts, len(path.starts), t)
+    return high_derivatives(path.coordinates, piece, t - path.starts[piece])
 
 
 @entry

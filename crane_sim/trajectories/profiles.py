@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Positive, Real
-from crane_sim.numerics.jit import lean_kernel, lean_routine
+from crane_sim.numerics.jit import lean_routine
+from crane_sim.trajectories.piecewise import find_piece, polynomial_at, table_complaint
 
 BRIEFEST = 1e-6  # s, between two values of a motion: powers of it stay numbers of the machine
 
@@ -75,13 +76,7 @@ class Knots(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
-        if len(self.times) != len(self.values):
-            return f"a table needs as many values as times, here are {len(self.values)} and {len(self.times)}"
-        if any(later <= sooner for sooner, later in zip(self.times, self.times[1:], strict=False)):
-            return f"the times of a table must increase, here are {list(self.times)}"
-        if any(later - sooner < BRIEFEST for sooner, later in zip(self.times, self.times[1:], strict=False)):
-            return f"the times of a table must be {BRIEFEST:g} s apart, here are {list(self.times)}"
-        return ""
+        return table_complaint(self.times, self.values, BRIEFEST)
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -95,29 +90,11 @@ class Knots(NamedTuple):
 Shape = Smooth | Wave | Series | Knots
 
 
-@lean_kernel
-def piece_at(motion, t):
-    """Return the index of the piece that time t [s] is in."""
-    low, high = 0, len(motion.starts)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if motion.starts[middle] <= t:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
 @lean_routine
 def moved_at(motion, t):
     """Return (position, velocity, acceleration) at time t [s]."""
-    piece = piece_at(motion, t)
-    s, row = t - motion.starts[piece], motion.coefficients[piece]
-    value, rate, half = 0.0, 0.0, 0.0
-    for k in range(len(row) - 1, -1, -1):
-        half = half * s + rate
-        rate = rate * s + value
-        value = value * s + row[k]
+    piece = find_piece(motion.starts, len(motion.starts), t)
+    value, rate, second, _, _ = polynomial_at(motion.coefficients, piece, t - motion.starts[piece])
     angle, w = motion.frequency * t + motion.phase, motion.frequency
     value = value + motion.amplitude * sin(angle)
-    return value, rate + motion.amplitude * w * cos(angle), 2.0 * half - motion.amplitude * w * w * sin(angle)
+    return value, rate + motion.amplitude * w * cos(angle), second - motion.amplitude * w * w * sin(angle)

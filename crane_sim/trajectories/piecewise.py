@@ -1,0 +1,43 @@
+"""Piecewise polynomials of time, evaluated in kernels: which piece holds, and its derivatives."""
+
+from collections.abc import Sequence
+
+from crane_sim.numerics.jit import lean_kernel
+
+
+@lean_kernel
+def find_piece(starts, count, t):
+    """Return the last of the first `count` pieces that has begun at time t [s]; the first one holds before as well."""
+    low, high = 0, count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if starts[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@lean_kernel
+def polynomial_at(coefficients, piece, s):
+    """Return (value, its first four derivatives) at s of the polynomial in row `piece`, from the constant on."""
+    value, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0  # all but the first over k!
+    for k in range(coefficients.shape[1] - 1, -1, -1):
+        fourth = fourth * s + third
+        third = third * s + second
+        second = second * s + first
+        first = first * s + value
+        value = value * s + coefficients[piece, k]
+    return value, first, 2.0 * second, 6.0 * third, 24.0 * fourth
+
+
+def table_complaint(times: Sequence[float], values: Sequence[float], apart: float = 0.0) -> str:
+    """Return what is wrong with a table of values over times, `apart` [s] at least, in one line; empty: nothing."""
+    steps = [later - sooner for sooner, later in zip(times, times[1:], strict=False)]
+    if len(times) != len(values):
+        return f"a table needs as many values as times, here are {len(values)} and {len(times)}"
+    if any(step <= 0.0 for step in steps):
+        return f"the times of a table must increase, here are {list(times)}"
+    if any(step < apart for step in steps):
+        return f"the times of a table must be {apart:g} s apart, here are {list(times)}"
+    return ""
