@@ -1,4 +1,4 @@
-"""What a control law is, and how one is found by its name.
+"""Control laws: what one is, and how its name leads to it.
 
 A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by naming a function
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
@@ -26,7 +26,7 @@ class ForeignSetting(SceneError):
     """A setting that a law does not have."""
 
     def __init__(self, key: str, known: Sequence[str], law: str = "") -> None:
-        """Tell of the key, the keys that the law called `law` has, and which of them was perhaps meant."""
+        """Name the key, the keys that the law called `law` has, and which of them was perhaps meant."""
         super().__init__(f"control: {unknown_key(key, known, of=f'for law {law!r}' if law else '')}")
         self.key, self.known = key, known
 
@@ -77,11 +77,11 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     Raises:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
-    found = [entry for entry in entry_points(group=GROUP) if entry.name == name]
-    if not found:
+    entries = [entry for entry in entry_points(group=GROUP) if entry.name == name]
+    if not entries:
         raise SceneError(f"control.law = {name!r}: no such law (known: {', '.join(law_names())})")
     try:
-        build: Callable[[Mapping[str, Any], Any], Law] = found[0].load()
+        build: Callable[[Mapping[str, Any], Any], Law] = entries[0].load()
         return build(settings, nominal)
     except ForeignSetting as error:
         raise ForeignSetting(error.key, error.known, name) from None
@@ -89,12 +89,12 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         raise
     except ValueError as error:
         raise SceneError(f"control: {error}") from None
-    except Exception as error:  # somebody else's package: whatever it raises is one line for the user
+    except Exception as error:  # of another package: all that it raises is one line for the user
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
 
 
 class SlowHalf(Protocol):
-    """The half of a law that is asked less often: in a process of its own it tells the fast half what to do."""
+    """The half of a law that is asked less often: in a process of its own it makes demands on the fast half."""
 
     @property
     def interval(self) -> float:
@@ -112,11 +112,11 @@ class SlowHalf(Protocol):
         ...
 
     def due(self, t: float) -> bool:
-        """Return whether the state at time t [s], which the law has not seen yet, asks for a new demand."""
+        """Return whether the state at time t [s], which is new to the law, asks for a new demand."""
         ...
 
     def take(self, demand: tuple[float, ...]) -> None:
-        """Let a demand hold that was found elsewhere."""
+        """Follow a demand that another process has made."""
         ...
 
 

@@ -27,7 +27,7 @@ from crane_control.tracking.drives import (
 from crane_control.tracking.tracker import Demand
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope, span
 from crane_sim.models.effects import add_spring
-from crane_sim.models.moving_base import turned_back
+from crane_sim.models.moving_base import rotate_back
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
@@ -55,10 +55,10 @@ def _(drive, length, q, v):
     xs, xc = state_from_joints(drive.crane.support, drive.crane, q, v)
     pose = forward_kinematics(drive.crane.support, xs)
     line, (s, c), w = span(pose, xc), sincos(xs[0]), pose.yaw_rate
-    tip, payload = turned_back(pose.tip, -s, c), turned_back(xc[:3], -s, c)
-    dtip = turned_back(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
-    dy = turned_back(inertial_velocity(xc[:3], xc[3:], w), -s, c)
-    nx, ny, nz = turned_back(line.n, -s, c)
+    tip, payload = rotate_back(pose.tip, -s, c), rotate_back(xc[:3], -s, c)
+    dtip = rotate_back(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
+    dy = rotate_back(inertial_velocity(xc[:3], xc[3:], w), -s, c)
+    nx, ny, nz = rotate_back(line.n, -s, c)
     x, y, z = dy[0] - dtip[0] - line.rate * nx, dy[1] - dtip[1] - line.rate * ny, dy[2] - dtip[2] - line.rate * nz
     dn = (x / line.length, y / line.length, z / line.length)
     return Hanging(tip[:2], dtip[:2], payload[:2], dy[:2], (nx, ny, nz), dn, (xs, xc))
@@ -147,7 +147,7 @@ def driven_boom(drive, t, seen, a):
     pose, (s, c) = forward_kinematics(crane.support, xs), sincos(xs[0])
     line = span(pose, xc)
     rise = -drive.kd * pose.tip_velocity[2] - drive.kp * (pose.tip[2] - drive.height)
-    wanted = joint_accelerations(crane.support, pose, turned_back((a[0], a[1], rise), s, c), drive.kd)
+    wanted = joint_accelerations(crane.support, pose, rotate_back((a[0], a[1], rise), s, c), drive.kd)
     bent = rope_acceleration(drive.rope, drive, line)
     efforts, tension = joint_efforts(crane, solve_motion(crane, t, xs, xc, (0.0, 0.0, 0.0, bent)), wanted)
     return with_winch(drive.rope, efforts, line, bent, tension)

@@ -69,7 +69,7 @@ def rotation(roll, pitch, yaw):
 
 
 @lean_kernel
-def turning(angles, rates, seconds):
+def angular_motion(angles, rates, seconds):
     """Return (angular velocity, its derivative) in base axes, from (roll, pitch, yaw) and their derivatives."""
     (sr, cr), (sp, cp) = sincos(angles[0]), sincos(angles[1])
     r, p, y = rates
@@ -83,7 +83,7 @@ def turning(angles, rates, seconds):
 
 
 @lean_kernel
-def into(rows, a):
+def rotate_to_base(rows, a):
     """Return Rᵀ a (3,), the world's vector a in the axes of the base."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows
     return xx * a[0] + yx * a[1] + zx * a[2], xy * a[0] + yy * a[1] + zy * a[2], xz * a[0] + yz * a[1] + zz * a[2]
@@ -99,9 +99,9 @@ def carried_at(base, gravity, t):
 def _carried_at(base, gravity, t):
     x, v, a = base_motion_at(base, t)
     rows = rotation(x[3], x[4], x[5])
-    turn, turn_rate = turning((x[3], x[4], x[5]), (v[3], v[4], v[5]), (a[3], a[4], a[5]))
-    px, py, pz = into(rows, (-a[0], -a[1], -a[2] - gravity))
-    return Carried(into(rows, v), (px, py, pz + gravity), turn, turn_rate)
+    turn, turn_rate = angular_motion((x[3], x[4], x[5]), (v[3], v[4], v[5]), (a[3], a[4], a[5]))
+    px, py, pz = rotate_to_base(rows, (-a[0], -a[1], -a[2] - gravity))
+    return Carried(rotate_to_base(rows, v), (px, py, pz + gravity), turn, turn_rate)
 
 
 @carried_at.register(type(None))
@@ -153,21 +153,21 @@ def _(base, r, v):
 
 
 @lean_generic
-def seen_turned(base, angle):
+def turned_about_z(base, angle):
     """Return the base in axes that are turned by an angle [rad] about its z."""
     return base
 
 
-@seen_turned.register(Carried)
+@turned_about_z.register(Carried)
 def _(base, angle):
     s, c = sincos(angle)
-    velocity, imposed = turned_back(base.velocity, s, c), turned_back(base.imposed, s, c)
-    w, w_dot = turned_back(base.angular_velocity, s, c), turned_back(base.angular_acceleration, s, c)
+    velocity, imposed = rotate_back(base.velocity, s, c), rotate_back(base.imposed, s, c)
+    w, w_dot = rotate_back(base.angular_velocity, s, c), rotate_back(base.angular_acceleration, s, c)
     return Carried(velocity, imposed, w, w_dot)
 
 
 @lean_kernel
-def turned_back(a, s, c):
+def rotate_back(a, s, c):
     """Return the vector a (3,) in axes turned about z by an angle whose sine and cosine are s and c."""
     return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
@@ -204,15 +204,15 @@ def to_base(pose, a):
 
 @to_base.register(Pose)
 def _(pose, a):
-    return into(pose.rows, a)
+    return rotate_to_base(pose.rows, a)
 
 
 @lean_generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
     carried, pose, (s, c) = carried_at(base, 0.0, t), pose_at(base, t), sincos(angle)
-    velocity, w = turned_back(carried.velocity, s, c), turned_back(carried.angular_velocity, s, c)
-    return BaseState(velocity, w, turned_back(pose.rows[2], s, c), pose.place[2])
+    velocity, w = rotate_back(carried.velocity, s, c), rotate_back(carried.angular_velocity, s, c)
+    return BaseState(velocity, w, rotate_back(pose.rows[2], s, c), pose.place[2])
 
 
 @base_state.register(type(None))

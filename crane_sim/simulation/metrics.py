@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.models.moving_base import into, pose_at
+from crane_sim.models.moving_base import pose_at, rotate_to_base
 from crane_sim.numerics.jit import entry
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
@@ -54,7 +54,7 @@ def in_base(base, t, points):
     for i in range(len(points)):
         pose = pose_at(base, t[i])
         x, y, z = pose.place
-        found = into(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
+        found = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
         for j in range(3):
             out[i, j] = found[j]
     return out

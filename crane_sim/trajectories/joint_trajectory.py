@@ -90,11 +90,13 @@ class Trajectory(NamedTuple):
         from scipy.interpolate import BPoly, PPoly  # here: few scenes have one, and it takes long to import
 
         times = self.start + np.array([point.time_from_start for point in self.points])
-        given = [np.array([point.positions for point in self.points])]
-        given += [np.array([getattr(point, name) for point in self.points]) for name in ("velocities", "accelerations")]
+        orders = [np.array([point.positions for point in self.points])]
+        orders += [
+            np.array([getattr(point, name) for point in self.points]) for name in ("velocities", "accelerations")
+        ]
         if len(times) == 1:
-            return at_rest_around(times + np.array([0.0, BRIEFEST]), given[0][:, :, None])
-        known = np.stack([rows for rows in given if rows.size], axis=1)  # (K, orders, n)
+            return at_rest_around(times + np.array([0.0, BRIEFEST]), orders[0][:, :, None])
+        known = np.stack([rows for rows in orders if rows.size], axis=1)  # (K, orders, n)
         rows = PPoly.from_bernstein_basis(BPoly.from_derivatives(times - times[0], list(known))).c
         return at_rest_around(times, np.ascontiguousarray(rows[::-1].transpose(1, 2, 0)))
 
@@ -111,13 +113,13 @@ def read_trajectory(name: str) -> dict[str, Any]:
     try:
         if path.suffix == ".csv":
             return _from_rows(*read_table(path))
-        found = next(iter(yaml.safe_load_all(path.read_text())), None)  # an echo of messages puts a line after each
+        message = next(iter(yaml.safe_load_all(path.read_text())), None)  # an echo of messages puts a line after each
     except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError) as error:
         raise ValueError(f"file {path}: is no trajectory: {' '.join(str(error).split())}") from None
     for key in ("joint_names", "points"):
-        if not isinstance(found, Mapping) or key not in found:
+        if not isinstance(message, Mapping) or key not in message:
             raise ValueError(f"file {path}: is no trajectory: has no key {key}")
-    return {key: found[key] for key in ("joint_names", "points")}
+    return {key: message[key] for key in ("joint_names", "points")}
 
 
 def _from_rows(head: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
@@ -133,6 +135,6 @@ def _from_rows(head: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
     points = []
     for row in rows:
         numbers = dict(zip(head, row.numbers, strict=True))
-        points.append({key: [numbers[name] for name in found] for key, found in columns.items()})
+        points.append({key: [numbers[name] for name in names] for key, names in columns.items()})
         points[-1]["time_from_start"] = numbers["time"]
     return {"joint_names": names, "points": points}

@@ -93,18 +93,18 @@ def around(begin: Array, end: Array, centre: Array, radius: float, side: Side) -
 
     `left` leaves the obstacle on the right, so the way turns about it clockwise.
     """
-    found, shortest_way = np.array([begin, end]), inf
+    waypoints, shortest_way = np.array([begin, end]), inf
     way = end - begin
     nearest = np.clip(np.dot(centre - begin, way) / np.dot(way, way), 0.0, 1.0)
     if np.linalg.norm(begin + nearest * way - centre) >= radius:
-        return found
+        return waypoints
     for turn in (-1.0, 1.0) if side == "shorter" else (-1.0,) if side == "left" else (1.0,):
         points = np.array([begin, *on_circle(begin - centre, end - centre, radius, turn) + centre, end])
         points = points[np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9 * radius])]
         length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         if length < shortest_way:
-            found, shortest_way = points, length
-    return found
+            waypoints, shortest_way = points, length
+    return waypoints
 
 
 def on_circle(begin: Array, end: Array, radius: float, turn: float) -> Array:

@@ -65,14 +65,14 @@ def peaks(pieces: Pieces, derivative: int) -> Array:
     The first and the last piece are rest.
     """
     n = pieces.coefficients.shape[1]
-    rows, found = differentiate(pieces.coefficients, derivative), np.zeros(n)
+    rows, largest = differentiate(pieces.coefficients, derivative), np.zeros(n)
     for row, span in zip(rows[1:-1], np.diff(pieces.starts)[1:], strict=True):
         for k in range(n):
             roots = np.roots(np.trim_zeros(differentiate(row[k])[::-1], "f"))
             turning = roots.real[(np.abs(roots.imag) < 1e-9 * span) & (roots.real > 0.0) & (roots.real < span)]
             at = np.concatenate([[0.0, span], turning])
-            found[k] = max(found[k], np.max(np.abs(np.polyval(row[k][::-1], at))))
-    return found
+            largest[k] = max(largest[k], np.max(np.abs(np.polyval(row[k][::-1], at))))
+    return largest
 
 
 def delay_path(pieces: Pieces, delay: float) -> Pieces:

@@ -47,9 +47,9 @@ def join_path(trajectory: Trajectory, path: Path, names: Sequence[str], t: float
     order = [trajectory.joint_names.index(name) for name in names]
     ahead = [trajectory.start + point.time_from_start - t for point in trajectory.points]
     points = [
-        point._replace(time_from_start=left)
-        for point, left in zip(trajectory.points, ahead, strict=True)
-        if left > BRIEFEST
+        point._replace(time_from_start=remaining)
+        for point, remaining in zip(trajectory.points, ahead, strict=True)
+        if remaining > BRIEFEST
     ]
     if not points:
         raise ValueError(f"its last point is {-ahead[-1]:g} s ago")

@@ -34,8 +34,11 @@ def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tu
         damping: damping ratio, below 1.
     """
     root = sqrt(1.0 - damping * damping)
-    half, left = pi / (frequency * root), exp(-damping * pi / root)  # half a swing, and what is left of it then
-    sizes = [1.0, left] if kind == "zv" else [1.0, 2.0 * left, left * left]
+    half, decay = (
+        pi / (frequency * root),
+        exp(-damping * pi / root),
+    )  # s, half a swing, and the ratio of amplitudes over it
+    sizes = [1.0, decay] if kind == "zv" else [1.0, 2.0 * decay, decay * decay]
     return [size / sum(sizes) for size in sizes], [half * k for k in range(len(sizes))]
 
 

@@ -5,9 +5,8 @@ spoil as it does that of the N x N mass matrix. Angles are absolute, from the do
 n_k = (sin α_k, -cos α_k) points down link k, t_k = (cos α_k, sin α_k) where it moves when α_k grows. Node 0 is the
 trolley.
 
-Links that have a moment of inertia: then a link also carries a force across, and its turning is an unknown too.
-
-Stiffness and damping where links meet: couples on the links, which their ends' nodes feel as forces across.
+A link with a moment of inertia (`Rods`) also carries a force across, and its turning is an unknown too. Stiffness and
+damping where links meet (`Joints`) are couples on the links, which their ends' nodes feel as forces across.
 """
 
 from typing import Any, NamedTuple

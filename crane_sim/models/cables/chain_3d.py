@@ -94,7 +94,7 @@ def solve_tensions(links, top, acc, tension, ratio):
 
 
 @lean_kernel
-def paid_out(links, top, acc, tension):
+def hoisted_length_acceleration(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.hoist_inv_mass >= 0.0:
         return top.hoist_bias_acc + top.hoist_inv_mass * tension[0]
@@ -103,22 +103,22 @@ def paid_out(links, top, acc, tension):
 
 
 @lean_kernel
-def across(units, k, x, y, z):
+def project_across(units, k, x, y, z):
     """Return the part of a vector across link k."""
     along = units[k, 0] * x + units[k, 1] * y + units[k, 2] * z
     return x - along * units[k, 0], y - along * units[k, 1], z - along * units[k, 2]
 
 
 @lean_kernel
-def add_pull(units, k, j, pull, total):
+def add_pull_across(units, k, j, pull, total):
     """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
     x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
-    x, y, z = across(units, k, x, y, z)
+    x, y, z = project_across(units, k, x, y, z)
     return total[0] + pull * x, total[1] + pull * y, total[2] + pull * z
 
 
 @lean_kernel
-def turn(links, top, acc, tension, out, at):
+def direction_accelerations(links, top, acc, tension, out, at):
     """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments as of `solve_tensions`.
 
     The pulls of a link's neighbours are taken across it one by one: a heavy payload makes no difference of large ones.
@@ -129,11 +129,11 @@ def turn(links, top, acc, tension, out, at):
     y -= top.axes_inv_mass[1] * units[0, 1] * tension[0]
     drag = 2.0 * top.rate / links.lengths[0]
     for k in range(n):
-        total = across(units, k, x, y, z)
+        total = project_across(units, k, x, y, z)
         if k > 0:
-            total = add_pull(units, k, k - 1, inv_masses[k - 1] * tension[k - 1], total)
+            total = add_pull_across(units, k, k - 1, inv_masses[k - 1] * tension[k - 1], total)
         if k + 1 < n:
-            total = add_pull(units, k, k + 1, inv_masses[k] * tension[k + 1], total)
+            total = add_pull_across(units, k, k + 1, inv_masses[k] * tension[k + 1], total)
             x, y, z = end_acceleration(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):

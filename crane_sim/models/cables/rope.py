@@ -158,23 +158,23 @@ def _(rope, energy, length):
 
 
 @generic
-def rope_limited(rope, u):
+def limit_winch(rope, u):
     """Return u with the winch's demand replaced by what a rope can do: it pulls, it cannot push."""
     return u
 
 
-@rope_limited.register(ForceRope)
+@limit_winch.register(ForceRope)
 def _(rope, u):
     return (u[0], u[1], u[2], min(u[3], 0.0))
 
 
 @generic
-def held_to_rope(rope, pose, xc):
+def project_to_rope(rope, pose, xc):
     """Return the payload state put back on the rope: what the drive holds exactly, rounding must not undo."""
     return xc
 
 
-@held_to_rope.register(LockedRope)
+@project_to_rope.register(LockedRope)
 def _(rope, pose, xc):
     line = span(pose, xc)
     nx, ny, nz = line.n

@@ -20,59 +20,59 @@ from crane_sim.numerics.jit import generic, kernel, routine
 
 @system.base_energy.register(PlanarCrane)
 def _(p, t, x):
-    return added_in_plane(base_state(p.base, t, 0.0), p, x)
+    return base_energy_in_plane(base_state(p.base, t, 0.0), p, x)
 
 
 @system.base_energy.register(SpatialCrane)
 def _(p, t, x):
-    return added_to_nodes(base_state(p.base, t, 0.0), p, x)
+    return base_energy_of_nodes(base_state(p.base, t, 0.0), p, x)
 
 
 @system.base_energy.register(ElasticCrane)
 def _(p, t, x):
-    return added_to_nodes(base_state(p.base, t, 0.0), p, x)
+    return base_energy_of_nodes(base_state(p.base, t, 0.0), p, x)
 
 
 @generic
-def added_in_plane(base, p, x):
+def base_energy_in_plane(base, p, x):
     """Return (kinetic, potential) energy [J] in the world less those relative to the base; `base`: `base_state`."""
     return 0.0, 0.0
 
 
-@added_in_plane.register(BaseState)
+@base_energy_in_plane.register(BaseState)
 def _(base, p, x):
-    w, (nq, _, _), (mass, r, v) = system.workspace(p), layout_of(p), bodies(p)
-    planar.links_of(p, x, w)
+    w, (nq, _, _), (mass, r, v) = system.workspace(p), layout_of(p), allocate_bodies(p)
+    planar.fill_links(p, x, w)
     v[:] = planar.node_velocities(p, x, w, planar.hoisted_link(p.hoist, p.cable, x, nq)[1])
     r[0, 0], mass[0] = x[0], axis_mass(p.trolley)
     for k in range(len(r) - 1):
         r[k + 1, 0] = r[k, 0] + w[LENGTH, k] * w[SIN, k]
         r[k + 1, 2] = r[k, 2] - w[LENGTH, k] * w[COS, k]
         mass[k + 1] = node_mass(p, x, k)
-    kinetic, potential = added_energies(base, p.gravity, mass, r, v)
-    return kinetic + added_turning(p.rods, base, w), potential
+    kinetic, potential = base_energy_of_masses(base, p.gravity, mass, r, v)
+    return kinetic + base_energy_of_rods(p.rods, base, w), potential
 
 
 @generic
-def added_to_nodes(base, p, x):
-    """Return as `added_in_plane` does, for a crane on a bridge, or with an elastic cable."""
+def base_energy_of_nodes(base, p, x):
+    """Return as `base_energy_in_plane` does, for a crane on a bridge, or with an elastic cable."""
     return 0.0, 0.0
 
 
-@added_to_nodes.register(BaseState)
+@base_energy_of_nodes.register(BaseState)
 def _(base, p, x):
-    mass, r, v = bodies(p)
+    mass, r, v = allocate_bodies(p)
     write_nodes(p, x, mass, r, v)
     whole = axis_mass(p.bridge)
     mass[0] = max(axis_mass(p.trolley), p.share * whole)
-    kinetic, potential = added_energies(base, p.gravity, mass, r, v)
+    kinetic, potential = base_energy_of_masses(base, p.gravity, mass, r, v)
     beam, y, rate = (1.0 - p.share) * whole, r[0, 1], v[0, 1]  # what does not go along x with the trolley
     more = added_energy(base, p.gravity, beam, (0.0, y, 0.0), (0.0, rate, 0.0))
     return kinetic + more[0], potential + more[1]
 
 
 @kernel
-def bodies(p):
+def allocate_bodies(p):
     """Return room for masses (N + 1,), positions and velocities (N + 1, 3) of trolley and nodes, zeros."""
     n = 1 + system.link_count(p)
     return np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
@@ -95,7 +95,7 @@ def write_nodes(p, x, mass, r, v):
 def _(p, x, mass, r, v):
     nq, _, _ = layout_of(p)
     links = system.workspace(p).links
-    spatial.links_of(p, x, links)
+    spatial.fill_links(p, x, links)
     place(p, x, r)
     v[:] = node_velocities(links, x[nq], x[nq + 1], spatial.hoisted_link(p.hoist, p.cable, x, nq)[1])
     for k in range(len(r) - 1):
@@ -112,7 +112,7 @@ def _(p, x, mass, r, v):
 
 
 @routine
-def added_energies(base, gravity, mass, r, v):
+def base_energy_of_masses(base, gravity, mass, r, v):
     """Return (kinetic, potential) energy [J] of masses in the world less those relative to the base.
 
     Args:
@@ -129,12 +129,12 @@ def added_energies(base, gravity, mass, r, v):
 
 
 @generic
-def added_turning(rods, base, w):
+def base_energy_of_rods(rods, base, w):
     """Return what the base adds to the kinetic energy [J] of links that turn as rods; `w`: work array of `chain`."""
     return 0.0
 
 
-@added_turning.register(Rods)
+@base_energy_of_rods.register(Rods)
 def _(rods, base, w):
     energy = 0.0
     for k in range(len(rods.inertia)):  # angles of links grow against turns about y

@@ -1,6 +1,6 @@
 """An overhead crane on a moving base: what the base imposes on axes and nodes, whose states are relative to it.
 
-Each function takes the base as of `moving_base.carried`, and does nothing for a base that rests (None).
+Each function takes the base as of `moving_base.carried_at`, and does nothing for a base that rests (None).
 """
 
 from typing import NamedTuple
@@ -35,7 +35,7 @@ class Load(NamedTuple):
 
 
 @lean_generic
-def push_axes(base, trolley, bridge, share, place, speed):
+def axes_load(base, trolley, bridge, share, place, speed):
     """Return the Load of trolley and bridge alone.
 
     Args:
@@ -47,7 +47,7 @@ def push_axes(base, trolley, bridge, share, place, speed):
     return Load(NOTHING, NOTHING, NOTHING)
 
 
-@push_axes.register(Carried)
+@axes_load.register(Carried)
 def _(base, trolley, bridge, share, place, speed):
     (x, y), (vx, vy) = place, speed
     along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
@@ -63,7 +63,7 @@ def imposed_gradient(base, r, v):
 
 
 @lean_generic
-def push_links(base, trolley, rods, w, x, v, rate):
+def add_links_load(base, trolley, rods, w, x, v, rate):
     """Add what the base imposes on the nodes of a chain in the plane to its work array w.
 
     Args:
@@ -80,10 +80,10 @@ def push_links(base, trolley, rods, w, x, v, rate):
     return Load(NOTHING, NOTHING, NOTHING)
 
 
-@push_links.register(Carried)
+@add_links_load.register(Carried)
 def _(base, trolley, rods, w, x, v, rate):
     ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
-    load, couples = axis_mass(trolley) * ax, turn_rods(rods, base, w)
+    load, couples = axis_mass(trolley) * ax, add_rods_load(rods, base, w)
     vx, vz, power, paid = v, 0.0, load * v + couples.power, rate
     for k in range(w.shape[1] - 1):
         s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
@@ -100,12 +100,12 @@ def _(base, trolley, rods, w, x, v, rate):
 
 
 @lean_generic
-def turn_rods(rods, base, w):
+def add_rods_load(rods, base, w):
     """Add what the base's turning asks of links that have a moment of inertia; return their Load."""
     return Load(NOTHING, NOTHING, NOTHING)
 
 
-@turn_rods.register(Rods)
+@add_rods_load.register(Rods)
 def _(rods, base, w):
     power, pull = 0.0, 0.0
     for k in range(len(rods.inertia)):
@@ -123,7 +123,7 @@ def _(rods, base, w):
 
 
 @lean_generic
-def push_directions(base, links, place, speed, rate, acc):
+def add_nodes_load(base, links, place, speed, rate, acc):
     """Add what the base imposes on the nodes of a chain in space to their accelerations acc; return their power [W].
 
     Args:
@@ -136,7 +136,7 @@ def push_directions(base, links, place, speed, rate, acc):
     return NOTHING
 
 
-@push_directions.register(Carried)
+@add_nodes_load.register(Carried)
 def _(base, links, place, speed, rate, acc):
     (x, y), (vx, vy), z, vz, power, paid = place, speed, 0.0, 0.0, 0.0, rate
     for k in range(len(links.speeds)):

@@ -5,11 +5,7 @@ positions r_k on the base: (x, z) each in the plane, (x, y, z) in space. Link k 
 beyond the rest length, l1 of the first link where there is a hoist. Modes: friction of the axes, 1 or 0 for each link
 that is taut or slack, changes of the payload.
 
-An overhead crane with an elastic cable on a moving base: what the base imposes, and its exact derivatives.
-
-Each function takes the base as of `moving_base.carried`, and does nothing for a base that rests (None).
-
-How an overhead crane with an elastic cable moves: forces on nodes, axes and hoist.
+The nodes' accelerations, those of axes and hoist, and what a moving base adds to them, with its exact derivatives.
 """
 
 from math import sqrt
@@ -18,7 +14,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.moving_base import Carried, carried_at, imposed_acceleration
-from crane_sim.models.overhead.base_load import NOTHING, Moving, imposed_gradient, push_axes
+from crane_sim.models.overhead.base_load import NOTHING, Moving, axes_load, imposed_gradient
 from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
@@ -141,7 +137,7 @@ STILL = (0.0, 0.0, 0.0)
 
 
 @lean_kernel
-def rails(p, x):
+def axes_motion(p, x):
     """Return (place [m], velocity [m/s]) of the trolley along x and y."""
     nq, _, d, _ = elastic_layout(p)
     if d == 3:
@@ -151,18 +147,18 @@ def rails(p, x):
 
 @lean_kernel
 def base_load(p, t, x):
-    """Return the Load of trolley and bridge, as `push_axes` does."""
-    place, speed = rails(p, x)
-    return push_axes(carried_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, place, speed)
+    """Return the Load of trolley and bridge, as `axes_load` does."""
+    place, speed = axes_motion(p, x)
+    return axes_load(carried_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, place, speed)
 
 
 @lean_generic
-def push_points(base, p, x, out):
+def add_base_accelerations(base, p, x, out):
     """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
     return NOTHING
 
 
-@push_points.register(Carried)
+@add_base_accelerations.register(Carried)
 def _(base, p, x, out):
     nq, first, d, _ = elastic_layout(p)
     power, i = 0.0, nq + first
@@ -179,7 +175,7 @@ def _(base, p, x, out):
 
 
 @lean_kernel
-def unit(d, b):
+def unit_vector(d, b):
     """Return the unit vector (3,) of coordinate b of d; in the plane the second one is z."""
     return 1.0 if b == 0 else 0.0, 1.0 if b == 1 and d == 3 else 0.0, 1.0 if b == d - 1 else 0.0
 
@@ -207,7 +203,8 @@ def _(base, p, inv_masses, bands):
     _, first, d, _ = elastic_layout(p)
     middle = 2 * d - 1
     for b in range(d):
-        by_place, by_speed = imposed_gradient(base, unit(d, b), STILL), imposed_gradient(base, STILL, unit(d, b))
+        axis = unit_vector(d, b)
+        by_place, by_speed = imposed_gradient(base, axis, STILL), imposed_gradient(base, STILL, axis)
         for a in range(d):
             position, velocity = entry_of(d, a, by_place), entry_of(d, a, by_speed)
             for k in range(len(p.cable.masses)):
@@ -232,7 +229,7 @@ def _(base, p, x, power):
         mass, v, i = mass_of(p, x, k), node_vector(p, x, k, 1), first + d * (k - 1)
         still = imposed_acceleration(base, node_vector(p, x, k, 0), STILL)
         for b in range(d):
-            ax, ay, az = imposed_gradient(base, unit(d, b), STILL)
+            ax, ay, az = imposed_gradient(base, unit_vector(d, b), STILL)
             power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
             power[nq + i + b] += mass * entry_of(d, b, still)
     axes_base_jacobian(base, p, x, power)
@@ -242,46 +239,47 @@ def _(base, p, x, power):
 def axes_base_jacobian(base, p, x, power):
     """Add what trolley and bridge have of `base_power_jacobian`."""
     nq, _, d, _ = elastic_layout(p)
-    (_, (vx, vy)), load = rails(p, x), push_axes(base, p.trolley, p.bridge, p.share, *rails(p, x))
+    (_, (vx, vy)), load = axes_motion(p, x), axes_load(base, p.trolley, p.bridge, p.share, *axes_motion(p, x))
     trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
     for b in range(d - 1):
         reach = p.share if b == 0 else 1.0
-        place, speed = imposed_gradient(base, unit(d, b), STILL), imposed_gradient(base, STILL, unit(d, b))
+        axis = unit_vector(d, b)
+        place, speed = imposed_gradient(base, axis, STILL), imposed_gradient(base, STILL, axis)
         power[b] += trolley * place[0] + bridge * reach * place[1]
         power[nq + b] += trolley * speed[0] + bridge * reach * speed[1] + (load.x if b == 0 else load.y)
 
 
 @lean_generic
-def add_pushes(forces, p, t, x, out):
-    """Add the given forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
+def add_node_forces(forces, p, t, x, out):
+    """Add the forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
     return 0.0
 
 
-@add_pushes.register(NodeForces)
+@add_node_forces.register(NodeForces)
 def _(forces, p, t, x, out):
     nq, first, d, _ = elastic_layout(p)
     i = nq + first + d * (forces.node - 1) + (forces.axis if d == 3 else forces.axis // 2)
     force = value_at(forces.channel, t)
     out[i] += force / mass_of(p, x, forces.node)
-    return force * x[i] + add_pushes(forces.rest, p, t, x, out)
+    return force * x[i] + add_node_forces(forces.rest, p, t, x, out)
 
 
 @system.rhs_into.register(ElasticCrane)
 def _(p, t, x, u, out, work):
-    move(p, t, x, system.effort(u, p, t, x), out)
+    write_derivative(p, t, x, system.effort(u, p, t, x), out)
 
 
 @lean_routine
-def move(p, t, x, tau, out):
+def write_derivative(p, t, x, tau, out):
     """Write the time derivative of the state under efforts tau into `out`; return the power [W] supplied.
 
-    That is the power of drives, imposed motions and given forces, less what friction and dampers take.
+    That is the power of drives, imposed motions and forces, less what friction and dampers take.
     """
     nq, _, _, modes = elastic_layout(p)
     n, tension, lost = link_pull(p, x, 0)
     lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
-    supplied = drive(p, t, x, tau, n, tension, out) + add_pushes(p.forces, p, t, x, out) - lost
-    supplied += push_points(carried_at(p.base, p.gravity, t), p, x, out)
+    supplied = drive_upper_end(p, t, x, tau, n, tension, out) + add_node_forces(p.forces, p, t, x, out) - lost
+    supplied += add_base_accelerations(carried_at(p.base, p.gravity, t), p, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
@@ -315,7 +313,7 @@ def place(out, i, d, ax, ay, az):
 
 
 @lean_kernel
-def drive(p, t, x, tau, n, tension, out):
+def drive_upper_end(p, t, x, tau, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
     load = base_load(p, t, x)

@@ -5,9 +5,7 @@ derivatives of accelerations a(q, v) by positions and velocities are bands of wi
 (β I - J) y = b is (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an elimination whose
 cost grows like N. It needs no pivoting, being as good as positive definite where no spring pushes hard.
 
-What the force of an elastic link does when its ends move: exact derivatives.
-
-Derivatives of the power that a metered crane with an elastic cable is supplied with.
+Derivatives of a link's force come first, then those of the power that a meter integrates, then the bands.
 """
 
 from typing import Any, NamedTuple
@@ -57,7 +55,7 @@ class Link(NamedTuple):
 
 
 @kernel
-def slopes_for(d):
+def allocate_slopes(d):
     """Return slopes to fill, in d dimensions."""
     return Slopes(np.empty(d), np.empty((d + 1, d)), np.empty((d + 1, d)))
 
@@ -114,11 +112,11 @@ def _(meter, p, t, x, tau):
 def slopes_of_power(p, t, x, tau):
     """Return the derivatives as `power_slopes` does."""
     nq, first, d, _ = elastic_layout(p)
-    power, slopes, factors = np.zeros(2 * nq), slopes_for(d), np.zeros(d + 1)
+    power, slopes, factors = np.zeros(2 * nq), allocate_slopes(d), np.zeros(d + 1)
     for k in range(len(p.cable.masses)):
         info = fill_slopes(p, x, k, slopes)
         if k == 0:
-            support(p, t, x, tau, info, slopes, factors, power)
+            add_upper_end_power(p, t, x, tau, info, slopes, factors, power)
         lower, m = first + d * k, d - 1 if k == 0 else d
         upper, twice = 0 if k == 0 else lower - d, 2.0 * info.rate
         for b in range(d):
@@ -134,13 +132,13 @@ def slopes_of_power(p, t, x, tau):
                 power[nq + upper + b] -= velocity
         for f in range(d + 1):
             factors[f] = 0.0
-    add_pushes_power(p.forces, p, t, power)
+    add_node_forces_power(p.forces, p, t, power)
     base_power_jacobian(carried_at(p.base, p.gravity, t), p, x, power)
     return power
 
 
 @routine
-def support(p, t, x, tau, info, slopes, factors, power):
+def add_upper_end_power(p, t, x, tau, info, slopes, factors, power):
     """Add what axes and hoist do themselves; fill the factors [m/s] by which the first link's force becomes power."""
     nq, first, d, _ = elastic_layout(p)
     unit = slopes.unit
@@ -169,16 +167,16 @@ def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
 
 
 @generic
-def add_pushes_power(forces, p, t, power):
+def add_node_forces_power(forces, p, t, power):
     """Add what velocities do to the power of given forces."""
 
 
-@add_pushes_power.register(NodeForces)
+@add_node_forces_power.register(NodeForces)
 def _(forces, p, t, power):
     nq, first, d, _ = elastic_layout(p)
     a = forces.axis if d == 3 else forces.axis // 2
     power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
-    add_pushes_power(forces.rest, p, t, power)
+    add_node_forces_power(forces.rest, p, t, power)
 
 
 class Bands(NamedTuple):
@@ -200,15 +198,15 @@ class Factors(NamedTuple):
 
 @system.compute_jacobian.register(ElasticCrane)
 def _(p, t, x, u):
-    return linear(p, t, x, system.effort(u, p, t, x))
+    return bands_at(p, t, x, system.effort(u, p, t, x))
 
 
 @routine
-def linear(p, t, x, tau):
+def bands_at(p, t, x, tau):
     """Return the bands at a state; efforts tau are taken as functions of time alone."""
     nq, first, d, _ = elastic_layout(p)
     bands = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
-    slopes, weights, n = slopes_for(d), np.zeros(d), len(p.cable.masses)
+    slopes, weights, n = allocate_slopes(d), np.zeros(d), len(p.cable.masses)
     add_axes_jacobian(p, t, x, tau, slopes, weights, bands)
     base_jacobian(carried_at(p.base, p.gravity, t), p, weights, bands)
     for k in range(1, n):
@@ -221,7 +219,7 @@ def linear(p, t, x, tau):
 
 
 @kernel
-def add(bands, d, row, column, weight, position, velocity):
+def add_entry(bands, d, row, column, weight, position, velocity):
     """Add the derivatives of one acceleration by one position and its velocity."""
     j = 2 * d - 1 + column - row
     bands.positions[row, j] += weight * position
@@ -238,13 +236,13 @@ def add_link(slopes, upper_inv_masses, lower_inv_mass, size, starts, bands):
     for a in range(d):
         for b in range(d):
             position, velocity = slopes.positions[a, b], slopes.velocities[a, b]
-            add(bands, d, lower + a, lower + b, -lower_inv_mass, position, velocity)
+            add_entry(bands, d, lower + a, lower + b, -lower_inv_mass, position, velocity)
             if b < m:
-                add(bands, d, lower + a, upper + b, lower_inv_mass, position, velocity)
+                add_entry(bands, d, lower + a, upper + b, lower_inv_mass, position, velocity)
             if a < m:
-                add(bands, d, upper + a, lower + b, upper_inv_masses[a], position, velocity)
+                add_entry(bands, d, upper + a, lower + b, upper_inv_masses[a], position, velocity)
             if a < m and b < m:
-                add(bands, d, upper + a, upper + b, -upper_inv_masses[a], position, velocity)
+                add_entry(bands, d, upper + a, upper + b, -upper_inv_masses[a], position, velocity)
 
 
 @routine
@@ -258,14 +256,14 @@ def add_axes_jacobian(p, t, x, tau, slopes, inv_masses, bands):
     add_link(slopes, inv_masses, lower_inv_mass, (d - 1, d), (0, first), bands)
     if first == d:
         top, hoist_inv_mass = first - 1, hoist_response(p.hoist, t, tau)[0]
-        add(bands, d, top, top, -hoist_inv_mass, info.spring, info.damping)
+        add_entry(bands, d, top, top, -hoist_inv_mass, info.spring, info.damping)
         for a in range(d):
             position, velocity = info.spring * slopes.unit[a], info.damping * slopes.unit[a]
-            add(bands, d, first + a, top, lower_inv_mass, position, velocity)
-            add(bands, d, top, first + a, hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
+            add_entry(bands, d, first + a, top, lower_inv_mass, position, velocity)
+            add_entry(bands, d, top, first + a, hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
             if a < d - 1:
-                add(bands, d, a, top, -inv_masses[a], position, velocity)
-                add(bands, d, top, a, -hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
+                add_entry(bands, d, a, top, -inv_masses[a], position, velocity)
+                add_entry(bands, d, top, a, -hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
 
 
 @kernel

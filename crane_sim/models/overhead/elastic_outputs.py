@@ -1,7 +1,4 @@
-"""What an overhead crane with an elastic cable shows: joint coordinates, energies, nodes.
-
-How an overhead crane with an elastic cable switches: stick and slip, slack links, its payload; and how it ends.
-"""
+"""Outputs and switches of the overhead crane with an elastic cable: initial state, energies, nodes, guards, resets."""
 
 import numpy as np
 
@@ -16,9 +13,9 @@ from crane_sim.models.overhead.elastic import (
     link,
     link_pull,
     mass_of,
-    move,
     node_vector,
     tautness,
+    write_derivative,
 )
 from crane_sim.models.overhead.modes import (
     changes_before,
@@ -42,11 +39,11 @@ def _(p):
 
 @system.state.register(ElasticCrane)
 def _(p, t, q, v):
-    return state_of(p, t, q, v)
+    return initial_state(p, t, q, v)
 
 
 @routine
-def state_of(p, t, q, v):
+def initial_state(p, t, q, v):
     """Return the state, with the modes that positions and velocities tell."""
     nq, _, d, modes = elastic_layout(p)
     n = len(p.cable.masses)
@@ -96,7 +93,7 @@ def _(p, t, x, u, rows, i, first):
 
 @system.power.register(ElasticCrane)
 def _(p, t, x, u):
-    return move(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
+    return write_derivative(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
 
 
 @system.points.register(ElasticCrane)
@@ -119,10 +116,10 @@ def _(p):
 @lean_kernel
 def has_damper(damping):
     """Return whether a link has a damper: then whether it pulls depends on its rate too."""
-    found = False
+    damped = False
     for c in damping:
-        found = found or c > 0.0
-    return found
+        damped = damped or c > 0.0
+    return damped
 
 
 @smallest_guard.register(ElasticCrane)

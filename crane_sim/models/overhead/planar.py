@@ -1,10 +1,6 @@
 """An overhead crane in the vertical plane: a trolley and a chain of N rigid links, with a hoist or without.
 
 State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
-
-What a planar overhead crane shows: joint coordinates, energies, tensions, nodes.
-
-How a planar overhead crane switches between sticking and slipping, changes its payload, and ends.
 """
 
 from math import cos, sin
@@ -41,7 +37,7 @@ from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.moving_base import carried_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
-from crane_sim.models.overhead.base_load import Moving, push_links, to_world_in_place
+from crane_sim.models.overhead.base_load import Moving, add_links_load, to_world_in_place
 from crane_sim.models.overhead.modes import (
     Switches,
     changes_before,
@@ -90,7 +86,7 @@ class Solved(NamedTuple):
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
     pull: float  # N, of the cable and of a moving base on the trolley along x
-    given: float  # W, that the moving base supplies
+    base_power: float  # W, that the moving base supplies
 
 
 @layout_of.register(PlanarCrane)
@@ -117,7 +113,7 @@ def _(p):
 
 
 @lean_kernel
-def links_of(p, x, w):
+def fill_links(p, x, w):
     """Fill the work array with what the state tells of the links."""
     nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
@@ -130,31 +126,31 @@ def links_of(p, x, w):
 
 
 @lean_generic
-def push_nodes(forces, t, w):
+def add_node_forces(forces, t, w):
     """Add what forces on nodes ask of the links."""
 
 
-@push_nodes.register(NodeForces)
+@add_node_forces.register(NodeForces)
 def _(forces, t, w):
     acc = value_at(forces.channel, t) * w[INV_MASS, forces.node - 1]
     add_node_acceleration(w, forces.node, acc if forces.axis == 0 else 0.0, acc if forces.axis == 2 else 0.0)
-    push_nodes(forces.rest, t, w)
+    add_node_forces(forces.rest, t, w)
 
 
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
     nq, first, modes = layout_of(p)
-    links_of(p, x, w)
+    fill_links(p, x, w)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
     assemble_rhs(w, bias_acc, p.gravity)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
-    field = push_links(carried_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
+    field = add_links_load(carried_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
     twist = add_joints(p.joints, w, x, first) + field.x
     w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
     w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
-    push_nodes(p.forces, t, w)
+    add_node_forces(p.forces, t, w)
     rhs_along = w[RHS_ALONG, 0]
     solve_links(p.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
     pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
@@ -195,17 +191,17 @@ def chain_power(p, t, x, tau, solved, w):
     nq, first, _ = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
-    power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.given
-    return power + forces_supply(p.forces, p, t, x, w, rate)
+    power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.base_power
+    return power + node_forces_power(p.forces, p, t, x, w, rate)
 
 
 @generic
-def forces_supply(forces, p, t, x, w, rate):
+def node_forces_power(forces, p, t, x, w, rate):
     """Return the power [W] of forces on nodes."""
     return force_power(forces, t, node_velocities(p, x, w, rate))
 
 
-@forces_supply.register(type(None))
+@node_forces_power.register(type(None))
 def _(forces, p, t, x, w, rate):
     return 0.0
 
@@ -239,7 +235,7 @@ def _(p, t, q, v):
 def _(p, x):
     nq, first, _ = layout_of(p)
     n, w, rate = len(p.cable.masses), system.workspace(p), hoisted_link(p.hoist, p.cable, x, nq)[1]
-    links_of(p, x, w)
+    fill_links(p, x, w)
     v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * hoist_inertia(p.hoist) * rate * rate
     kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])

@@ -9,8 +9,6 @@ at distances r_i below the trolley:
 
 where T pulls the trolley along the line and V across it. State: a flat tuple of floats
 (x, (l1), α, x', (l1'), α', (energy supplied), (modes)).
-
-What a crane with a straight cable shows, and how it switches.
 """
 
 from math import cos, sin
@@ -99,18 +97,18 @@ def _(p):
 
 
 @generic
-def upper(hoist, cable, x):
+def hoisted_link(hoist, cable, x):
     """Return (length, rate) of the first link."""
     return x[1], x[4]
 
 
-@upper.register(type(None))
+@hoisted_link.register(type(None))
 def _(hoist, cable, x):
     return cable.length, 0.0
 
 
 @kernel
-def moments(p, x, length):
+def mass_moments(p, x, length):
     """Return (M [kg], S [kg m], I [kg m²], M I - S²) of the nodes, about the trolley."""
     cable = p.cable
     payload = payload_mass(p.switches, x, len(x) - 1, cable.payload)
@@ -153,12 +151,12 @@ def _(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
 
 
 @kernel
-def swing_of(p, t, x, tau):
+def solve_swing(p, t, x, tau):
     """Return what state x at time t and joint efforts tau fix."""
     nq, _, modes = layout_of(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
-    length, rate = upper(p.hoist, p.cable, x)
-    total, first, second, gram = moments(p, x, length)
+    length, rate = hoisted_link(p.hoist, p.cable, x)
+    total, first, second, gram = mass_moments(p, x, length)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
@@ -180,12 +178,12 @@ def _(hoist, x, paid):
 
 
 @generic
-def frozen(switches):
+def mode_rates(switches):
     """Return the derivatives of the modes, zeros."""
     return ()
 
 
-@frozen.register(Switches)
+@mode_rates.register(Switches)
 def _(switches):
     return 0.0, 0.0
 
@@ -194,65 +192,65 @@ def _(switches):
 def _(p, t, x, u):
     nq, _, _ = layout_of(p)
     tau = system.effort(u, p, t, x)
-    swing = swing_of(p, t, x, tau)
+    swing = solve_swing(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, swing.paid)
     power = meter_entry(p.meter, supplied_power(p, x, tau, swing))
-    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *frozen(p.switches))
+    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches))
 
 
 @kernel
 def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
     nq, _, _ = layout_of(p)
-    _, rate = upper(p.hoist, p.cable, x)
+    _, rate = hoisted_link(p.hoist, p.cable, x)
     return axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
 
 
 @generic
-def coordinates(hoist, x, i):
+def joint_entries(hoist, x, i):
     """Return the joint coordinates (nq,) that stand from x[i] on, as a tuple."""
     return x[i], x[i + 1], x[i + 2]
 
 
-@coordinates.register(type(None))
+@joint_entries.register(type(None))
 def _(hoist, x, i):
     return x[i], x[i + 1]
 
 
 @generic
-def first_modes(switches, t, v):
+def initial_modes(switches, t, v):
     """Return the modes that a crane with trolley velocity v starts in at time t."""
     return ()
 
 
-@first_modes.register(Switches)
+@initial_modes.register(Switches)
 def _(switches, t, v):
     return np.sign(v), changes_before(switches, t)
 
 
 @system.state.register(RodCrane)
 def _(p, t, q, v):
-    known = first_modes(p.switches, t, v[0])
-    return (*coordinates(p.hoist, q, 0), *coordinates(p.hoist, v, 0), *meter_entry(p.meter, 0.0), *known)
+    known = initial_modes(p.switches, t, v[0])
+    return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.meter, 0.0), *known)
 
 
 @system.joints.register(RodCrane)
 def _(p, x):
     nq, _, _ = layout_of(p)
-    return coordinates(p.hoist, x, 0), coordinates(p.hoist, x, nq)
+    return joint_entries(p.hoist, x, 0), joint_entries(p.hoist, x, nq)
 
 
 @system.acceleration.register(RodCrane)
 def _(p, t, x, u):
     nq, _, _ = layout_of(p)
-    return coordinates(p.hoist, system.rhs(p, t, x, u), nq)
+    return joint_entries(p.hoist, system.rhs(p, t, x, u), nq)
 
 
 @system.kinetic.register(RodCrane)
 def _(p, x):
     nq, _, _ = layout_of(p)
-    length, rate = upper(p.hoist, p.cable, x)
-    total, first, second, _ = moments(p, x, length)
+    length, rate = hoisted_link(p.hoist, p.cable, x)
+    total, first, second, _ = mass_moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
     return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_inertia(p.hoist) * rate * rate
@@ -261,8 +259,8 @@ def _(p, x):
 @system.potential.register(RodCrane)
 def _(p, x):
     nq, _, _ = layout_of(p)
-    length, _ = upper(p.hoist, p.cable, x)
-    return -p.gravity * moments(p, x, length)[1] * cos(x[nq - 1])
+    length, _ = hoisted_link(p.hoist, p.cable, x)
+    return -p.gravity * mass_moments(p, x, length)[1] * cos(x[nq - 1])
 
 
 @system.link_count.register(RodCrane)
@@ -273,7 +271,7 @@ def _(p):
 @system.tensions.register(RodCrane)
 def _(p, t, x, u, rows, i, first):
     nq, _, _ = layout_of(p)
-    swing, (length, _) = swing_of(p, t, x, system.effort(u, p, t, x)), upper(p.hoist, p.cable, x)
+    swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_link(p.hoist, p.cable, x)
     fall, square = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = swing.tension
     for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
@@ -284,13 +282,13 @@ def _(p, t, x, u, rows, i, first):
 @system.power.register(RodCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return supplied_power(p, x, tau, swing_of(p, t, x, tau))
+    return supplied_power(p, x, tau, solve_swing(p, t, x, tau))
 
 
 @system.points.register(RodCrane)
 def _(p, t, x, out):
     nq, _, _ = layout_of(p)
-    length, _ = upper(p.hoist, p.cable, x)
+    length, _ = hoisted_link(p.hoist, p.cable, x)
     s, c = sin(x[nq - 1]), cos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for i in range(p.cable.nodes.shape[1]):
@@ -307,7 +305,7 @@ def _(p, t, x, u, work):
     tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
-    best = hoist_guard(p.switches, best, upper(p.hoist, p.cable, x)[0])
+    best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x)[0])
     best = payload_guard(p.switches, best, t, x[modes + 1])
     value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if taut else best
     return value, number, int(forces)
@@ -316,7 +314,7 @@ def _(p, t, x, u, work):
 @kernel
 def forces_of(p, t, x, tau):
     """Return (tension, pull on the trolley) [N]."""
-    swing = swing_of(p, t, x, tau)
+    swing = solve_swing(p, t, x, tau)
     return swing.tension, swing.pull
 
 
@@ -336,6 +334,6 @@ def _(p, t, x, tau, number):
         return replace_entry(after, modes - 1, x[modes - 1] + gained), number, True
     if kind == Guard.FRICTION:
         still = replace_entry(replace_entry(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
-        mode = mode_after_stop(p.trolley, x[modes], tau, 0, swing_of(p, t, still, tau).pull)
+        mode = mode_after_stop(p.trolley, x[modes], tau, 0, solve_swing(p, t, still, tau).pull)
         return replace_entry(still, modes, mode), friction_event(0, mode), True
     return x, number, False

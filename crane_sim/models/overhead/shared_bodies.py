@@ -16,7 +16,7 @@ from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
-from crane_sim.models.supports.hoist import PrescribedHoist, hoist_limited
+from crane_sim.models.supports.hoist import PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
 
 
@@ -117,7 +117,7 @@ def _(p, row):
 @system.saturate.register(SpatialCrane)
 @system.saturate.register(ElasticCrane)
 def _(p, u):
-    return hoist_limited(p.hoist, u)
+    return limit_hoist(p.hoist, u)
 
 
 @system.link_count.register(PlanarCrane)

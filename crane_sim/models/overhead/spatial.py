@@ -2,10 +2,6 @@
 
 State: one array [x, y, (l1), n_1 .. n_N, x', y', (l1'), u_1 .. u_N, (energy supplied), (modes)] with unit vectors n_k
 down the links and their rates u_k. Equations see the state put back on |n_k| = 1, n_k u_k = 0, and so does each step.
-
-What an overhead crane in space shows: joint coordinates, energies, nodes.
-
-How an overhead crane in space switches between sticking and slipping, changes its payload, and ends.
 """
 
 from typing import Any, NamedTuple
@@ -18,16 +14,16 @@ from crane_sim.models.cables.chain_3d import (
     Directions,
     UpperEnd,
     align,
+    direction_accelerations,
+    hoisted_length_acceleration,
     node_velocities,
-    paid_out,
     solve_tensions,
-    turn,
 )
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.moving_base import carried_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
-from crane_sim.models.overhead.base_load import Moving, push_axes, push_directions, to_world_in_place
+from crane_sim.models.overhead.base_load import Moving, add_nodes_load, axes_load, to_world_in_place
 from crane_sim.models.overhead.modes import (
     Switches,
     changes_before,
@@ -85,7 +81,7 @@ class Solved(NamedTuple):
     top: UpperEnd
     pull: tuple[float, float]  # N, of the cable and of a moving base on trolley and bridge
     axes: tuple[float, float]  # m/s², of trolley and bridge
-    given: float  # W, that the moving base supplies
+    base_power: float  # W, that the moving base supplies
 
 
 @layout_of.register(SpatialCrane)
@@ -134,7 +130,7 @@ def work_arrays(masses, lengths):
 
 
 @lean_kernel
-def links_of(p, x, links):
+def fill_links(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
     nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
@@ -152,7 +148,7 @@ def forward_dynamics(p, t, x, tau, work):
     """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
     nq, _, modes = layout_of(p)
     links, acc, tension, ratio = work
-    links_of(p, x, links)
+    fill_links(p, x, links)
     rate, place, speed = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
     for k in range(1, len(acc)):
         acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
@@ -162,8 +158,8 @@ def forward_dynamics(p, t, x, tau, work):
         p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
     )
     base = carried_at(p.base, p.gravity, t)
-    load = push_axes(base, p.trolley, p.bridge, p.share, place, speed)
-    power = push_directions(base, links, place, speed, rate, acc)
+    load = axes_load(base, p.trolley, p.bridge, p.share, place, speed)
+    power = add_nodes_load(base, links, place, speed, rate, acc)
     acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
     hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
     top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, rate)
@@ -188,11 +184,11 @@ def write_derivative(p, t, x, u, out, work):
     for axis in range(2):
         out[axis], out[nq + axis] = x[nq + axis], solved.axes[axis]
     if first == 3:
-        out[2], out[nq + 2] = x[nq + 2], paid_out(links, solved.top, acc, tension)
+        out[2], out[nq + 2] = x[nq + 2], hoisted_length_acceleration(links, solved.top, acc, tension)
     for k in range(len(tension)):
         for c in range(3):
             out[first + 3 * k + c] = links.rates[k, c]
-    turn(links, solved.top, acc, tension, out, nq + first)
+    direction_accelerations(links, solved.top, acc, tension, out, nq + first)
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     if modes > 2 * nq:
@@ -207,17 +203,17 @@ def chain_power(p, t, x, tau, solved, work):
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull[0])
     power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], solved.pull[1])
     power += hoist_power(p.hoist, tau, rate, work.tension[0])
-    return power + solved.given + forces_supply(p.forces, p, t, x, work.links, rate)
+    return power + solved.base_power + node_forces_power(p.forces, p, t, x, work.links, rate)
 
 
 @generic
-def forces_supply(forces, p, t, x, links, rate):
+def node_forces_power(forces, p, t, x, links, rate):
     """Return the power [W] of forces on nodes."""
     nq, _, _ = layout_of(p)
     return force_power(forces, t, node_velocities(links, x[nq], x[nq + 1], rate))
 
 
-@forces_supply.register(type(None))
+@node_forces_power.register(type(None))
 def _(forces, p, t, x, links, rate):
     return 0.0
 
@@ -237,7 +233,7 @@ def _(p, t, q, v):
 def _(p, x):
     nq, _, _ = layout_of(p)
     links, rate = system.workspace(p).links, hoisted_link(p.hoist, p.cable, x, nq)[1]
-    links_of(p, x, links)
+    fill_links(p, x, links)
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     kinetic += 0.5 * hoist_inertia(p.hoist) * rate * rate
@@ -273,7 +269,7 @@ def _(p, t, x, out):
 def place(p, x, out):
     """Write the nodes (N + 1, 3) into `out`."""
     links = system.workspace(p).links
-    links_of(p, x, links)
+    fill_links(p, x, links)
     out[0, 0], out[0, 1], out[0, 2] = x[0], x[1], 0.0
     for k in range(len(links.speeds)):
         for c in range(3):

@@ -15,8 +15,8 @@ from crane_sim.models.cables.rope import (
     RateRope,
     Span,
     add_rope_energy,
-    held_to_rope,
-    rope_limited,
+    limit_winch,
+    project_to_rope,
     rope_tension,
     span,
     swing_angles,
@@ -41,10 +41,10 @@ from crane_sim.models.moving_base import (
     base_state,
     carried_at,
     pose_at,
-    seen_turned,
+    rotate_back,
     to_base,
     to_world,
-    turned_back,
+    turned_about_z,
 )
 from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
 from crane_sim.models.stops import Stops
@@ -139,23 +139,23 @@ def _(friction, line):
 
 
 @generic
-def add_given(given, force, p, t, xs):
-    """Return the force (3,) [N] plus a given one at time t, in the axes of the support's frame."""
+def add_payload_force(payload_force, force, p, t, xs):
+    """Return the force (3,) [N] plus that on the payload at time t, in the axes of the support's frame."""
     return force
 
 
-@add_given.register(PayloadForce)
-def _(given, force, p, t, xs):
+@add_payload_force.register(PayloadForce)
+def _(payload_force, force, p, t, xs):
     s, c = sincos(yaw(p.support, xs))
-    world = (value_at(given.x, t), value_at(given.y, t), value_at(given.z, t))
-    x, y, z = turned_back(to_base(pose_at(p.base, t), world), s, c)
+    world = value_at(payload_force.x, t), value_at(payload_force.y, t), value_at(payload_force.z, t)
+    x, y, z = rotate_back(to_base(pose_at(p.base, t), world), s, c)
     return force[0] + x, force[1] + y, force[2] + z
 
 
 @kernel
 def base_of(p, t, xs):
     """Return the base at time t in the axes of the support's frame, None where it rests."""
-    return seen_turned(carried_at(p.base, p.gravity, t), yaw(p.support, xs))
+    return turned_about_z(carried_at(p.base, p.gravity, t), yaw(p.support, xs))
 
 
 @kernel
@@ -166,7 +166,7 @@ def solve_motion(p, t, xs, xc, tau):
     position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
     base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
     force = add_imposed(base, p.load.mass, (0.0, 0.0, -p.load.mass * p.gravity), position, moving)
-    force = add_given(p.force, add_drag(p.drag, force, airspeed(base, position, moving)), p, t, xs)
+    force = add_payload_force(p.force, add_drag(p.drag, force, airspeed(base, position, moving)), p, t, xs)
     tau = with_base(p.support, tau, base, pose)
     force, reaction, tau = add_swing_friction(p.swing_friction, line, force, (0.0, 0.0, 0.0), tau, p.support)
     tension = rope_tension(p.cable, p, pose, line, tau, force, reaction)
@@ -192,7 +192,7 @@ def _(p, t, x, u):
     motion = solve_motion(p, t, x[0], x[1], tau)
     position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], motion.pose.yaw_rate), base_of(p, t, x[0])
     force = add_drag(p.drag, (0.0, 0.0, 0.0), airspeed(base, position, moving))
-    force = add_given(p.force, force, p, t, x[0])
+    force = add_payload_force(p.force, force, p, t, x[0])
     (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
     joints = drive_power(p.support, with_base(p.support, tau, base, motion.pose), motion.pose, motion.pull)
     joints = joints + winch_power(p.cable, tau, motion.line, motion.tension)
@@ -201,7 +201,7 @@ def _(p, t, x, u):
 
 @system.project.register(Crane)
 def _(p, x):
-    return metered_like(p.meter, x, (x[0], held_to_rope(p.cable, forward_kinematics(p.support, x[0]), x[1])))
+    return metered_like(p.meter, x, (x[0], project_to_rope(p.cable, forward_kinematics(p.support, x[0]), x[1])))
 
 
 @system.tensions.register(Crane)
@@ -211,7 +211,7 @@ def _(p, t, x, u, rows, i, first):
 
 @system.saturate.register(Crane)
 def _(p, u):
-    return rope_limited(p.cable, u)
+    return limit_winch(p.cable, u)
 
 
 @system.joints.register(Crane)
@@ -255,16 +255,16 @@ def _(p, x):
 
 @system.base_energy.register(Crane)
 def _(p, t, x):
-    return added_to(base_state(p.base, t, yaw(p.support, x[0])), p, x)
+    return base_energy_of(base_state(p.base, t, yaw(p.support, x[0])), p, x)
 
 
 @generic
-def added_to(base, p, x):
+def base_energy_of(base, p, x):
     """Return (kinetic, potential) energy [J] in the world less those relative to the base; `base`: `base_state`."""
     return 0.0, 0.0
 
 
-@added_to.register(BaseState)
+@base_energy_of.register(BaseState)
 def _(base, p, x):
     pose = forward_kinematics(p.support, x[0])
     moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)

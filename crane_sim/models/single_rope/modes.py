@@ -24,8 +24,8 @@ def smallest_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
     stops, forces = p.stops, p.stops.taut > 0.0
     line = span(forward_kinematics(p.support, x[0]), x[1])
-    left = line.length + stops.lead * min(line.rate, 0.0) - stops.shortest
-    best = left, encode(Guard.LENGTH, LOWER)
+    margin = line.length + stops.lead * min(line.rate, 0.0) - stops.shortest
+    best = margin, encode(Guard.LENGTH, LOWER)
     best = smaller_guard(best, stops.longest - line.length, encode(Guard.LENGTH, UPPER))
     best = support_guard(p.support, best, x[0])
     if forces:

@@ -84,23 +84,23 @@ def _(hoist, tau, rate, tension):
 
 
 @generic
-def hoist_limited(hoist, u):
+def limit_hoist(hoist, u):
     """Return the efforts (nu,) with the hoist's, the last one, replaced by what it can apply."""
     return u
 
 
-@hoist_limited.register(ForceHoist)
+@limit_hoist.register(ForceHoist)
 def _(hoist, u):
-    return pulling(hoist.push, u)
+    return limit_to_pull(hoist.push, u)
 
 
-@hoist_limited.register(MasslessHoist)
+@limit_hoist.register(MasslessHoist)
 def _(hoist, u):
-    return pulling(hoist.push, u)
+    return limit_to_pull(hoist.push, u)
 
 
 @kernel
-def pulling(push, u):
+def limit_to_pull(push, u):
     """Return the efforts with the last one, which pays out where it is positive, at most 0 unless `push` is 1."""
     last = u[-1] if push > 0.0 else min(u[-1], 0.0)
     return (*u[:-1], last)
