@@ -5,8 +5,9 @@ Everything else has a default, which its docstring says. Sources of efforts regi
 
 Argument order is (p, t, x, u): parameters p (a NamedTuple whose type chooses the body), time t [s], state x (nested
 tuples of floats) and u, what drives the actuated joints: a tuple of efforts that are held, or a NamedTuple with a
-registered `effort`. Joint coordinates q, v are tuples in the order of the scene's joint names; SI units and radians;
-world frame right-handed, z up.
+registered `effort`. An effort is a force or torque, or what else a drive takes: an acceleration, a rate, a position.
+Joint coordinates q, v are tuples in the order of the scene's joint names; SI units and radians; world frame
+right-handed, z up.
 """
 
 from typing import NamedTuple

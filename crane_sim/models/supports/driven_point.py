@@ -1,8 +1,8 @@
 """A suspension point that is driven, as a boom's tip or a laboratory's gantry would be, without a mass of its own.
 
-The drive is ideal, its efforts are the point's accelerations; or it is a servo whose efforts are demanded positions:
-y₀'' = -kd y₀' - kp (y₀ - effort), axis by axis. Both are relative to the base, and what the cable pulls does not move
-the point. Joint coordinates are the point's position and the unit vector from it to the payload: no angles, so no
+The drive is ideal, its inputs u (in `tau`'s place) are the point's accelerations; or it is a servo whose inputs are
+positions: y₀'' = -kd y₀' - kp (y₀ - u), axis by axis. Both are relative to the base, and what the cable pulls does not
+move the point. Joint coordinates are the point's position and the unit vector from it to the payload: no angles, so no
 direction is singular.
 """
 
@@ -32,7 +32,7 @@ Vector = tuple[float, float, float]
 
 
 class Servo(NamedTuple):
-    """A servo that follows demanded positions."""
+    """A servo that follows positions."""
 
     kp: Positive  # 1/s²
     kd: NonNegative  # 1/s
@@ -53,7 +53,7 @@ class Box(NamedTuple):
 class Point(NamedTuple):
     """Parameters of the support."""
 
-    servo: Servo | None = None  # None: efforts are accelerations
+    servo: Servo | None = None  # None: inputs are accelerations
     lift: Lift | None = None  # None: the point keeps its height
     limits: Box | None = None
 
@@ -71,14 +71,14 @@ class PointPosture(NamedTuple):
 
 
 @generic
-def servo_acceleration(servo, demand, q, v):
-    """Return the acceleration [m/s²] of an axis at position q and velocity v: the demand itself without a servo."""
-    return demand
+def servo_acceleration(servo, u, q, v):
+    """Return the acceleration [m/s²] of an axis at position q and velocity v: the input u itself without a servo."""
+    return u
 
 
 @servo_acceleration.register(Servo)
-def _(servo, demand, q, v):
-    return -servo.kd * v - servo.kp * (q - demand)
+def _(servo, u, q, v):
+    return -servo.kd * v - servo.kp * (q - u)
 
 
 @generic
