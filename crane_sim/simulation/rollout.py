@@ -217,7 +217,8 @@ def simulate(
     scene = scene.commanded() if callable(law) else scene
     run = run_raw(scene, fresh(law if callable(law) else scene.law), times)
     wall, (rows, samples, flow), model = time.perf_counter() - started, run[:3], scene.model
-    counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
+    work = flow.counters
+    counted = {"rhs_evaluations": work.evaluations, "steps": work.steps, "rejected": work.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
     result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(flow, model, periods[-1]))

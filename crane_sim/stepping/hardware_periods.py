@@ -14,7 +14,7 @@ from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakp
 from crane_sim.hardware.faults import Faults, Log, apply_to_drives, apply_to_sensors, payload_mass, update_active
 from crane_sim.hardware.payloads import PayloadFault, with_payload
 from crane_sim.hardware.sensors import SHOWN, sense
-from crane_sim.integrators import OK, apply_pending_events, reach
+from crane_sim.integrators import Status, apply_pending_events, reach
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
@@ -123,7 +123,7 @@ def apply_command(p, h, m, flow, k, period, demand):
 @routine
 def pass_driven(method, p, u, flow, end, times, samples, i):
     """Return as `pass_period` does, by steps that also end where a drive's effort has a kink."""
-    while flow.status == OK and flow.t < end:
+    while flow.status == Status.OK and flow.t < end:
         kink = next_breakpoint(u, flow.t, end)
         flow, i = pass_period(method, p, u, flow, kink, kink, times, samples, i)
     return flow, i
@@ -150,10 +150,10 @@ def hardware_step(method, p, h, m, demand, flow, k, period, rows, i):
     flow = apply_pending_events(system.switching(now), now, u, flow)
     applied = system.effort(u, now, flow.t, flow.x)
     write(rows, i, now, flow.t, flow.x, u)
-    while flow.status == OK and flow.t < (k + 1) * period:
+    while flow.status == Status.OK and flow.t < (k + 1) * period:
         kink = next_breakpoint(u, flow.t, (k + 1) * period)
         flow = reach(method, now, u, flow, kink, kink)
-    if flow.status == OK or flow.t >= (k + 1) * period:
+    if flow.status == Status.OK or flow.t >= (k + 1) * period:
         end_period(now, h, m, u, flow, k, period)
     return flow, system.joints(now, flow.x), read_sensors(now, m, flow), applied
 
@@ -185,7 +185,7 @@ def hardware_rollout(method, p, law, h, m, flow, period, rows, demands, times, s
         write(rows, k, now, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_driven(method, now, u, flow, end, times, samples, i)
-        if flow.status != OK and flow.t < end:
+        if flow.status != Status.OK and flow.t < end:
             return flow, k
         if k == steps - 1:
             finish(method, now, u, flow, flow.t, rows, times, samples, i)

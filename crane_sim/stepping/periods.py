@@ -8,7 +8,7 @@ Within a period the demanded efforts are held; `u` may instead be a source that 
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.integrators import OK, apply_pending_events, dense_output, make_event_log, reach, start, step_bound
+from crane_sim.integrators import Status, apply_pending_events, dense_output, make_event_log, reach, start, step_bound
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, routine
 
@@ -59,7 +59,7 @@ def pass_period(method, p, u, flow, end, horizon, times, samples, i):
         samples: rows of the samples (m, ...).
         i: index of the first sample not yet written.
     """
-    while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
+    while i < len(times) and times[i] < end and (flow.status == Status.OK or flow.t >= times[i]):
         flow = reach(method, p, u, flow, times[i], horizon)
         write(samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
         i += 1
@@ -130,7 +130,7 @@ def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
         write(rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_period(method, p, u, flow, end, end, times, samples, i)
-        if flow.status != OK and flow.t < end:
+        if flow.status != Status.OK and flow.t < end:
             return flow, k
     finish(method, p, u, flow, flow.t, rows, times, samples, i)
     return flow, steps
@@ -146,7 +146,7 @@ def free_rollout(method, p, source, flow, period, rows, times, samples):
         end = (k + 1) * period
         write(rows, k, p, k * period, dense_output(method, p, source, flow, k * period), source)
         flow, i = pass_period(method, p, source, flow, end, step_bound(method, end), times, samples, i)
-        if flow.status != OK and flow.t < end:
+        if flow.status != Status.OK and flow.t < end:
             return flow, k
     finish(method, p, source, flow, steps * period, rows, times, samples, i)
     return flow, steps
