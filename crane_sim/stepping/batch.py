@@ -25,7 +25,7 @@ from crane_sim.integrators.integration import equal_step, status_of
 from crane_sim.numerics.jit import entry, generic, kernel, routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
 from crane_sim.numerics.states import dimension, replace_field
-from crane_sim.stepping.periods import finish, pass_period, write
+from crane_sim.stepping.periods import Output, finish, pass_period, write
 
 
 class Sampled(NamedTuple):
@@ -81,31 +81,33 @@ def initial_state(p, places, i):
 def passed_through(source, method, p, flow, clock, rows):
     """Return (last flow, periods passed) of a run, its rows written on the way."""
     i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
+    out = Output(rows, None, clock.times, rows[:m])
     flow = apply_pending_events(system.switching(p), p, source, flow)
     for k in range(clock.steps):
         before, end = flow, (k + 1) * clock.period
-        limit = step_bound(method, end)
-        flow, i = pass_period(method, p, source, flow, end, limit, clock.times, rows[:m], i)
+        bound = step_bound(method, end)
+        flow, i = pass_period(method, p, source, flow, end, bound, out, i)
         if flow.status != Status.OK and flow.t < end:
             t = k * clock.period
             write(rows, m, p, t, dense_output(method, p, source, before, t), source)
             return flow, k
-    finish(method, p, source, flow, clock.steps * clock.period, rows, clock.times, rows[:m], i)
+    finish(method, p, source, flow, clock.steps * clock.period, out, i)
     return flow, clock.steps
 
 
 @passed_through.register(Sampled)
 def _(source, method, p, flow, clock, rows):
     i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
+    out = Output(rows, None, clock.times, rows[:m])
     u = sampled_efforts(source, p, 0.0, flow.x)
     for k in range(clock.steps):
         u, end = sampled_efforts(source, p, k * clock.period, flow.x), (k + 1) * clock.period
         before = apply_pending_events(system.switching(p), p, u, flow)
-        flow, i = pass_period(method, p, u, before, end, end, clock.times, rows[:m], i)
+        flow, i = pass_period(method, p, u, before, end, end, out, i)
         if flow.status != Status.OK and flow.t < end:
             write(rows, m, p, before.t, before.x, u)
             return flow, k
-    finish(method, p, u, flow, flow.t, rows, clock.times, rows[:m], i)
+    finish(method, p, u, flow, flow.t, out, i)
     return flow, clock.steps
 
 
@@ -218,5 +220,5 @@ def end_lane(method, crane, x, efforts, clock, places, i, taken, sampled):
     end, rows, u = clock.steps * clock.period, places.rows[i], driving(crane.source, efforts)
     flow = replace_field(start(crane.model, end, x, None), "status", status_of(x))
     flow = replace_field(flow, "counters", Counters(taken * stages(method), taken, 0))
-    finish(method, crane.model, u, flow, end, rows, clock.times, rows[: len(clock.times)], sampled)
+    finish(method, crane.model, u, flow, end, Output(rows, None, clock.times, rows[: len(clock.times)]), sampled)
     note(crane.model, clock, places, i, flow, clock.steps)

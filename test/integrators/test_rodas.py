@@ -133,7 +133,7 @@ def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
 def test_a_stiff_component_costs_nothing() -> None:
     """A rate of 1e8 leaves the number of steps what it is without, and the error within the tolerance."""
     mild, stiff = (integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8))
-    assert stiff.status == Status.OK and stiff.steps < 2 * mild.steps
+    assert stiff.status == Status.OK and stiff.counters.steps < 2 * mild.counters.steps
     assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)  # within 1e-8 of its target, errors of 1e-6 a step
 
 
