@@ -39,7 +39,7 @@ def joint_limit(file: File, scene: Scene, joint: str) -> Limit:
         column = scene.actuated.index(joint)
         if scene.effort_units[column] in ("N", "N m"):  # others are no efforts to a URDF
             drive = scene.hardware.drives[column]
-        effort = float(max(abs(drive.low), abs(drive.high)))
+            effort = float(max(abs(drive.low), abs(drive.high)))
     return Limit(lower, upper, effort)
 
 

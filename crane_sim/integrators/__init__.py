@@ -18,13 +18,14 @@ from crane_sim.integrators.integration import (
     step,
     step_bound,
 )
-from crane_sim.integrators.status import Status
+from crane_sim.integrators.status import OK, TOO_MANY_STEPS, Status
 from crane_sim.numerics.jit import kernel
 from crane_sim.numerics.states import replace_field
 from crane_sim.system import switching
 
 __all__ = [
     "Counters",
+    "OK",
     "EventLog",
     "Integration",
     "Status",
@@ -47,8 +48,8 @@ __all__ = [
 def reach(method, p, u, flow, t, end):
     """Return the integration advanced until it covers time t, by steps that do not pass `end`."""
     limit = flow.counters.steps + max_steps(method)
-    while flow.t < t and flow.status == Status.OK:
+    while flow.t < t and flow.status == OK:
         flow = handle_events(switching(p), method, p, u, advance(method, p, u, flow, end))
         if flow.counters.steps >= limit and flow.t < t:
-            flow = replace_field(flow, "status", Status.TOO_MANY_STEPS)
+            flow = replace_field(flow, "status", TOO_MANY_STEPS)
     return flow

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.integrators.integration import MOST_STAGES, Scratch, add_evaluations, dense_output, stages
-from crane_sim.integrators.status import Status
+from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
 from crane_sim.system import Switching, apply_reset_map, guard, rhs, rhs_into, switching
@@ -167,7 +167,7 @@ def handle_events(switches, method, p, u, flow):
 
 @handle_events.register(Switching)
 def _(switches, method, p, u, flow):
-    if flow.status != Status.OK:
+    if flow.status != OK:
         return flow
     low, high, n = bracket(method, p, u, flow)
     flow = add_evaluations(flow, n)
@@ -192,7 +192,7 @@ def with_event(flow, x, event):
 @kernel
 def terminate(flow, which):
     """Return the integration terminated by guard number `which`."""
-    return replace_field(replace_field(flow, "status", Status.TERMINATED), "terminal_guard", which)
+    return replace_field(replace_field(flow, "status", TERMINATED), "terminal_guard", which)
 
 
 @routine
@@ -200,11 +200,11 @@ def apply_reset_maps(p, u, flow):
     """Return the integration after all switches at its present time."""
     work, switches = work_of(flow.scratch), 0
     value, which, n = guard(p, flow.t, flow.x, u, work)
-    while value < 0.0 and flow.status == Status.OK:
+    while value < 0.0 and flow.status == OK:
         x, event, goes_on = apply_reset_map(p, flow.t, flow.x, u, which)
         flow, switches = with_event(flow, x, event), switches + 1
         if switches > MOST_SWITCHES:
-            flow = replace_field(flow, "status", Status.TOO_MANY_SWITCHES)
+            flow = replace_field(flow, "status", TOO_MANY_SWITCHES)
         elif not goes_on:
             flow = terminate(flow, which)
         value, which, more = guard(p, flow.t, flow.x, u, work)

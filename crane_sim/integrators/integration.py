@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.status import Status
+from crane_sim.integrators.status import NOT_FINITE, OK
 from crane_sim.numerics.jit import generic, kernel, lean_generic, routine
 from crane_sim.numerics.states import replace_field, squared_error_norm
 from crane_sim.system import project, workspace
@@ -51,7 +51,7 @@ class Integration(NamedTuple):
     x: Any
     h: float  # s, size that an adaptive method tries next; 0: it has yet to choose
     counters: Counters = Counters()
-    status: Status = Status.OK
+    status: int = OK  # of Status
     terminal_guard: int = NO_GUARD  # number of the guard that terminated it
     event_log: Any = None  # of a model that switches
     scratch: Any = None
@@ -60,7 +60,7 @@ class Integration(NamedTuple):
 @kernel
 def start(p, t, x, event_log):
     """Return the integration of model p that begins with state x at time t, with an empty log of events."""
-    return Integration(t, x, t, x, 0.0, Counters(0, 0, 0), Status.OK, NO_GUARD, event_log, scratch(x, p))
+    return Integration(t, x, t, x, 0.0, Counters(0, 0, 0), OK, NO_GUARD, event_log, scratch(x, p))
 
 
 @kernel
@@ -90,7 +90,7 @@ def add_evaluations(flow, evaluations):
 @kernel
 def status_of(x):
     """Return the status of an integration in state x."""
-    return Status.OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else Status.NOT_FINITE
+    return OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
 
 
 @generic

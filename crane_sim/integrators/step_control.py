@@ -13,7 +13,7 @@ from crane_sim.integrators.integration import (
     with_step,
 )
 from crane_sim.integrators.runge_kutta import first_stage
-from crane_sim.integrators.status import Status
+from crane_sim.integrators.status import NOT_FINITE, OK, STEP_TOO_SMALL
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
 from crane_sim.system import project, rhs, rhs_into
@@ -95,7 +95,7 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     k1 = first_stage(scratch, p, t, x, u)
     if h == 0.0:
         h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, order), n + 1
-    status = Status.STEP_TOO_SMALL if isfinite(h) else Status.NOT_FINITE
+    status = STEP_TOO_SMALL if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
@@ -103,9 +103,9 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
         n += stages(method) - 1
         factor = min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / order))) if error > 0.0 else growth
         if error <= 1.0:
-            return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, Status.OK
+            return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, OK
         h, growth, rejected = size * (factor if isfinite(error) else MIN_FACTOR), 1.0, rejected + 1
-        status = Status.STEP_TOO_SMALL if isfinite(error) else Status.NOT_FINITE
+        status = STEP_TOO_SMALL if isfinite(error) else NOT_FINITE
     return copy_state(x, out), t, h, n, rejected, status
 
 
@@ -127,6 +127,6 @@ def accepted_step(method, p, u, flow, end):
     out = allocate(flow.x)
     y, t, h, n, rejected, status = adaptive_step(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
     y, steps = take_state(out, y), 0
-    if status == Status.OK:
+    if status == OK:
         y, steps = project(p, y), 1
     return with_step(flow, t, y, h, add_counts(flow.counters, n, steps, rejected), status)

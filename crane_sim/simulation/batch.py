@@ -265,7 +265,7 @@ def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times:
 
 def _end_of(counts: npt.NDArray[np.int64], reached: float) -> Integration:
     """Return how the integration of a crane ended."""
-    status, guard = Status(int(counts[0])), int(counts[5])
+    status, guard = int(counts[0]), int(counts[5])
     return Integration(0.0, None, float(reached), None, 0.0, status=status, terminal_guard=guard)
 
 

@@ -22,7 +22,7 @@ def check_status(flow: Any, model: Any) -> None:
     """Raise SimulationError when the integration under way has failed, or the model is no longer valid."""
     if flow.status == Status.OK:
         return
-    cause, remedy = flow.status.cause, "check the scene's parameters and steps"
+    cause, remedy = Status(flow.status).cause, "check the scene's parameters and steps"
     if flow.status == Status.TERMINATED:
         cause, remedy = model.story(flow.terminal_guard)
     raise SimulationError(f"stopped at t = {flow.t:.6g} s: {cause}; {remedy}")

@@ -11,8 +11,8 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.integrators import (
+    OK,
     Counters,
-    Status,
     apply_pending_events,
     dense_output,
     make_event_log,
@@ -87,7 +87,7 @@ def passed_through(source, method, p, flow, clock, rows):
         before, end = flow, (k + 1) * clock.period
         bound = step_bound(method, end)
         flow, i = pass_period(method, p, source, flow, end, bound, out, i)
-        if flow.status != Status.OK and flow.t < end:
+        if flow.status != OK and flow.t < end:
             t = k * clock.period
             write(rows, m, p, t, dense_output(method, p, source, before, t), source)
             return flow, k
@@ -104,7 +104,7 @@ def _(source, method, p, flow, clock, rows):
         u, end = sampled_efforts(source, p, k * clock.period, flow.x), (k + 1) * clock.period
         before = apply_pending_events(system.switching(p), p, u, flow)
         flow, i = pass_period(method, p, u, before, end, end, out, i)
-        if flow.status != Status.OK and flow.t < end:
+        if flow.status != OK and flow.t < end:
             write(rows, m, p, before.t, before.x, u)
             return flow, k
     finish(method, p, u, flow, flow.t, out, i)

@@ -14,7 +14,7 @@ from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakp
 from crane_sim.hardware.faults import Faults, Log, apply_to_drives, apply_to_sensors, payload_mass, update_active
 from crane_sim.hardware.payloads import PayloadFault, with_payload
 from crane_sim.hardware.sensors import sense
-from crane_sim.integrators import Status, apply_pending_events, reach
+from crane_sim.integrators import OK, apply_pending_events, reach
 from crane_sim.numerics.arrays import assign, store
 from crane_sim.numerics.jit import entry, generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
@@ -121,7 +121,7 @@ def apply_command(p, hardware, flow, k, period, demand):
 @routine
 def pass_driven(method, p, u, flow, end, out, i):
     """Return as `pass_period` does, by steps that also end where a drive's effort has a kink."""
-    while flow.status == Status.OK and flow.t < end:
+    while flow.status == OK and flow.t < end:
         kink = next_breakpoint(u, flow.t, end)
         flow, i = pass_period(method, p, u, flow, kink, kink, out, i)
     return flow, i
@@ -148,10 +148,10 @@ def hardware_step(method, p, hardware, demand, flow, k, period, rows, i):
     flow = apply_pending_events(system.switching(laden), laden, u, flow)
     applied = system.effort(u, laden, flow.t, flow.x)
     write(rows, i, laden, flow.t, flow.x, u)
-    while flow.status == Status.OK and flow.t < (k + 1) * period:
+    while flow.status == OK and flow.t < (k + 1) * period:
         kink = next_breakpoint(u, flow.t, (k + 1) * period)
         flow = reach(method, laden, u, flow, kink, kink)
-    if flow.status == Status.OK or flow.t >= (k + 1) * period:
+    if flow.status == OK or flow.t >= (k + 1) * period:
         end_period(laden, hardware, u, flow, k, period)
     return flow, system.joints(laden, flow.x), read_sensors(laden, hardware, flow), applied
 
@@ -183,7 +183,7 @@ def hardware_rollout(method, p, law, hardware, flow, period, out, loads):
         write(out.rows, k, laden, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_driven(method, laden, u, flow, end, out, i)
-        if flow.status != Status.OK and flow.t < end:
+        if flow.status != OK and flow.t < end:
             return flow, k
         if k == steps - 1:
             finish(method, laden, u, flow, flow.t, out, i)

@@ -8,7 +8,7 @@ Within a period the demanded efforts are held; `u` may instead be a source that 
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.integrators import Status, apply_pending_events, dense_output, make_event_log, reach, start, step_bound
+from crane_sim.integrators import OK, apply_pending_events, dense_output, make_event_log, reach, start, step_bound
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, routine
 
@@ -68,7 +68,7 @@ def pass_period(method, p, u, flow, end, bound, out, i):
         i: index of the first sample not yet written.
     """
     times = out.times
-    while i < len(times) and times[i] < end and (flow.status == Status.OK or flow.t >= times[i]):
+    while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
         flow = reach(method, p, u, flow, times[i], bound)
         write(out.samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
         i += 1
@@ -137,7 +137,7 @@ def held_rollout(method, p, law, flow, period, out):
         write(out.rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period
         flow, i = pass_period(method, p, u, flow, end, end, out, i)
-        if flow.status != Status.OK and flow.t < end:
+        if flow.status != OK and flow.t < end:
             return flow, k
     finish(method, p, u, flow, flow.t, out, i)
     return flow, steps
@@ -153,7 +153,7 @@ def free_rollout(method, p, source, flow, period, out):
         end = (k + 1) * period
         write(out.rows, k, p, k * period, dense_output(method, p, source, flow, k * period), source)
         flow, i = pass_period(method, p, source, flow, end, step_bound(method, end), out, i)
-        if flow.status != Status.OK and flow.t < end:
+        if flow.status != OK and flow.t < end:
             return flow, k
     finish(method, p, source, flow, steps * period, out, i)
     return flow, steps

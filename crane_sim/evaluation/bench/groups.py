@@ -78,7 +78,9 @@ class Subject(NamedTuple):
         flow = pass_time(RK8(_STEP), self.model, self.x, self.u, times * _STEP)
         elapsed = time.perf_counter() - began
         if flow.status != Status.OK:
-            raise RuntimeError(f"{type(self.model).__name__}: the integration ended with status {flow.status.name}")
+            raise RuntimeError(
+                f"{type(self.model).__name__}: the integration ended with status {Status(flow.status).name}"
+            )
         return elapsed / flow.counters.steps * 1e9
 
 
