@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 from crane_sim.description.robot import UNBOUNDED, add_limit
 from crane_sim.files.document import present
-from crane_sim.hardware.drives import HIGH, LOW
 from crane_sim.scenes.scene import FORMS
 
 if TYPE_CHECKING:
@@ -39,7 +38,8 @@ def joint_limit(file: File, scene: Scene, joint: str) -> Limit:
     if scene.hardware is not None and joint in scene.actuated:
         column = scene.actuated.index(joint)
         if scene.effort_units[column] in ("N", "N m"):  # others are no efforts to a URDF
-            effort = float(max(abs(scene.hardware.drives[[LOW, HIGH], column])))
+            drive = scene.hardware.drives[column]
+            effort = float(max(abs(drive.low), abs(drive.high)))
     return Limit(lower, upper, effort)
 
 

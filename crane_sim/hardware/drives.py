@@ -1,112 +1,102 @@
-"""Actuators: what becomes of a demand on its way to a joint, within the equations.
+"""Actuators: the effort that a drive applies to its joint for a demand, within the equations.
 
-A board (rows, nu) holds everything about the drives of a run, one column for each actuated joint. A demand is delayed,
-passes a dead band, is limited, and is then followed by u' = (demand - u) / lag, never faster than the rate limit. A
-demand is held for a period, so that equation has a solution in closed form: a ramp while the rate limit binds, then an
-exponential. The effort is that function of time, not a staircase.
+A demand is delayed, passes a dead band, is limited, and is then followed by u' = (demand - u) / lag, never faster than
+the rate limit. A demand is held for a period, so that equation has a solution in closed form: a ramp while the rate
+limit binds, then an exponential. The effort is that function of time, not a staircase.
 """
 
 from math import exp
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from crane_sim import system
-from crane_sim.hardware.brakes import EFFORT, HELD, POSITION, VELOCITY, compute_brake_effort
-from crane_sim.numerics.arrays import store
+from crane_sim.hardware.brakes import compute_brake_effort
+from crane_sim.numerics.arrays import assign, store
 from crane_sim.numerics.jit import lean_kernel, routine
-
-ORIGIN, TARGET, FACTOR = 9, 10, 11
-"""Rows: effort where the period began, effort that is approached, what part of its effort the drive delivers."""
-RATE, LAG, LOW, HIGH, DEADBAND, DELAY = 12, 13, 14, 15, 16, 17
-"""Rows: limit of |u'| [1/s of the effort], s, limits of the effort, demands below this do nothing, periods."""
-DRIVE_ROWS = 18
-NEUTRAL = {FACTOR: 1.0, RATE: np.inf, LOW: -np.inf, HIGH: np.inf}
-"""What a drive without any effect has in these rows; in others it has 0."""
 
 
 class Drives(NamedTuple):
     """The source of a period: drives that approach their demands, and brakes."""
 
     begin: float  # s, of the period
-    board: Any  # (DRIVE_ROWS, nu)
+    records: Any  # DRIVE (nu,)
 
 
 @lean_kernel
-def ramp_time(far, rate, lag):
-    """Return for how long [s] the rate limit binds a drive whose demand is `far` away."""
-    return max(0.0, far / rate - lag)
+def ramp_time(distance, rate, lag):
+    """Return for how long [s] the rate limit binds a drive whose demand is `distance` away."""
+    return max(0.0, distance / rate - lag)
 
 
 @lean_kernel
-def effort_at(board, i, s):
-    """Return the effort of drive i, s seconds after the begin of the period."""
-    origin, target, rate, lag = board[ORIGIN, i], board[TARGET, i], board[RATE, i], board[LAG, i]
-    way = target - origin
-    far, direction = abs(way), 1.0 if way >= 0.0 else -1.0
-    ramp = ramp_time(far, rate, lag)
+def effort_at(drive, s):
+    """Return the effort of a drive, s seconds after the begin of the period."""
+    origin, target, rate, lag = drive.origin, drive.target, drive.rate_limit, drive.lag
+    change = target - origin
+    distance, direction = abs(change), 1.0 if change >= 0.0 else -1.0
+    ramp = ramp_time(distance, rate, lag)
     if s < ramp:
         return origin + direction * rate * s
     if lag == 0.0:
         return target
-    left = far if ramp == 0.0 else rate * lag
-    return target - direction * left * exp(-(s - ramp) / lag)
+    remaining = distance if ramp == 0.0 else rate * lag
+    return target - direction * remaining * exp(-(s - ramp) / lag)
 
 
 @system.effort.register(Drives)
 def _(u, p, t, x):
-    return drive_efforts(p, u.board, t - u.begin, x)
+    return drive_efforts(p, u.records, t - u.begin, x)
 
 
 @routine
-def drive_efforts(p, board, s, x):
+def drive_efforts(p, drives, s, x):
     """Return the efforts (nu,) of drives and brakes in state x, s seconds after the begin of the period."""
     q, v = system.actuated_joints(p, x)
-    store(board, POSITION, 0, q)
-    store(board, VELOCITY, 0, v)
-    for i in range(board.shape[1]):
-        drive = board[FACTOR, i] * effort_at(board, i, s)
-        board[EFFORT, i] = compute_brake_effort(board, i) if board[HELD, i] > 0.0 else drive
-    return system.saturate(p, system.efforts_from_row(p, board[EFFORT]))
+    assign(drives.position, q)
+    assign(drives.velocity, v)
+    for i in range(len(drives)):
+        drive = drives[i]
+        effort = drive.factor * effort_at(drive, s)
+        drive.effort = compute_brake_effort(drive) if drive.engaged else effort
+    return system.saturate(p, system.efforts_from_row(p, drives.effort))
 
 
 @routine
-def accept_command(p, board, queue, k, demand):
-    """Let the drives have the demand (nu,) of period k; return whether a limit changed one."""
+def accept_command(p, drives, queue, k, demand):
+    """Give the drives the demand (nu,) of period k; return whether a limit changed one."""
     depth, limited = len(queue), False
     store(queue, k % depth, 0, demand)
     if k == 0:  # before the start the first demand was given all along
         for d in range(depth):
             store(queue, d, 0, demand)
-    for i in range(board.shape[1]):
-        given = queue[(k - int(board[DELAY, i])) % depth, i]
-        given = 0.0 if abs(given) < board[DEADBAND, i] else given
-        board[EFFORT, i] = given
-        board[TARGET, i] = min(max(given, board[LOW, i]), board[HIGH, i])
-    store(board, TARGET, 0, system.saturate(p, system.efforts_from_row(p, board[TARGET])))
-    for i in range(board.shape[1]):
-        limited = limited or board[TARGET, i] != board[EFFORT, i]
-        board[ORIGIN, i] = board[TARGET, i] if k == 0 else board[ORIGIN, i]
+    for i in range(len(drives)):
+        drive = drives[i]
+        delayed = queue[(k - drive.delay) % depth, i]
+        drive.effort = 0.0 if abs(delayed) < drive.deadband else delayed
+        drive.target = min(max(drive.effort, drive.low), drive.high)
+    assign(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
+    for i in range(len(drives)):
+        drive = drives[i]
+        limited = limited or drive.target != drive.effort
+        drive.origin = drive.target if k == 0 else drive.origin
     return limited
 
 
 @lean_kernel
 def next_breakpoint(u, t, end):
     """Return the first time after t [s] at which a rate limit stops binding, `end` if there is none before it."""
-    board, least = u.board, 1e-9 * (end - u.begin)  # s: nearer to either end a kink is none
-    for i in range(board.shape[1]):
-        far = abs(board[TARGET, i] - board[ORIGIN, i])
-        kink = u.begin + ramp_time(far, board[RATE, i], board[LAG, i])
-        if board[HELD, i] == 0.0 and t + least < kink < end - least:
+    least = 1e-9 * (end - u.begin)  # s: nearer to either end there is none
+    for i in range(len(u.records)):
+        drive = u.records[i]
+        kink = u.begin + ramp_time(abs(drive.target - drive.origin), drive.rate_limit, drive.lag)
+        if not drive.engaged and t + least < kink < end - least:
             end = kink
     return end
 
 
 @routine
 def latch(p, u, t, x):
-    """Note where the drives are at the end of a period, time t [s] and state x."""
-    efforts = system.effort(u, p, t, x)
-    store(u.board, EFFORT, 0, efforts)
-    for i in range(u.board.shape[1]):
-        held = u.board[HELD, i] > 0.0
-        u.board[ORIGIN, i] = u.board[EFFORT, i] if held else effort_at(u.board, i, t - u.begin)
+    """Keep the efforts of the drives at the end of a period, time t [s] and state x, as where the next one begins."""
+    assign(u.records.effort, system.effort(u, p, t, x))
+    for i in range(len(u.records)):
+        drive = u.records[i]
+        drive.origin = drive.effort if drive.engaged else effort_at(drive, t - u.begin)

@@ -1,17 +1,16 @@
-"""What a scene says of its hardware, in numbers."""
+"""Settings of a scene's hardware, in numbers."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.hardware.drives import DRIVE_ROWS, NEUTRAL
 from crane_sim.hardware.faults import JOINT_STUCK, Faults
 from crane_sim.hardware.payloads import PayloadFault
-from crane_sim.hardware.sensors import EVERY, SENSOR_ROWS
+from crane_sim.hardware.records import ideal_drives, ideal_sensors
 
 
 class BrakeSettings(NamedTuple):
-    """The brakes of a scene; what is None is computed from the crane (`brake_defaults`)."""
+    """The brakes of a scene; what is None is computed from the crane (`crane_sim.simulation.hardware`)."""
 
     capacity: tuple[float, ...] | None = None  # (nu,), in the units of the efforts
     frequency: float | None = None  # rad/s, of a joint on its brake's spring
@@ -19,15 +18,15 @@ class BrakeSettings(NamedTuple):
 
 
 class Equipment(NamedTuple):
-    """Hardware of a scene; the boards of drives and sensors are copied for every run."""
+    """Hardware of a scene; the records of drives and sensors are copied for every run."""
 
-    drives: Any  # (DRIVE_ROWS, nu)
-    signals: Any  # (SENSOR_ROWS, 2 nq)
+    drives: Any  # records of DRIVE (nu,)
+    sensors: Any  # records of SENSOR (2 nq,)
     faults: Faults
     names: tuple[str, ...] = ()  # of the faults
-    reload: PayloadFault | None = None
+    payload_fault: PayloadFault | None = None
     brake: BrakeSettings = BrakeSettings()
-    ideal: bool = True  # nothing but brakes, which nobody feels until they are applied
+    ideal: bool = True  # nothing but brakes, which do nothing until they are applied
 
     @property
     def can_stick(self) -> bool:
@@ -35,22 +34,7 @@ class Equipment(NamedTuple):
         return JOINT_STUCK in self.faults.kind
 
 
-def drive_board(nu: int) -> Any:
-    """Return the board of drives without any effect (DRIVE_ROWS, nu)."""
-    board = np.zeros((DRIVE_ROWS, nu))
-    for row, value in NEUTRAL.items():
-        board[row] = value
-    return board
-
-
-def sensor_board(nq: int) -> Any:
-    """Return the board of perfect sensors (SENSOR_ROWS, 2 nq)."""
-    board = np.zeros((SENSOR_ROWS, 2 * nq))
-    board[EVERY] = 1.0
-    return board
-
-
 def no_equipment(nq: int, nu: int) -> Equipment:
     """Return the equipment of a crane whose drives and sensors are perfect and which has brakes."""
     nothing = np.empty(0)
-    return Equipment(drive_board(nu), sensor_board(nq), Faults(nothing, nothing, nothing, nothing, nothing))
+    return Equipment(ideal_drives(nu), ideal_sensors(nq), Faults(nothing, nothing, nothing, nothing, nothing))

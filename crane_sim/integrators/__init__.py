@@ -4,55 +4,52 @@ A method is a NamedTuple of its settings; its type chooses the kernels. A method
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 
-from crane_sim.integrators.events import CHATTER, STOPPED, Seen, apply_pending_events, handle_events, make_event_log
+from crane_sim.integrators.events import EventLog, apply_pending_events, handle_events, make_event_log
 from crane_sim.integrators.integration import (
-    ENDLESS,
-    NOT_FINITE,
-    OK,
-    STALLED,
+    Counters,
     Integration,
     advance,
     dense_output,
     max_steps,
+    restart,
     scratch,
     stages,
     start,
     step,
     step_bound,
-    with_status,
 )
+from crane_sim.integrators.status import OK, TOO_MANY_STEPS, Status
 from crane_sim.numerics.jit import kernel
+from crane_sim.numerics.states import replace_field
 from crane_sim.system import switching
 
 __all__ = [
-    "CHATTER",
-    "ENDLESS",
-    "NOT_FINITE",
+    "Counters",
     "OK",
-    "STALLED",
-    "STOPPED",
+    "EventLog",
     "Integration",
-    "Seen",
+    "Status",
     "advance",
-    "step_bound",
-    "handle_events",
-    "reach",
-    "make_event_log",
-    "scratch",
     "apply_pending_events",
+    "dense_output",
+    "handle_events",
+    "make_event_log",
+    "reach",
+    "restart",
+    "scratch",
     "stages",
     "start",
-    "dense_output",
     "step",
+    "step_bound",
 ]
 
 
 @kernel
 def reach(method, p, u, flow, t, end):
-    """Return the flow advanced until it covers time t, by steps that do not pass `end`."""
-    most = flow.steps + max_steps(method)
+    """Return the integration advanced until it covers time t, by steps that do not pass `end`."""
+    limit = flow.counters.steps + max_steps(method)
     while flow.t < t and flow.status == OK:
         flow = handle_events(switching(p), method, p, u, advance(method, p, u, flow, end))
-        if flow.steps >= most and flow.t < t:
-            flow = with_status(flow, ENDLESS)
+        if flow.counters.steps >= limit and flow.t < t:
+            flow = replace_field(flow, "status", TOO_MANY_STEPS)
     return flow

@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.integration import MOST_STAGES, OK, Integration, Scratch, dense_output, stages
+from crane_sim.integrators.integration import MOST_STAGES, Scratch, add_evaluations, dense_output, stages
+from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
-from crane_sim.numerics.states import add, add_scaled, replace_entry, scale
+from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
 from crane_sim.system import Switching, apply_reset_map, guard, rhs, rhs_into, switching
 
 FIRST, SECOND, BETWEEN = MOST_STAGES + 1, MOST_STAGES + 2, MOST_STAGES + 3  # rows of a scratch
@@ -112,24 +113,17 @@ def first_sign_change(p, u, flow, slopes, work, look):
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
-STOPPED = 100
-"""From here on a flow's status tells that guard number `status - STOPPED` failed and the model ends with it."""
-
-
-CHATTER = 3
-
-
 MOST_SWITCHES = 50  # at one instant; a model that wants more of them chatters
 
 
 MAX_ITERATIONS = 60  # for one event; halving alone would need about 50
 
 
-class Seen(NamedTuple):
-    """What happened: rows (time, number); once they are full, only the count goes on."""
+class EventLog(NamedTuple):
+    """Events of an integration; once the rows are full, only the count goes on."""
 
     total: int
-    rows: Any  # (capacity, 2)
+    rows: Any  # (capacity, 2): time [s], number of the event
 
 
 @generic
@@ -145,29 +139,29 @@ def _(scratch):
 
 @generic
 def make_event_log(switches):
-    """Return an empty record of events; None for a model that does not switch."""
+    """Return an empty log of events; None for a model that does not switch."""
     return None
 
 
 @make_event_log.register(Switching)
 def _(switches):
-    return Seen(0, np.zeros((switches.capacity, 2)))
+    return EventLog(0, np.zeros((switches.capacity, 2)))
 
 
 @generic
 def apply_pending_events(switches, p, u, flow):
-    """Return the flow with every guard that fails at its present instant answered: efforts may have jumped there."""
+    """Return the integration switched by every guard that fails at its present time: efforts may have jumped there."""
     return flow
 
 
 @apply_pending_events.register(Switching)
 def _(switches, p, u, flow):
-    return switched_flow(p, u, flow)
+    return apply_reset_maps(p, u, flow)
 
 
 @generic
 def handle_events(switches, method, p, u, flow):
-    """Return the flow cut back to the first event of its last step, and switched; as it is where there is none."""
+    """Return the integration cut back to the first event of its last step, and switched; as it is without one."""
     return flow
 
 
@@ -176,37 +170,46 @@ def _(switches, method, p, u, flow):
     if flow.status != OK:
         return flow
     low, high, n = bracket(method, p, u, flow)
-    n += flow.evaluations
-    seen = Integration(
-        flow.t0, flow.x0, flow.t, flow.x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch
-    )
-    return seen if low == high else truncate_at_event(method, p, u, seen, low, high)
+    flow = add_evaluations(flow, n)
+    return flow if low == high else truncate_at_event(method, p, u, flow, low, high)
 
 
 @kernel
-def log_event(seen, t, event):
-    """Return the record with one more event."""
-    if seen.total < len(seen.rows):
-        seen.rows[seen.total, 0], seen.rows[seen.total, 1] = t, event
-    return Seen(seen.total + 1, seen.rows)
+def log_event(log, t, event):
+    """Return the log with one more event."""
+    if log.total < len(log.rows):
+        log.rows[log.total, 0], log.rows[log.total, 1] = t, event
+    return EventLog(log.total + 1, log.rows)
+
+
+@kernel
+def with_event(flow, x, event):
+    """Return the integration with an event at its present time, which puts it into state x."""
+    flow = replace_field(flow, "event_log", log_event(flow.event_log, flow.t, event))
+    return replace_field(replace_field(flow, "x", x), "h", 0.0)
+
+
+@kernel
+def terminate(flow, which):
+    """Return the integration terminated by guard number `which`."""
+    return replace_field(replace_field(flow, "status", TERMINATED), "terminal_guard", which)
 
 
 @routine
-def switched_flow(p, u, flow):
-    """Return the flow after all switches at its present instant."""
-    x, status, seen, h, work = flow.x, flow.status, flow.seen, flow.h, work_of(flow.scratch)
-    value, which, n = guard(p, flow.t, x, u, work)
-    switches = 0
-    while value < 0.0 and status == OK:
-        x, event, goes_on = apply_reset_map(p, flow.t, x, u, which)
-        seen, h, switches = log_event(seen, flow.t, event), 0.0, switches + 1
-        status = OK if goes_on else STOPPED + which
+def apply_reset_maps(p, u, flow):
+    """Return the integration after all switches at its present time."""
+    work, switches = work_of(flow.scratch), 0
+    value, which, n = guard(p, flow.t, flow.x, u, work)
+    while value < 0.0 and flow.status == OK:
+        x, event, goes_on = apply_reset_map(p, flow.t, flow.x, u, which)
+        flow, switches = with_event(flow, x, event), switches + 1
         if switches > MOST_SWITCHES:
-            status = CHATTER
-        value, which, more = guard(p, flow.t, x, u, work)
+            flow = replace_field(flow, "status", TOO_MANY_SWITCHES)
+        elif not goes_on:
+            flow = terminate(flow, which)
+        value, which, more = guard(p, flow.t, flow.x, u, work)
         n += more
-    n, taken, rejected = flow.evaluations + n, flow.steps, flow.rejected
-    return Integration(flow.t0, flow.x0, flow.t, x, h, n, taken, rejected, status, seen, flow.scratch)
+    return add_evaluations(flow, n)
 
 
 @kernel
@@ -271,9 +274,8 @@ def find_root(method, p, u, flow, low, high):
 
 @routine
 def truncate_at_event(method, p, u, flow, low, high):
-    """Return the flow back at the first event, between `low` and `high`, and switched."""
-    t, more = find_root(method, p, u, flow, low, high)
-    n = flow.evaluations + more + stages(method)
+    """Return the integration cut back to its first event, between `low` and `high`, and switched."""
+    t, n = find_root(method, p, u, flow, low, high)
     x = dense_output(method, p, u, flow, t)
-    cut = Integration(flow.t0, flow.x0, t, x, flow.h, n, flow.steps, flow.rejected, OK, flow.seen, flow.scratch)
-    return switched_flow(p, u, cut)
+    flow = add_evaluations(replace_field(replace_field(flow, "t", t), "x", x), n + stages(method))
+    return apply_reset_maps(p, u, flow)

@@ -8,7 +8,7 @@ from math import nan, sqrt
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
-from crane_sim.integrators.integration import advance, equal_step, stages, step, with_step
+from crane_sim.integrators.integration import advance, equal_step, stages, step, with_fixed_step
 from crane_sim.numerics.jit import kernel, routine
 from crane_sim.numerics.states import add, add_scaled, scale, squared_error_norm
 from crane_sim.system import project, rhs
@@ -80,4 +80,4 @@ def _(method):
 def _(method, p, u, flow, end):
     h, t = equal_step(method.step, flow.t, end)
     x, sweeps = solve_collocation(p, flow.t, flow.x, u, h)
-    return with_step(flow, t, project(p, x), h, 1 + 3 * sweeps)
+    return with_fixed_step(flow, t, project(p, x), h, 1 + 3 * sweeps)

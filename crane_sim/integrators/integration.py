@@ -1,28 +1,28 @@
-"""What integrators have in common: an integration under way, and what a method answers."""
+"""State of an integration, and the generic functions that a method answers."""
 
 from math import ceil, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.integrators.status import NOT_FINITE, OK
 from crane_sim.numerics.jit import generic, kernel, lean_generic, routine
-from crane_sim.numerics.states import squared_error_norm
+from crane_sim.numerics.states import replace_field, squared_error_norm
 from crane_sim.system import project, workspace
 
-OK, STALLED, NOT_FINITE, ENDLESS = 0, 1, 2, 4
 MOST_STAGES = 12
 
 
 class Scratch(NamedTuple):
-    """Where steps of an array state (n,) keep what they compute: made once for a run, worth nothing between steps."""
+    """Intermediate results of steps of an array state (n,): made once for a run, worth nothing between steps."""
 
-    rows: Any  # (MOST_STAGES + 4, n): of the stages, then the state at a stage, then what `looks` needs
+    rows: Any  # (MOST_STAGES + 4, n): of the stages, then the state at a stage, then three that `events` needs
     work: Any  # the model's workspace
 
 
 @generic
 def scratch(x, p):
-    """Return what steps of a state like x keep their intermediate results in: nothing where x is a tuple."""
+    """Return room for the intermediate results of steps of a state like x: None where x is a tuple."""
     return None
 
 
@@ -31,26 +31,66 @@ def _(x, p):
     return Scratch(np.empty((MOST_STAGES + 4, len(x))), workspace(p))
 
 
+class Counters(NamedTuple):
+    """The work of an integration."""
+
+    evaluations: int = 0  # of the right-hand side
+    steps: int = 0  # accepted
+    rejected: int = 0  # steps
+
+
+NO_GUARD = -1
+
+
 class Integration(NamedTuple):
-    """An integration under way: the solution is x at t; the last step came from (t0, x0)."""
+    """An integration under way, called `flow` where it is passed on: the solution is x at t, a step after x0 at t0."""
 
     t0: float
     x0: Any
     t: float
     x: Any
-    h: float  # s, what an adaptive method would try next; 0: it has yet to choose
-    evaluations: int = 0  # of the right-hand side
-    steps: int = 0  # accepted
-    rejected: int = 0
-    status: int = OK
-    seen: Any = None  # events, of a model that switches
+    h: float  # s, size that an adaptive method tries next; 0: it has yet to choose
+    counters: Counters = Counters()
+    status: int = OK  # of Status
+    terminal_guard: int = NO_GUARD  # number of the guard that terminated it
+    event_log: Any = None  # of a model that switches
     scratch: Any = None
 
 
 @kernel
-def start(p, t, x, seen):
-    """Return the Flow of model p that begins with state x at time t, with an empty record of events."""
-    return Integration(t, x, t, x, 0.0, 0, 0, 0, OK, seen, scratch(x, p))
+def start(p, t, x, event_log):
+    """Return the integration of model p that begins with state x at time t, with an empty log of events."""
+    return Integration(t, x, t, x, 0.0, Counters(0, 0, 0), OK, NO_GUARD, event_log, scratch(x, p))
+
+
+@kernel
+def restart(flow, t, x):
+    """Return the integration that goes on from (t, x) as if it began there, with its counters and its events."""
+    return Integration(t, x, t, x, 0.0, flow.counters, flow.status, flow.terminal_guard, flow.event_log, flow.scratch)
+
+
+@kernel
+def with_step(flow, t, x, h, counters, status):
+    """Return the integration one step further, at (t, x); h is the size of the next step."""
+    return Integration(flow.t, flow.x, t, x, h, counters, status, flow.terminal_guard, flow.event_log, flow.scratch)
+
+
+@kernel
+def add_counts(counters, evaluations, steps, rejected):
+    """Return the counters with more work."""
+    return Counters(counters.evaluations + evaluations, counters.steps + steps, counters.rejected + rejected)
+
+
+@kernel
+def add_evaluations(flow, evaluations):
+    """Return the integration with more evaluations counted."""
+    return replace_field(flow, "counters", add_counts(flow.counters, evaluations, 0, 0))
+
+
+@kernel
+def status_of(x):
+    """Return the status of an integration in state x."""
+    return OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
 
 
 @generic
@@ -120,36 +160,27 @@ def equal_step(largest, t, end):
 
 
 @kernel
-def with_step(flow, t, x, h, evaluations):
-    """Return the flow after a fixed step of size h to state x at time t."""
-    status = OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
-    n = flow.evaluations + evaluations
-    return Integration(flow.t, flow.x, t, x, h, n, flow.steps + 1, flow.rejected, status, flow.seen, flow.scratch)
-
-
-@kernel
-def with_status(flow, status):
-    """Return the flow as it stands, with why it cannot go on."""
-    t0, x0, t, x, h, evaluations, steps, rejected, _, seen, work = flow
-    return Integration(t0, x0, t, x, h, evaluations, steps, rejected, status, seen, work)
+def with_fixed_step(flow, t, x, h, evaluations):
+    """Return the integration after a fixed step of size h to state x at time t."""
+    return with_step(flow, t, x, h, add_counts(flow.counters, evaluations, 1, 0), status_of(x))
 
 
 @generic
 def advance(method, p, u, flow, end):
-    """Return the flow one accepted step further, not past `end`. A fixed method divides the way there evenly."""
+    """Return the integration one accepted step further, not past `end`; fixed methods take equal steps up to there."""
     h, t = equal_step(method.step, flow.t, end)
-    return with_step(flow, t, step(method, p, flow.t, flow.x, u, h, flow.scratch), h, stages(method))
+    return with_fixed_step(flow, t, step(method, p, flow.t, flow.x, u, h, flow.scratch), h, stages(method))
 
 
 @generic
 def step_bound(method, end):
-    """Return how far steps may go when nothing jumps at `end`: fixed steps keep to the grid."""
+    """Return the time that steps may not pass when nothing jumps at `end`: fixed steps keep to the grid."""
     return end
 
 
 @routine
 def dense_output(method, p, u, flow, t):
-    """Return the state at a time t within the last step, by a step of its own: the flow stays as it is."""
+    """Return the state at a time t within the last step, by another step from (t0, x0)."""
     if t == flow.t:
         return flow.x
     return step(method, p, flow.t0, flow.x0, u, t - flow.t0, flow.scratch)

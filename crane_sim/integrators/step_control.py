@@ -5,16 +5,15 @@ from math import isfinite, sqrt
 import numpy as np
 
 from crane_sim.integrators.integration import (
-    NOT_FINITE,
-    OK,
-    STALLED,
-    Integration,
     Scratch,
+    add_counts,
     allocate,
     stages,
     take_state,
+    with_step,
 )
 from crane_sim.integrators.runge_kutta import first_stage
+from crane_sim.integrators.status import NOT_FINITE, OK, STEP_TOO_SMALL
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
 from crane_sim.system import project, rhs, rhs_into
@@ -96,7 +95,7 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     k1 = first_stage(scratch, p, t, x, u)
     if h == 0.0:
         h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, order), n + 1
-    status = STALLED if isfinite(h) else NOT_FINITE
+    status = STEP_TOO_SMALL if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
@@ -106,7 +105,7 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
         if error <= 1.0:
             return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, OK
         h, growth, rejected = size * (factor if isfinite(error) else MIN_FACTOR), 1.0, rejected + 1
-        status = STALLED if isfinite(error) else NOT_FINITE
+        status = STEP_TOO_SMALL if isfinite(error) else NOT_FINITE
     return copy_state(x, out), t, h, n, rejected, status
 
 
@@ -124,11 +123,10 @@ def _(x, out):
 
 @routine
 def accepted_step(method, p, u, flow, end):
-    """Return the flow one step further, tried again with smaller steps until its error is within the tolerance."""
+    """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
     out = allocate(flow.x)
     y, t, h, n, rejected, status = adaptive_step(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
-    y, taken = take_state(out, y), 0
+    y, steps = take_state(out, y), 0
     if status == OK:
-        y, taken = project(p, y), 1
-    n, rejected = flow.evaluations + n, flow.rejected + rejected
-    return Integration(flow.t, flow.x, t, y, h, n, flow.steps + taken, rejected, status, flow.seen, flow.scratch)
+        y, steps = project(p, y), 1
+    return with_step(flow, t, y, h, add_counts(flow.counters, n, steps, rejected), status)

@@ -169,6 +169,20 @@ def store(rows: Any, i: int, first: int, values: tuple[float, ...]) -> None:
     rows[i, first : first + len(values)] = values
 
 
+def assign(out: Any, values: tuple[float, ...]) -> None:
+    """Write the values into an array of as many; there may be none."""
+    out[:] = values
+
+
+@overload(assign, jit_options=OPTIONS)
+def _assign(out, values):
+    def each(out, values):
+        for j in range(len(values)):
+            out[j] = values[j]
+
+    return each if len(values) else lambda out, values: None
+
+
 @overload(store, jit_options=OPTIONS)
 def _store(rows, i, first, values):
     def each(rows, i, first, values):

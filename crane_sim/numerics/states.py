@@ -184,6 +184,34 @@ def _replace_entry(x, i, value):
     return lambda x, i, value: tuple_setitem(x, i, value)
 
 
+def replace_field(record: Any, name: str, value: Any) -> Any:
+    """Return the NamedTuple with another value of a field; in compiled code the name is a literal."""
+    return record._replace(**{name: value})
+
+
+@intrinsic(prefer_literal=True)
+def set_field(typing_context, record, name, value):
+    """Return what `replace_field` does; a value that the field's type cannot hold brings its own."""
+    i, kinds = record.fields.index(name.literal_value), list(record)
+    if typing_context.can_convert(value, kinds[i]) is None:
+        kinds[i] = types.unliteral(value)
+    kind: Any = types.BaseTuple.from_types(kinds, record.instance_class)
+
+    def generate(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], j) for j in range(len(kinds))]
+        parts[i] = context.cast(builder, args[2], signature.args[2], kinds[i])
+        changed = context.make_tuple(builder, kind, parts)
+        context.nrt.incref(builder, kind, changed)  # the caller owns what it receives
+        return changed
+
+    return kind(record, name, value), generate
+
+
+@overload(replace_field, jit_options=OPTIONS, prefer_literal=True)
+def _replace_field(record, name, value):
+    return lambda record, name, value: set_field(record, name, value)
+
+
 def dimension(x: State) -> int:
     """Return the number of floats in x."""
     return len(leaves(x))

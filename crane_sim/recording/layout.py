@@ -20,7 +20,7 @@ from crane_sim.description import urdf
 from crane_sim.description.cables import Hang
 from crane_sim.description.workspace import Room, estimate_room, form_of
 from crane_sim.hardware.faults import SENSOR_LOSS
-from crane_sim.hardware.settings import sensor_board
+from crane_sim.hardware.records import ideal_sensors
 from crane_sim.recording.camera import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
 
 if TYPE_CHECKING:
@@ -74,13 +74,13 @@ def source_note(scene: Scene) -> str:
     if found is None:
         return ""
     parts = ("from what the sensors show",) if _is_sensed(found, len(scene.joint_names)) else ()
-    parts += ("for the payload of the start",) if found.reload is not None else ()
+    parts += ("for the payload of the start",) if found.payload_fault is not None else ()
     return " and ".join(parts)
 
 
 def _is_sensed(found: Equipment, nq: int) -> bool:
     """Return whether sensors show something else than the truth, or may come to do so."""
-    return bool((found.signals != sensor_board(nq)).any() or (found.faults.kind <= SENSOR_LOSS).any())
+    return bool((found.sensors != ideal_sensors(nq)).any() or (found.faults.kind <= SENSOR_LOSS).any())
 
 
 CURVES = 4  # so many links of a cable are plotted

@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.hardware.drives import DEADBAND, HIGH, LAG, LOW, RATE
-from crane_sim.hardware.drives import DELAY as DRIVE_DELAY
 from crane_sim.hardware.faults import KINDS, Faults
 from crane_sim.hardware.payloads import PayloadFault
-from crane_sim.hardware.sensors import BIAS, DELAY, DROPOUT, EVERY, NOISE, QUANTUM
-from crane_sim.hardware.settings import BrakeSettings, Equipment, drive_board, sensor_board
+from crane_sim.hardware.records import ideal_drives, ideal_sensors
+from crane_sim.hardware.settings import BrakeSettings, Equipment
 from crane_sim.scenes.schema.hardware import (
     ALL,
     FAULTS,
@@ -83,10 +81,10 @@ def equipment_of(file: "File", period: float) -> tuple[Equipment | None, dict[st
         raise SceneError("faults: a payload's change and events: both set the payload's mass; take one of them")
     equipment = Equipment(
         drives=_drives(file, periods),
-        signals=_signals(file, periods),
+        sensors=_sensors(file, periods),
         faults=_faults(file),
         names=tuple(file.faults),
-        reload=PayloadFault(file.payload_mass) if changes else None,
+        payload_fault=PayloadFault(file.payload_mass) if changes else None,
         brake=_brakes(file),
         ideal=ideal,
     )
@@ -105,29 +103,29 @@ def _check_joints(group: str, given: dict[str, Any], known: tuple[str, ...]) -> 
 
 
 def _drives(file: "File", periods: Periods) -> Any:
-    board = drive_board(len(file.actuated))
-    for j, joint in enumerate(file.actuated):
+    drives = ideal_drives(len(file.actuated))
+    for drive, joint in zip(drives, file.actuated, strict=True):
         group = merge_groups(file.actuators, joint, ActuatorGroup)
-        board[LOW, j], board[HIGH, j] = group.limit or (-inf, inf)
-        board[RATE, j] = group.rate_limit or inf
-        board[LAG, j], board[DEADBAND, j] = group.lag, group.deadband
-        board[DRIVE_DELAY, j] = periods.of(f"actuators.{source(file.actuators, joint, 'delay')}.delay", group.delay)
-    return board
+        drive.low, drive.high = group.limit or (-inf, inf)
+        drive.rate_limit = group.rate_limit or inf
+        drive.lag, drive.deadband = group.lag, group.deadband
+        drive.delay = periods.of(f"actuators.{source(file.actuators, joint, 'delay')}.delay", group.delay)
+    return drives
 
 
-def _signals(file: "File", periods: Periods) -> Any:
+def _sensors(file: "File", periods: Periods) -> Any:
     nq = len(file.joint_names)
-    board = sensor_board(nq)
+    sensors = ideal_sensors(nq)
     for j, joint in enumerate(file.joint_names):
         group = merge_groups(file.sensors, joint, SensorGroup)
         both = [j, j + nq]
-        board[NOISE, both], board[BIAS, both], board[QUANTUM, both] = group.noise, group.bias, group.quantisation
-        board[DELAY, both] = periods.of(f"sensors.{source(file.sensors, joint, 'delay')}.delay", group.delay)
-        board[DROPOUT, both] = group.dropout
+        sensors.noise[both], sensors.bias[both], sensors.quantum[both] = group.noise, group.bias, group.quantisation
+        sensors.delay[both] = periods.of(f"sensors.{source(file.sensors, joint, 'delay')}.delay", group.delay)
+        sensors.dropout[both] = group.dropout
         if group.rate is not None:
             name = f"sensors.{source(file.sensors, joint, 'rate')}.rate"
-            board[EVERY, both] = periods.of(name, 1.0 / group.rate, least=1)
-    return board
+            sensors.every[both] = periods.of(name, 1.0 / group.rate, least=1)
+    return sensors
 
 
 def _faults(file: "File") -> Faults:

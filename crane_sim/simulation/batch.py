@@ -23,7 +23,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import OK, Integration
+from crane_sim.integrators import Integration, Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.laws import fresh
@@ -216,7 +216,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
         size = unit * (1 + n // (8 * threads * unit))  # some eight pieces for each thread: they may differ in length
         list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
         if wide:  # those that failed once more, to know when and why
-            failed = np.flatnonzero(places.counts[:n, 0] != OK).tolist()
+            failed = np.flatnonzero(places.counts[:n, 0] != Status.OK).tolist()
             again = columns([extract_drive(scene) for scene in scenes]) if failed else None  # laws must not remember
             list(pool.map(lambda i: pass_cranes(again, clock, places, i, i + 1), failed))
     return _batch(scenes[:n], clock, places, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
@@ -227,7 +227,7 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
-    smooth = starts.seen is None and not system.rhs_into.knows(type(first.model))
+    smooth = starts.event_log is None and not system.rhs_into.knows(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
@@ -236,7 +236,7 @@ def _allocate_places(scenes: Sequence[Scene], samples: int) -> Places:
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)
     rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
-    return Places(q, v, rows, payload, np.empty(n), np.empty((n, 5), np.int64))
+    return Places(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
 
 
 def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times: tuple[float, float]) -> Batch:
@@ -263,12 +263,18 @@ def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times:
     )
 
 
+def _end_of(counts: npt.NDArray[np.int64], reached: float) -> Integration:
+    """Return how the integration of a crane ended."""
+    status, guard = int(counts[0]), int(counts[5])
+    return Integration(0.0, None, float(reached), None, 0.0, status=status, terminal_guard=guard)
+
+
 def _error(scene: Scene, clock: Clock, counts: npt.NDArray[np.int64], reached: float) -> str | None:
     """Return why a crane did not reach the end, None if it did."""
     if counts[1] == clock.steps:
         return None
     try:
-        check_status(Integration(0.0, None, float(reached), None, 0.0, status=int(counts[0])), scene.model)
+        check_status(_end_of(counts, reached), scene.model)
     except SimulationError as error:
         return str(error)
     return None

@@ -1,4 +1,4 @@
-"""The hardware of one run: its memory, and what is told of it.
+"""The hardware of one run, and its figures.
 
 The brakes of a scene in numbers: its own, and what it leaves open computed from the crane at its initial posture.
 
@@ -12,31 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.hardware.brakes import CAPACITY, DAMPING, FOLLOWS, STIFFNESS
-from crane_sim.hardware.drives import DELAY as DRIVE_DELAY
-from crane_sim.hardware.drives import ORIGIN
 from crane_sim.hardware.faults import AS_PLANNED, Log
 from crane_sim.hardware.payloads import with_payload
 from crane_sim.hardware.random import word
-from crane_sim.hardware.sensors import DELAY
+from crane_sim.hardware.records import TALLY, make_records
 from crane_sim.hardware.settings import BrakeSettings, Equipment, no_equipment
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
-from crane_sim.stepping.hardware_periods import (
-    BRAKED,
-    BRAKING,
-    COUNTERS,
-    GIVEN,
-    LIMITED,
-    LOST_SAMPLES,
-    MASS,
-    Hardware,
-    HardwareState,
-    first_sample,
-    hardware_step,
-    read_inputs,
-)
+from crane_sim.stepping.hardware_periods import Hardware, first_sample, hardware_step, read_inputs
 
 Array = npt.NDArray[np.float64]
 
@@ -66,20 +50,20 @@ class Mechanics(NamedTuple):
     load: Array  # what holds them at rest
 
 
-def fit(board: Any, scene: Scene) -> None:
-    """Write the scene's brakes onto a board of drives (DRIVE_ROWS, nu)."""
+def fit(drives: Any, scene: Scene) -> None:
+    """Write the scene's brakes into the records of the drives (nu,)."""
     settings = scene.hardware.brake if scene.hardware is not None else BrakeSettings()
     spring = np.array([unit not in ("m/s", "m") for unit in scene.effort_units], dtype=float)
-    board[FOLLOWS] = [unit == "m" for unit in scene.effort_units]
+    drives.follows = [unit == "m" for unit in scene.effort_units]
     if not spring.any():
         return
     joints = mechanics(scene)
     stiffness = stiffness_of(scene, joints) if settings.frequency is None else joints.free * settings.frequency**2
-    board[STIFFNESS] = spring * stiffness
-    board[DAMPING] = spring * 2.0 * settings.damping * np.sqrt(stiffness * joints.free)
-    board[CAPACITY] = spring * (HOLDING * np.abs(joints.load) + DECELERATION * joints.carried)
+    drives.stiffness = spring * stiffness
+    drives.damping = spring * 2.0 * settings.damping * np.sqrt(stiffness * joints.free)
+    drives.capacity = spring * (HOLDING * np.abs(joints.load) + DECELERATION * joints.carried)
     if settings.capacity is not None:
-        board[CAPACITY] = spring * settings.capacity
+        drives.capacity = spring * settings.capacity
 
 
 def mechanics(scene: Scene) -> Mechanics:
@@ -123,96 +107,107 @@ class HardwareRun:
     """Drives, brakes, sensors and faults of one run.
 
     Attributes:
-        hardware, memory: what kernels take.
+        hardware: what kernels take and change.
         faults: names.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Prepare the hardware at the start of a run."""
-        found: Equipment = scene.hardware or no_equipment(len(scene.joint_names), len(scene.actuated))
-        self._scene, self.faults = scene, found.names
-        self.hardware = Hardware(word(scene.seed), found.faults, found.reload)
-        n, nu = len(found.names), found.drives.shape[1]
-        books = np.zeros(COUNTERS)
-        books[MASS] = found.reload.mass if found.reload is not None else 0.0
-        self.memory = HardwareState(
-            drives=found.drives.copy(),
-            queue=np.zeros((1 + int(found.drives[DRIVE_DELAY].max(initial=0.0)), nu)),
-            signals=found.signals.copy(),
-            ring=np.zeros((1 + int(found.signals[DELAY].max(initial=0.0)), found.signals.shape[1])),
-            orders=np.full(n, AS_PLANNED),
-            present=np.zeros(n),
-            log=Log(np.zeros((LOG, 3)), np.zeros(1)),
-            books=books,
-        )
+        equipment: Equipment = scene.hardware or no_equipment(len(scene.joint_names), len(scene.actuated))
+        self._scene, self.faults = scene, equipment.names
+        self.hardware = _start_hardware(scene.seed, equipment)
         self._has_brakes = False
-        if found.can_stick:
+        if equipment.can_stick:
             self._fit_brakes()
+
+    @property
+    def _tally(self) -> Any:
+        return self.hardware.tallies[0]
 
     def _fit_brakes(self) -> None:
         if not self._has_brakes:
-            fit(self.memory.drives, self._scene)
+            fit(self.hardware.drives, self._scene)
             self._has_brakes = True
 
     def brake(self, on: bool) -> None:
         """Apply or release the brakes of all actuated joints, from the next period on."""
         if on:
             self._fit_brakes()
-        self.memory.books[BRAKING] = float(on)
+        self._tally.braking = on
 
     def drive(self, efforts: Sequence[float]) -> None:
         """Let the drives begin with the efforts (nu,) that they have."""
-        self.memory.drives[ORIGIN] = efforts
+        self.hardware.drives.origin = efforts
 
     def order(self, name: str, on: bool) -> None:
         """Let a fault be there or not, from the next period on, whatever its times say."""
-        self.memory.orders[self.faults.index(name)] = float(on)
+        self.hardware.orders[self.faults.index(name)] = float(on)
 
     def look(self, model: Any, flow: Any, period: float) -> tuple[Any, Any]:
         """Let the sensors see the first state; return (q, v) as they show them."""
-        return first_sample(model, self.hardware, self.memory, flow, period)
+        return first_sample(model, self.hardware, flow, period)
 
     def demand(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) that the scene's open-loop inputs demand at time t [s]; none while brakes hold."""
         source = self._scene.source
         if type(source) is tuple:
             return source
-        if self.memory.books[BRAKING] or source is None:
-            return (0.0,) * self.memory.drives.shape[1]
+        if self._tally.braking or source is None:
+            return (0.0,) * len(self.hardware.drives)
         return read_inputs(source, t, q, v)
 
-    def step(self, method: Any, model: Any, demand: tuple[float, ...], *here: Any) -> Any:
-        """Pass a period; `here` and what is returned are as of `passing.hardware_step`."""
-        return hardware_step(method, model, self.hardware, self.memory, demand, *here)
+    def step(self, method: Any, model: Any, demand: tuple[float, ...], *rest: Any) -> Any:
+        """Pass a period; arguments and results are as of `hardware_step`."""
+        return hardware_step(method, model, self.hardware, demand, *rest)
 
     @property
     def saturated(self) -> int:
         """Periods in which a demand was limited."""
-        return int(self.memory.books[LIMITED])
+        return int(self._tally.limited)
 
     @property
     def given(self) -> float:
         """Energy [J] that changes of the payload brought."""
-        return float(self.memory.books[GIVEN])
+        return float(self._tally.payload_energy)
 
     @property
     def mass(self) -> float:
         """Mass [kg] of the payload that hangs there now; 0 where no fault changes it."""
-        return float(self.memory.books[MASS])
+        return float(self._tally.payload_mass)
 
     def crane(self, model: Any, mass: float) -> Any:
         """Return the model with a payload of this mass [kg]."""
-        return with_payload(self.hardware.reload, model, mass)
+        return with_payload(self.hardware.payload_fault, model, mass)
 
     def events(self) -> list[dict[str, Any]]:
         """Return when [s] which fault came or went."""
-        log = self.memory.log
+        log = self.hardware.log
         rows = log.rows[: int(log.total[0])].tolist()
         return [{"t": t, "name": self.faults[int(which)], "on": bool(on)} for t, which, on in rows]
 
     def summary(self) -> dict[str, Any]:
         """Return what the run's summary has of the hardware."""
-        books = self.memory.books
-        told: dict[str, Any] = {"faults": self.events()[:SHOWN]} if self.faults else {}
-        told |= {"lost_samples": int(books[LOST_SAMPLES])} if books[LOST_SAMPLES] else {}
-        return told | ({"braked_time": float(books[BRAKED]) * self._scene.period} if books[BRAKED] else {})
+        tally = self._tally
+        figures: dict[str, Any] = {"faults": self.events()[:SHOWN]} if self.faults else {}
+        figures |= {"lost_samples": int(tally.lost_samples)} if tally.lost_samples else {}
+        return figures | ({"braked_time": float(tally.braked) * self._scene.period} if tally.braked else {})
+
+
+def _start_hardware(seed: int, equipment: Equipment) -> Hardware:
+    """Return the hardware at the start of a run."""
+    drives, sensors, n = equipment.drives, equipment.sensors, len(equipment.names)
+    tallies = make_records(TALLY, 1)
+    tallies.payload_mass = equipment.payload_fault.mass if equipment.payload_fault is not None else 0.0
+    return Hardware(
+        seed=word(seed),
+        faults=equipment.faults,
+        payload_fault=equipment.payload_fault,
+        drives=drives.copy(),
+        queue=np.zeros((1 + int(drives.delay.max(initial=0)), len(drives))),
+        sensors=sensors.copy(),
+        ring=np.zeros((1 + int(sensors.delay.max(initial=0)), len(sensors))),
+        orders=np.full(n, AS_PLANNED),
+        active=np.zeros(n),
+        log=Log(np.zeros((LOG, 3)), np.zeros(1)),
+        tallies=tallies,
+    )

@@ -9,7 +9,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import STOPPED, Integration, apply_pending_events, dense_output
+from crane_sim.integrators import Status, apply_pending_events, dense_output, restart
 from crane_sim.numerics.jit import entry
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
@@ -25,17 +25,15 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
 
 
 @entry
-def first_status(p, flow, row):
-    """Return the status of a flow once every guard that fails at its start under efforts `row` (nu,) is answered."""
-    return apply_pending_events(switching(p), p, efforts_from_row(p, row), flow).status
+def switch_at_start(p, flow, row):
+    """Return an integration at its start, switched by every guard that fails there under efforts `row` (nu,)."""
+    return apply_pending_events(switching(p), p, efforts_from_row(p, row), flow)
 
 
 @entry
-def interpolate_flow(method, p, u, flow, t):
-    """Return a flow at time t [s], within the last step of one under the source u."""
-    x = dense_output(method, p, u, flow, t)
-    n, status = flow.evaluations, flow.status
-    return Integration(t, x, t, x, 0.0, n, flow.steps, flow.rejected, status, flow.seen, flow.scratch)
+def restart_within_step(method, p, u, flow, t):
+    """Return the integration that goes on from time t [s] within the last step, taken under the source u."""
+    return restart(flow, t, dense_output(method, p, u, flow, t))
 
 
 def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
@@ -53,11 +51,10 @@ def resume(scene: Scene, model: Any, metered: Any, flow: Any, k: int, at: Any) -
     """Return the flow of the metered model that goes on from period k, where the joints are `at` (q, v)."""
     t = k * scene.period
     if model.meter is not None:
-        return flow if scene.sampled else interpolate_flow(scene.method, model, scene.source, flow, t)
+        return flow if scene.sampled else restart_within_step(scene.method, model, scene.source, flow, t)
     q, v = at
     fresh, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
-    counted = {"evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected}
-    return fresh._replace(t0=t, t=t, **counted)
+    return fresh._replace(t0=t, t=t, counters=flow.counters)
 
 
 def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:
@@ -74,9 +71,9 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     flow, *shown = begin(scene.model, np.array(place), np.array(speed))
     for what, wanted, found in zip(("positions", "velocities"), (place, speed), shown, strict=True):
         _check_held(scene, what, wanted, as_tuple(found))
-    status = first_status(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
-    if status >= STOPPED:
-        raise SceneError(f"positions: {system.describe_event(scene.model, status - STOPPED)[0]} there")
+    flow = switch_at_start(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
+    if flow.status == Status.TERMINATED:
+        raise SceneError(f"positions: {system.describe_event(scene.model, flow.terminal_guard)[0]} there")
     return start
 
 

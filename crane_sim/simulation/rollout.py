@@ -21,7 +21,7 @@ from crane_sim.simulation.metrics import Derived, Metrics, derive
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.hardware_periods import hardware_rollout
-from crane_sim.stepping.periods import Replay, begin, free_rollout, held_rollout
+from crane_sim.stepping.periods import Output, Replay, begin, free_rollout, held_rollout
 from crane_sim.stepping.rows import row_width, split
 
 Array = npt.NDArray[np.float64]
@@ -40,7 +40,7 @@ class RawRun(NamedTuple):
     def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
         """Return (first period, the one after the last, model) of the stretches in which the payload keeps its mass."""
         periods = len(self.rows) - 1
-        if self.rig is None or scene.hardware.reload is None:
+        if self.rig is None or scene.hardware.payload_fault is None:
             return [(0, periods, scene.model)]
         first = [0, *(np.flatnonzero(np.diff(self.loads[:periods, 0])) + 1).tolist()]
         rig, after = self.rig, [*first[1:], periods]
@@ -70,36 +70,40 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     flow, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
     nq, nu = len(q), len(scene.actuated)
     rows, samples = (np.empty((n, row_width(model, nq, nu))) for n in (scene.steps + 1, len(times)))
+    out = Output(rows, np.empty((scene.steps, nu)), times, samples)
     if scene.hardware is not None and not scene.hardware.ideal:
-        return _with_hardware(scene, law, flow, times, rows, samples)
+        return _with_hardware(scene, law, flow, out)
     if not scene.sampled:
-        flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, rows, times, samples)
-        return RawRun(*_whole(scene, rows, times, samples, passed), flow, 0)
-    demands, law = np.empty((scene.steps, nu)), _compile_law(scene, law)
-    flow, passed = held_rollout(scene.method, model, law, flow, scene.period, rows, demands, times, samples)
-    limited = np.any(demands[:passed] != split(rows[:passed], nq, nu).u, axis=1)
-    return RawRun(*_whole(scene, rows, times, samples, passed), flow, int(limited.sum()))
+        flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, out)
+        return RawRun(*_whole(scene, out, passed), flow, 0)
+    flow, passed = held_rollout(scene.method, model, _compile_law(scene, law), flow, scene.period, out)
+    limited = np.any(out.demands[:passed] != split(rows[:passed], nq, nu).u, axis=1)
+    return RawRun(*_whole(scene, out, passed), flow, int(limited.sum()))
 
 
-def _with_hardware(scene: Scene, law: Any, flow: Any, times: Array, rows: Array, samples: Array) -> RawRun:
+def _with_hardware(scene: Scene, law: Any, flow: Any, out: Output) -> RawRun:
     """Return the run of a scene with hardware, whose open-loop inputs are taken once a period as demands are."""
-    rig, nu = HardwareRun(scene), len(scene.actuated)
-    demands, loads = np.empty((scene.steps, nu)), np.empty((scene.steps, 2))
-    asked_for = _compile_law(scene, law) if scene.sampled else scene.source
-    if type(asked_for) is tuple:
-        asked_for = Replay(scene.model, scene.period, np.tile(asked_for, (scene.steps, 1)))
-    here = (flow, scene.period, rows, demands, times, samples, loads)
-    flow, passed = hardware_rollout(scene.method, scene.model, asked_for, rig.hardware, rig.memory, *here)
-    return RawRun(*_whole(scene, rows, times, samples, passed), flow, rig.saturated, rig, loads[: passed + 1])
+    rig, loads = HardwareRun(scene), np.empty((scene.steps, 2))
+    source = _compile_law(scene, law) if scene.sampled else scene.source
+    if type(source) is tuple:
+        source = Replay(scene.model, scene.period, np.tile(source, (scene.steps, 1)))
+    flow, passed = hardware_rollout(scene.method, scene.model, source, rig.hardware, flow, scene.period, out, loads)
+    return RawRun(*_whole(scene, out, passed), flow, rig.saturated, rig, loads[: passed + 1])
 
 
-def _whole(scene: Scene, rows: Array, times: Array, samples: Array, passed: int) -> tuple[Array, Array]:
+def _whole(scene: Scene, out: Output, passed: int) -> tuple[Array, Array]:
     """Return rows and samples up to the end of the last whole period."""
-    return rows[: passed + 1], samples[times <= passed * scene.period] if passed < scene.steps else samples
+    samples = out.samples[out.times <= passed * scene.period] if passed < scene.steps else out.samples
+    return out.rows[: passed + 1], samples
 
 
 def _compile_law(scene: Scene, law: Any) -> Any:
-    """Return the law, as a replay of what it demands where it is Python."""
+    """Return the law where it is compiled, else a replay of what it demands.
+
+    A law in Python is asked by a `Plant` on a run of its own, and the run of the result repeats its demands: so there
+    is one compiled loop, which writes rows, samples and events alike whatever the law is, at the cost of a second
+    integration, small beside calls from Python.
+    """
     return law if system.command.knows(type(law)) else Replay(scene.model, scene.period, _collect_demands(scene, law))
 
 
@@ -217,7 +221,8 @@ def simulate(
     scene = scene.commanded() if callable(law) else scene
     run = run_raw(scene, fresh(law if callable(law) else scene.law), times)
     wall, (rows, samples, flow), model = time.perf_counter() - started, run[:3], scene.model
-    counted = {"rhs_evaluations": flow.evaluations, "steps": flow.steps, "rejected": flow.rejected, "wall_time": wall}
+    work = flow.counters
+    counted = {"rhs_evaluations": work.evaluations, "steps": work.steps, "rejected": work.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
     result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(flow, model, periods[-1]))

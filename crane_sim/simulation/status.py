@@ -3,7 +3,7 @@
 from typing import Any
 
 from crane_sim import system
-from crane_sim.integrators import CHATTER, ENDLESS, NOT_FINITE, OK, STALLED, STOPPED
+from crane_sim.integrators import Status
 
 SHOWN = 20
 """Events in the summary."""
@@ -19,21 +19,13 @@ class SimulationError(RuntimeError):
     run: Any = None
 
 
-_CAUSES = {
-    NOT_FINITE: "the state is not finite",
-    ENDLESS: "the motion has become too fast to follow",
-    STALLED: "the step size shrank to nothing",
-    CHATTER: "the equations switch back and forth without end",
-}
-
-
 def check_status(flow: Any, model: Any) -> None:
     """Raise SimulationError when the integration under way has failed, or the model is no longer valid."""
-    if flow.status == OK:
+    if flow.status == Status.OK:
         return
-    cause, remedy = _CAUSES.get(flow.status, ""), "check the scene's parameters and steps"
-    if flow.status >= STOPPED:
-        cause, remedy = system.describe_event(model, flow.status - STOPPED)
+    cause, remedy = Status(flow.status).cause, "check the scene's parameters and steps"
+    if flow.status == Status.TERMINATED:
+        cause, remedy = system.describe_event(model, flow.terminal_guard)
     raise SimulationError(f"stopped at t = {flow.t:.6g} s: {cause}; {remedy}")
 
 
@@ -43,17 +35,17 @@ def events_of(flow: Any, model: Any, end: float) -> list[tuple[float, str]]:
     Steps that follow the solution may reach beyond `end` [s]: what happens there is not part of the run, unless it is
     what ended it.
     """
-    if flow.seen is None:
+    if flow.event_log is None:
         return []
-    rows = flow.seen.rows[: min(flow.seen.total, len(flow.seen.rows))]
-    last = end if flow.status == OK else flow.t
+    rows = flow.event_log.rows[: min(flow.event_log.total, len(flow.event_log.rows))]
+    last = end if flow.status == Status.OK else flow.t
     return [(float(t), system.describe_event(model, int(which))[0]) for t, which in rows if t <= last]
 
 
 def noted_events(flow: Any, model: Any, end: float) -> dict[str, Any]:
     """Return the first events and their number for the summary; nothing for a model that does not switch."""
-    if flow.seen is None:
+    if flow.event_log is None:
         return {}
     events = events_of(flow, model, end)
-    unkept = max(0, flow.seen.total - len(flow.seen.rows))
+    unkept = max(0, flow.event_log.total - len(flow.event_log.rows))
     return {"events": [{"t": t, "what": what} for t, what in events[:SHOWN]], "event_count": len(events) + unkept}

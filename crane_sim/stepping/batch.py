@@ -5,16 +5,14 @@ The compiled loop over many cranes in the lanes of vectors, for methods whose st
 The steps are those of `simulate`, lane for lane, in all bits.
 """
 
-from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from crane_sim import system
 from crane_sim.integrators import (
-    NOT_FINITE,
     OK,
-    Integration,
+    Counters,
     apply_pending_events,
     dense_output,
     make_event_log,
@@ -23,11 +21,11 @@ from crane_sim.integrators import (
     step,
     step_bound,
 )
-from crane_sim.integrators.integration import equal_step
+from crane_sim.integrators.integration import equal_step, status_of
 from crane_sim.numerics.jit import entry, generic, kernel, routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
-from crane_sim.numerics.states import dimension, squared_error_norm
-from crane_sim.stepping.periods import finish, pass_period, write
+from crane_sim.numerics.states import dimension, replace_field
+from crane_sim.stepping.periods import Output, finish, pass_period, write
 
 
 class Sampled(NamedTuple):
@@ -60,7 +58,7 @@ class Places(NamedTuple):
     rows: Any  # (n, m + 1, width)
     payload: Any  # (n, m + 1, 3) m
     reached: Any  # (n,) s, where the integration stands
-    counts: Any  # (n, 5): status, whole periods passed, evaluations, steps, steps rejected
+    counts: Any  # (n, 6): status, whole periods passed, evaluations, steps, steps rejected, terminal guard
 
 
 @entry
@@ -83,31 +81,33 @@ def initial_state(p, places, i):
 def passed_through(source, method, p, flow, clock, rows):
     """Return (last flow, periods passed) of a run, its rows written on the way."""
     i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
+    out = Output(rows, None, clock.times, rows[:m])
     flow = apply_pending_events(system.switching(p), p, source, flow)
     for k in range(clock.steps):
         before, end = flow, (k + 1) * clock.period
-        limit = step_bound(method, end)
-        flow, i = pass_period(method, p, source, flow, end, limit, clock.times, rows[:m], i)
+        bound = step_bound(method, end)
+        flow, i = pass_period(method, p, source, flow, end, bound, out, i)
         if flow.status != OK and flow.t < end:
             t = k * clock.period
             write(rows, m, p, t, dense_output(method, p, source, before, t), source)
             return flow, k
-    finish(method, p, source, flow, clock.steps * clock.period, rows, clock.times, rows[:m], i)
+    finish(method, p, source, flow, clock.steps * clock.period, out, i)
     return flow, clock.steps
 
 
 @passed_through.register(Sampled)
 def _(source, method, p, flow, clock, rows):
     i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
+    out = Output(rows, None, clock.times, rows[:m])
     u = sampled_efforts(source, p, 0.0, flow.x)
     for k in range(clock.steps):
         u, end = sampled_efforts(source, p, k * clock.period, flow.x), (k + 1) * clock.period
         before = apply_pending_events(system.switching(p), p, u, flow)
-        flow, i = pass_period(method, p, u, before, end, end, clock.times, rows[:m], i)
+        flow, i = pass_period(method, p, u, before, end, end, out, i)
         if flow.status != OK and flow.t < end:
             write(rows, m, p, before.t, before.x, u)
             return flow, k
-    finish(method, p, u, flow, flow.t, rows, clock.times, rows[:m], i)
+    finish(method, p, u, flow, flow.t, out, i)
     return flow, clock.steps
 
 
@@ -123,7 +123,8 @@ def note(p, clock, places, i, flow, passed):
     """Note how the run of crane i went, and where its payload was; samples beyond the last whole period are none."""
     counts, rows, nq, m = places.counts[i], places.rows[i], places.q.shape[1], len(clock.times)
     counts[0], counts[1] = flow.status, passed
-    counts[2], counts[3], counts[4] = flow.evaluations, flow.steps, flow.rejected
+    counts[2], counts[3], counts[4] = flow.counters
+    counts[5] = flow.terminal_guard
     places.reached[i], end = flow.t, passed * clock.period
     points = np.empty((system.point_count(p), 3))
     for k in range(m + 1):
@@ -217,7 +218,7 @@ def sample(method, crane, x, efforts, t, time, rows, i):
 def end_lane(method, crane, x, efforts, clock, places, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and note how its run went."""
     end, rows, u = clock.steps * clock.period, places.rows[i], driving(crane.source, efforts)
-    status = OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
-    flow = Integration(end, x, end, x, 0.0, taken * stages(method), taken, 0, status, None, None)
-    finish(method, crane.model, u, flow, end, rows, clock.times, rows[: len(clock.times)], sampled)
+    flow = replace_field(start(crane.model, end, x, None), "status", status_of(x))
+    flow = replace_field(flow, "counters", Counters(taken * stages(method), taken, 0))
+    finish(method, crane.model, u, flow, end, Output(rows, None, clock.times, rows[: len(clock.times)]), sampled)
     note(crane.model, clock, places, i, flow, clock.steps)

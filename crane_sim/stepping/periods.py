@@ -26,6 +26,15 @@ def _(law, t, q, v):
     return system.efforts_from_row(law.model, law.demands[round(t / law.period)])
 
 
+class Output(NamedTuple):
+    """Arrays that a rollout fills."""
+
+    rows: Any  # (steps + 1, width), of the begins of all periods and the end
+    demands: Any  # (steps, nu), of the law before limits; None where no law is sampled
+    times: Any  # (m,) s, increasing: where samples are wanted
+    samples: Any  # (m, width), rows at these times
+
+
 @entry
 def begin(p, q, v):
     """Return (flow, q, v) at rest on the initial joint positions and velocities, at t = 0."""
@@ -48,22 +57,22 @@ def write(rows, i, p, t, x, u):
 
 
 @routine
-def pass_period(method, p, u, flow, end, horizon, times, samples, i):
+def pass_period(method, p, u, flow, end, bound, out, i):
     """Return (flow covering `end`, index of the next sample), with the samples of this period written on the way.
 
     Args:
         method, p, u, flow: settings, parameters, source, integration under way.
         end: of the period [s].
-        horizon: no step passes it: `end` when u is held, since u jumps there.
-        times: where samples are wanted (m,), increasing.
-        samples: rows of the samples (m, ...).
+        bound: no step passes it [s]: `end` when u is held, since u jumps there.
+        out: `Output`, whose samples are written.
         i: index of the first sample not yet written.
     """
+    times = out.times
     while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
-        flow = reach(method, p, u, flow, times[i], horizon)
-        write(samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
+        flow = reach(method, p, u, flow, times[i], bound)
+        write(out.samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
         i += 1
-    return reach(method, p, u, flow, end, horizon), i
+    return reach(method, p, u, flow, end, bound), i
 
 
 @entry
@@ -94,59 +103,57 @@ def free_step(method, p, source, flow, begin, end, rows, i):
 
 
 @routine
-def finish(method, p, u, flow, end, rows, times, samples, i):
+def finish(method, p, u, flow, end, out, i):
     """Write the row and the samples at the very end of a run."""
     x = dense_output(method, p, u, flow, end)
-    write(rows, len(rows) - 1, p, end, x, u)
-    while i < len(times):
-        write(samples, i, p, end, x, u)
+    write(out.rows, len(out.rows) - 1, p, end, x, u)
+    while i < len(out.times):
+        write(out.samples, i, p, end, x, u)
         i += 1
 
 
 @entry
-def held_rollout(method, p, law, flow, period, rows, demands, times, samples):
+def held_rollout(method, p, law, flow, period, out):
     """Run a law that is sampled every period.
 
     Args:
         method, p, law, flow: settings, parameters, law with a compiled `command`, integration at its start.
         period: s.
-        rows: to fill, (steps + 1, ...).
-        demands: to fill with the law's demands before limits (steps, nu).
-        times, samples: as of `pass_period`.
+        out: `Output` to fill.
 
     Returns:
         (last flow, number of periods passed)
     """
-    steps = len(rows) - 1
+    steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     q, v = system.joints(p, flow.x)
     u = system.saturate(p, system.command(law, 0.0, q, v))
     for k in range(steps):
         q, v = system.joints(p, flow.x)
         demand = system.command(law, k * period, q, v)
-        store(demands, k, 0, demand)
+        store(out.demands, k, 0, demand)
         u = system.saturate(p, demand)
         flow = apply_pending_events(system.switching(p), p, u, flow)
-        write(rows, k, p, flow.t, flow.x, u)
+        write(out.rows, k, p, flow.t, flow.x, u)
         end = (k + 1) * period
-        flow, i = pass_period(method, p, u, flow, end, end, times, samples, i)
+        flow, i = pass_period(method, p, u, flow, end, end, out, i)
         if flow.status != OK and flow.t < end:
             return flow, k
-    finish(method, p, u, flow, flow.t, rows, times, samples, i)
+    finish(method, p, u, flow, flow.t, out, i)
     return flow, steps
 
 
 @entry
-def free_rollout(method, p, source, flow, period, rows, times, samples):
+def free_rollout(method, p, source, flow, period, out):
     """Run under a source that the equations evaluate; arguments and results as of `held_rollout`."""
-    steps = len(rows) - 1
+    steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     flow = apply_pending_events(system.switching(p), p, source, flow)
     for k in range(steps):
         end = (k + 1) * period
-        write(rows, k, p, k * period, dense_output(method, p, source, flow, k * period), source)
-        flow, i = pass_period(method, p, source, flow, end, step_bound(method, end), times, samples, i)
+        write(out.rows, k, p, k * period, dense_output(method, p, source, flow, k * period), source)
+        flow, i = pass_period(method, p, source, flow, end, step_bound(method, end), out, i)
         if flow.status != OK and flow.t < end:
             return flow, k
-    finish(method, p, source, flow, steps * period, rows, times, samples, i)
+    finish(method, p, source, flow, steps * period, out, i)
     return flow, steps

@@ -7,7 +7,6 @@ import pytest
 from hardware_scenes import ROD
 
 from crane_sim.files.errors import SceneError
-from crane_sim.hardware.brakes import ANCHOR, CAPACITY, STIFFNESS
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
@@ -23,10 +22,10 @@ def brake(plant: Plant, periods: int) -> None:
 def stored(plant: Plant) -> float:
     """Return the energy [J] in the spring of the first brake, and beyond its capacity what the slip will take."""
     rig: Any = plant._rig
-    board = rig.memory.drives
-    stretch, reach = abs(plant.q[0] - board[ANCHOR, 0]), board[CAPACITY, 0] / board[STIFFNESS, 0]
+    drive = rig.hardware.drives[0]
+    stretch, reach = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
     inner = min(stretch, reach)
-    return board[STIFFNESS, 0] * inner * (0.5 * inner + stretch - inner)
+    return drive.stiffness * inner * (0.5 * inner + stretch - inner)
 
 
 def energy(scene: Scene, plant: Plant) -> float:
@@ -97,9 +96,9 @@ def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
     plant = Plant(load_scene(ROD | scene | {"integrator": {"method": "rk4", "step": 0.002}}))
     brake(plant, 1)
     rig: Any = plant._rig
-    began = rig.memory.drives[ANCHOR, 0]
+    began = rig.hardware.drives[0].anchor
     brake(plant, 599)
-    return rig.memory.drives[ANCHOR, 0] != began
+    return rig.hardware.drives[0].anchor != began
 
 
 @pytest.mark.parametrize("degrees", [20.0, 45.0, 80.0])

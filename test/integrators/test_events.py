@@ -7,7 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import STOPPED, make_event_log, reach, start
+from crane_sim.integrators import Status, make_event_log, reach, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.events import GUARD_SAMPLES
 from crane_sim.numerics.jit import entry
@@ -76,7 +76,7 @@ def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
     half = 0.51 * STEP / GUARD_SAMPLES
     for p, x in cases(0.5 * top**2 - 0.5 * half**2, forced, top):
         flow = thrown(p, x, STEP)
-        assert flow.status == STOPPED + 3 and flow.seen.total == 1
+        assert (flow.status, flow.terminal_guard) == (Status.TERMINATED, 3) and flow.event_log.total == 1
         assert flow.t == pytest.approx(top - half, abs=1e-13)  # the method is exact for a parabola
 
 
@@ -85,7 +85,7 @@ def test_what_looking_costs_is_counted(forced: float, each: int) -> None:
     """Guards of positions alone cost no evaluation; others cost both ends' derivatives and what each of them takes."""
     for p, x in cases(1.0, forced, 1.0):
         flow = thrown(p, x, 5 * STEP)
-        assert (flow.steps, flow.evaluations) == (5, 5 * each)
+        assert (flow.counters.steps, flow.counters.evaluations) == (5, 5 * each)
 
 
 def test_a_guard_that_is_only_touched_does_not_fail() -> None:

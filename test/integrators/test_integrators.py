@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crane_sim import system
-from crane_sim.integrators import NOT_FINITE, OK, dense_output, dop853, dopri5, gauss, reach, rk4, scratch, start, step
+from crane_sim.integrators import Status, dense_output, dop853, dopri5, gauss, reach, rk4, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -128,7 +128,7 @@ def test_gauss_collocation_is_of_its_order() -> None:
 def test_a_fixed_step_fills_the_way_evenly() -> None:
     """A step that does not divide the period is shortened, and the end is met exactly."""
     flow = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
-    assert (flow.t, flow.steps, flow.evaluations) == (1.0, 4, 16)
+    assert (flow.t, flow.counters.steps, flow.counters.evaluations) == (1.0, 4, 16)
 
 
 @pytest.mark.parametrize("method", [DOP853, DOPRI5])
@@ -138,20 +138,20 @@ def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
     flow = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
     # local errors add up over about 20 time units; error per step is controlled, and the estimate is cautious
     assert np.max(np.abs(np.subtract(flow.x, exact(20.0, 0.7)))) < 20.0 * rtol
-    assert flow.status == OK
+    assert flow.status == Status.OK
 
 
 def test_evaluations_are_counted() -> None:
     """An accepted step costs 12 evaluations, a rejected one 11 more, and the first step's choice 1."""
     flow = integrate(DOP853(1e-8, 1e-8), Oscillator(0.7), (1.0, 0.0), 20.0)
-    assert flow.evaluations == 12 * flow.steps + 11 * flow.rejected + 1
+    assert flow.counters.evaluations == 12 * flow.counters.steps + 11 * flow.counters.rejected + 1
 
 
 def test_a_stiff_problem_is_slow_but_right() -> None:
     """Error control holds an explicit method stable on a fast decay instead of letting it explode."""
     flow = integrate(DOP853(1e-6, 1e-9), Fall(-1e4), (1.0,), 1.0)
     # the stability bound of the method on the negative axis is about 6: at least 1e4 / 6 steps
-    assert flow.status == OK and abs(flow.x[0]) < 1e-6 and flow.steps + flow.rejected > 1000
+    assert flow.status == Status.OK and abs(flow.x[0]) < 1e-6 and flow.counters.steps + flow.counters.rejected > 1000
 
 
 def test_long_horizon() -> None:
@@ -174,12 +174,12 @@ def test_reading_between_steps_changes_nothing() -> None:
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
     flow = integrate(method, Explosion(), (1.0,), 2.0)
-    assert flow.status != OK and flow.t < 1.5
+    assert flow.status != Status.OK and flow.t < 1.5
 
 
 def test_a_state_that_is_not_finite_is_reported() -> None:
     """An initial state that is not a number stops the integration at once."""
-    assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == NOT_FINITE
+    assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == Status.NOT_FINITE
 
 
 @pytest.mark.parametrize(
@@ -204,4 +204,4 @@ def _(p, t, x, u):
 def test_an_adaptive_step_is_no_good_when_it_is_not_a_number() -> None:
     """Derivatives that turn into NaN in mid-run stop the adaptive method where they do."""
     flow = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)
-    assert flow.status == NOT_FINITE and flow.t <= 0.5 and flow.x[0] == pytest.approx(flow.t)
+    assert flow.status == Status.NOT_FINITE and flow.t <= 0.5 and flow.x[0] == pytest.approx(flow.t)

@@ -10,7 +10,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import OK, dense_output, reach, rodas, scratch, start, step
+from crane_sim.integrators import Status, dense_output, reach, rodas, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.runge_kutta import dense
@@ -126,14 +126,14 @@ def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
     for t, x in ((10.0, flow.x), (0.5 * (flow.t0 + flow.t), middle)):
         # errors per step add up over 10 time units
         assert np.max(np.abs(x - integrate(DOP853(1e-12, 1e-13), p, X0, t)[0].x)) < 20.0 * rtol
-    assert flow.status == OK
-    assert flow.evaluations == 10 * flow.steps + 9 * flow.rejected + 1
+    assert flow.status == Status.OK
+    assert flow.counters.evaluations == 10 * flow.counters.steps + 9 * flow.counters.rejected + 1
 
 
 def test_a_stiff_component_costs_nothing() -> None:
     """A rate of 1e8 leaves the number of steps what it is without, and the error within the tolerance."""
     mild, stiff = (integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8))
-    assert stiff.status == OK and stiff.steps < 2 * mild.steps
+    assert stiff.status == Status.OK and stiff.counters.steps < 2 * mild.counters.steps
     assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)  # within 1e-8 of its target, errors of 1e-6 a step
 
 

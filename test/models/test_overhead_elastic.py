@@ -113,7 +113,7 @@ def test_a_slack_cable(name: str) -> None:
     taut = next(i for i, mode in enumerate(modes) if mode > 0)
     before = [t for t in case["t"] if t < times[taut]]
     flow, nodes, _ = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), [*before, float(times[taut]) + 1e-3])
-    events = flow.seen.rows[: taut + 1]
+    events = flow.event_log.rows[: taut + 1]
     # after the first jolt errors grow without bound, before it they are those of the integration
     assert np.max(np.abs(nodes[:-1] - np.array(case["node_positions_xyz"])[: len(before)])) < 1e-8
     assert np.max(np.abs(events[:, 0] - times[: taut + 1])) < 1e-8

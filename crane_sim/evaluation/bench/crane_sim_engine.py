@@ -62,7 +62,7 @@ class CraneSimEngine:
     def methods(self) -> list[str]:
         """Return the names of the methods that fit the scene."""
         arrays = system.rhs_into.knows(type(self.p))
-        smooth = begin(self.p, self.q, self.v)[0].seen is None
+        smooth = begin(self.p, self.q, self.v)[0].event_log is None
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 
     def runs(self, method: str) -> list[Run]:
@@ -82,6 +82,6 @@ class CraneSimEngine:
             flow, x = integrate(method, self.p, self.source, self.q, self.v, end, times)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = polyline(self.p, end, np.array(q), np.array(v))
-            return Outcome(points[-1], flow.evaluations, flow.steps, float(tensions[-1]))
+            return Outcome(points[-1], flow.counters.evaluations, flow.counters.steps, float(tensions[-1]))
 
         return go

@@ -15,7 +15,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.evaluation.bench.group_cases import CASES, Case, Changes
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
-from crane_sim.integrators import OK, apply_pending_events, make_event_log, reach, start
+from crane_sim.integrators import Status, apply_pending_events, make_event_log, reach, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.numerics.jit import entry
 from crane_sim.numerics.states import add_scaled, dimension
@@ -77,9 +77,11 @@ class Subject(NamedTuple):
         began = time.perf_counter()
         flow = pass_time(RK8(_STEP), self.model, self.x, self.u, times * _STEP)
         elapsed = time.perf_counter() - began
-        if flow.status != OK:
-            raise RuntimeError(f"{type(self.model).__name__}: the integration ended with status {flow.status}")
-        return elapsed / flow.steps * 1e9
+        if flow.status != Status.OK:
+            raise RuntimeError(
+                f"{type(self.model).__name__}: the integration ended with status {Status(flow.status).name}"
+            )
+        return elapsed / flow.counters.steps * 1e9
 
 
 def subject(scene: Scene) -> Subject:

@@ -84,7 +84,7 @@ class Case:
         method = Rodas(*tolerances)
         flow, _ = time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))
         seconds = min(time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
-        return Trial(tolerances, self.error(flow.x), seconds / self.end, flow.evaluations)
+        return Trial(tolerances, self.error(flow.x), seconds / self.end, flow.counters.evaluations)
 
     def lsoda(self, tolerances: tuple[float, float]) -> Trial:
         """Run scipy's LSODA."""

@@ -1,0 +1,81 @@
+"""What the hardware of a run consists of, as structured arrays: one record for each drive and for each sensor.
+
+Kernels take an array whole or one of its records, whose fields have these names, and change them in place.
+"""
+
+from typing import Any
+
+import numpy as np
+
+DRIVE = np.dtype(
+    [
+        # brake
+        ("stiffness", float),  # of its spring, in units of the effort / joint's
+        ("damping", float),
+        ("capacity", float),  # largest effort of spring and damper together
+        ("anchor", float),  # m or rad, reference that the spring pulls to
+        ("follows", float),  # 1 for a drive whose effort is the position to follow, else 0
+        ("engaged", np.bool_),
+        # drive
+        ("low", float),  # limits of the effort
+        ("high", float),
+        ("rate_limit", float),  # of the effort [1/s]
+        ("lag", float),  # s
+        ("deadband", float),  # demands below it count as 0
+        ("delay", np.int64),  # periods
+        ("origin", float),  # effort at the begin of the period
+        ("target", float),  # effort that is approached
+        ("factor", float),  # part of the effort that reaches the joint
+        # at the last evaluation
+        ("effort", float),
+        ("position", float),
+        ("velocity", float),
+    ]
+)
+"""A drive and its brake."""
+SENSOR = np.dtype(
+    [
+        ("noise", float),  # standard deviation
+        ("bias", float),
+        ("quantum", float),  # step of the digits, 0 without
+        ("delay", np.int64),  # periods
+        ("every", np.int64),  # periods from one sample to the next
+        ("dropout", float),  # probability that a sample is lost
+        ("truth", float),  # joint's position or velocity
+        ("sample", float),  # last one
+        ("shown", float),  # to the law and on the topics
+        ("stuck", np.bool_),  # a fault: it shows what it showed
+        ("lost", np.bool_),  # a fault: it shows zero
+    ]
+)
+"""The sensor of one joint's position or velocity."""
+TALLY = np.dtype(
+    [
+        ("braking", np.bool_),  # all brakes are to be engaged in the periods that follow
+        ("braked", np.int64),  # periods in which they were
+        ("limited", np.int64),  # periods in which a demand was limited
+        ("lost_samples", np.int64),
+        ("payload_mass", float),  # kg, 0 where no fault changes it
+        ("payload_energy", float),  # J, brought by changes of the payload
+    ]
+)
+"""Figures of a run."""
+
+
+def make_records(kind: Any, count: int) -> Any:
+    """Return records of DRIVE, SENSOR or TALLY (count,), all fields 0."""
+    return np.zeros(count, kind).view(np.recarray)
+
+
+def ideal_drives(nu: int) -> Any:
+    """Return records of drives without any effect (nu,)."""
+    drives = make_records(DRIVE, nu)
+    drives.factor, drives.rate_limit, drives.low, drives.high = 1.0, np.inf, -np.inf, np.inf
+    return drives
+
+
+def ideal_sensors(nq: int) -> Any:
+    """Return records of sensors that show the truth: of the positions, then of the velocities (2 nq,)."""
+    sensors = make_records(SENSOR, 2 * nq)
+    sensors.every = 1
+    return sensors

@@ -1,0 +1,29 @@
+"""Status of an integration."""
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """Whether an integration goes on, and if not, why."""
+
+    OK = 0
+    STEP_TOO_SMALL = 1  # no step, however small, has an error within the tolerance
+    NOT_FINITE = 2
+    TOO_MANY_SWITCHES = 3  # at one instant
+    TOO_MANY_STEPS = 4  # to one instant
+    TERMINATED = 5  # by a guard of the model, which has the words for it
+
+    @property
+    def cause(self) -> str:
+        """What a user reads of an integration that failed; empty where it goes on or the model has the words."""
+        return _CAUSES.get(self, "")
+
+
+OK, STEP_TOO_SMALL, NOT_FINITE, TOO_MANY_SWITCHES, TOO_MANY_STEPS, TERMINATED = map(int, Status)
+"""The same as plain integers, for kernels: with members of the enumeration a short run takes a fifth longer."""
+_CAUSES = {
+    Status.STEP_TOO_SMALL: "the step size shrank to nothing",
+    Status.NOT_FINITE: "the state is not finite",
+    Status.TOO_MANY_SWITCHES: "the equations switch back and forth without end",
+    Status.TOO_MANY_STEPS: "the motion has become too fast to follow",
+}
