@@ -47,8 +47,8 @@ def stamp_of(message: Any) -> int:
 
 def feed(bag: Bag, steps: int, after: int = 0) -> None:
     """Let the bag hear of the steps behind step `after`, and of the state after the last one."""
-    takers = bag.takers()
+    callbacks = bag.callbacks()
     for k in range(after + 1, steps + 2):
-        takers["joint_states"](STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
+        callbacks["joint_states"](STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
         if k <= steps:
-            takers["applied_effort"](EFFORT_WIRE.encode(k * SCENE.period_ns, (float(k),) * 4))
+            callbacks["applied_effort"](EFFORT_WIRE.encode(k * SCENE.period_ns, (float(k),) * 4))
