@@ -15,7 +15,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim.laws import fast_half, slow_half
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.common.serialization import JointWire
 from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic, make_law
 from crane_sim.ros.controller.responder import serve_responder
@@ -26,7 +26,7 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "law": Option("", "control law; empty: the scene's own"),
     "mode": Option(
-        "lockstep", "wait for a slow half, or hold its last demand as in real time", choices=("lockstep", "realtime")
+        RunMode.LOCKSTEP.value, "wait for a slow half, or hold its last demand as in real time", choices=RUN_MODES
     ),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
@@ -45,7 +45,7 @@ class ControllerNode(LawNode):
         self._command_wire = JointWire(scene.actuated, effort=True)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
-        half, lockstep = slow_half(self._law), settings.mode == "lockstep"
+        half, lockstep = slow_half(self._law), settings.mode == RunMode.LOCKSTEP
         self._demands = Setpoints(node, half.names, lockstep, self._answer) if half else None
 
     def missing(self) -> str:

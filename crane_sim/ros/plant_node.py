@@ -11,7 +11,7 @@ from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.node_host import Fault, NodeHost
-from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.realtime import Realtime
@@ -20,12 +20,12 @@ from crane_sim.ros.plant.services import FaultServices, PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.plant.warm_up import warm_up
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
+from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, TimeoutAction
 from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
-    "mode": Option("lockstep", "when steps are taken", choices=("lockstep", "realtime")),
+    "mode": Option(RunMode.LOCKSTEP.value, "when steps are taken", choices=RUN_MODES),
     "rate": Option(1.0, "realtime: simulated seconds per second", 1e-3, 1e6),
     "commanded": Option(False, "leave the scene's own law and inputs out: another node commands every period"),
     "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
@@ -38,7 +38,7 @@ PARAMETERS = {
         3600.0,
     ),
     "on_silence": Option(
-        "zero",
+        TimeoutAction.ZERO.value,
         "realtime, at the time-out of commands: zero effort, the last one held, or brakes",
         choices=tuple(COMMAND_TIMEOUT_ACTIONS),
     ),
@@ -74,7 +74,7 @@ class PlantNode:
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest)
-        warm_up(plant, braking=settings.mode == "realtime")  # at a time-out, or after the last controller's failure
+        warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
         self._services = PlantServices(host, self._simulation, self._scheduler, settings)
         self._faults = FaultServices(host.node, self._simulation.plant)
@@ -112,7 +112,7 @@ class PlantNode:
 
     @property
     def _wall_period(self) -> float:
-        realtime = self._settings.mode == "realtime"
+        realtime = self._settings.mode == RunMode.REALTIME
         return self._simulation.scene.period / self._settings.rate if realtime else 0.0
 
     def _activate(self, active: bool) -> None:
@@ -137,11 +137,11 @@ class PlantNode:
         return self._topics.missing(subscribers, recorders) or self._scheduler.missing()
 
     def _make_scheduler(self) -> StepScheduler:
-        if self._settings.mode == "lockstep" and self._simulation.scene.sampled:
+        if self._settings.mode == RunMode.LOCKSTEP and self._simulation.scene.sampled:
             return Lockstep(self._host, self._simulation, self._settings)
         if self._settings.beside:
             raise ValueError(f"parameter beside is {self._settings.beside!r}; only a crane in lockstep can have it")
-        if self._settings.mode == "realtime":
+        if self._settings.mode == RunMode.REALTIME:
             return Realtime(self._host, self._simulation, self._settings)
         return OpenLoop(self._host, self._simulation)
 
