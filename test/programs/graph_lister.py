@@ -8,7 +8,7 @@ import rclpy
 from rclpy.node import Node
 
 SETTLED = 4.0  # s without a change
-LIMIT = 120.0  # s for the nodes to start and settle
+LIMIT = 300.0  # s for the nodes to start and settle
 
 
 def list_names(node: Node, namespace: str, name: str) -> dict[str, list[str]]:

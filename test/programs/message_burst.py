@@ -12,7 +12,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import JointWire
 
 TOPICS = ("joint_states", "joint_commands", "applied_effort")
-LIMIT = 60.0  # s for the subscriber to be matched
+LIMIT = 300.0  # s for the subscriber to be matched
 COUNT = 4000  # messages a topic: fewer than a recorder's history holds
 
 

@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 from std_srvs.srv import SetBool, Trigger
 
-LIMIT = 30.0  # s for a service or a mode
+LIMIT = 300.0  # s for a service or a mode, on a busy machine
 QUIET = 0.5  # s without a state after which the plant stands
 
 

@@ -89,6 +89,6 @@ def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
     assert (ours.modes[-1], ours.pause(False)) == (2, "ok")  # the user's pause outlasted the manager's
     assert change_state(ours, "plant", SHUTDOWN)
     assert plant.await_event("done")["summary"]["steps"] > 20
-    assert plant.process.wait(10.0) == 0
+    assert plant.process.wait(60.0) == 0
     assert change_state(ours, "controller", SHUTDOWN)
-    assert standby.process.wait(10.0) == 0
+    assert standby.process.wait(60.0) == 0

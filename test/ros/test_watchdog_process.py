@@ -63,6 +63,6 @@ def test_brake_to_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             assert summary["steps"] > 20
             wait_until(lambda: len(ours.states) > summary["steps"])
             plant.order("finish")
-            assert plant.process.wait(10.0) == 1
+            assert plant.process.wait(60.0) == 1
     last = ours.velocities[-1][: len(JOINTS)]
     assert max(map(abs, last)) < SLOW  # the plant's own limit of rest; the crane was at a hundred times that

@@ -66,7 +66,7 @@ def test_an_example_handles_sigterm_at_any_time(name: str, instant: str, ros_env
     """A SIGTERM that comes while rclpy starts is not lost: the example exits in order, without a traceback."""
     command = [sys.executable, "-c", TERMINATED_DURING, *instant.split(), str(EXAMPLES / name)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with started_program(command, limit=60.0, env=ros_environment, **pipes) as process:
+    with started_program(command, env=ros_environment, **pipes) as process:
         assert next_line(process) == "terminated\n"
         _, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")

@@ -132,7 +132,7 @@ def test_a_signal_is_handled_during_a_long_call() -> None:
         assert next_line(process) == "ready\n"
         process.send_signal(signal.SIGINT)
         began = time.monotonic()
-        assert process.communicate(timeout=20.0)[0] == "ended\n"
+        assert process.communicate(timeout=60.0)[0] == "ended\n"
     assert process.returncode == 1
     assert time.monotonic() - began < LIMIT
 
@@ -150,7 +150,7 @@ while True:
 def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
     """A signal that was blocked while Python started is handled as soon as there is a handler."""
     command = ["env", "--block-signal=INT,TERM", sys.executable, "-c", BLOCKED]
-    assert completed(command, limit=60.0).returncode == 7
+    assert completed(command).returncode == 7
 
 
 def test_the_plan_covers_start_run_and_end() -> None:
