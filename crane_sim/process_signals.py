@@ -1,8 +1,8 @@
-"""What ends a process, from its first statement to its last: signals, a dead parent; nothing heavy is imported here.
+"""Signals of a process from its first statement to its last, and parent-death signals; nothing heavy is imported here.
 
 Python's own handlers wait until compiled code comes back, which may take seconds, and then raise an exception wherever
-the program happens to be. Here a thread hears of a signal at once, or a run collects it and ends in order. Nobody hears
-of SIGKILL: what a process has started outlives it, unless the kernel is told otherwise.
+the program happens to be. Here a thread handles a signal at once, or a run collects it and ends in order. SIGKILL has
+no handler: the children of a killed process outlive it, unless they have a parent-death signal.
 """
 
 import os
@@ -18,19 +18,19 @@ _PDEATHSIG = 1  # of prctl(2)
 
 
 def exit_on_signal(end: Callable[[], object]) -> None:
-    """From now on, to the end of the process, call `end` in a thread of its own as soon as a signal comes."""
-    heard, told = os.pipe()
-    os.set_blocking(told, False)
+    """Call `end` in a thread of its own as soon as a signal comes, from now on to the end of the process."""
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
     for number in NUMBERS:
         signal.signal(number, lambda *_: None)
-    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
 
     def wait() -> None:
-        os.read(heard, 1)
+        os.read(read_end, 1)
         end()
 
-    threading.Thread(target=wait, name="interruption", daemon=True).start()
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)  # the start script holds them back until somebody listens
+    threading.Thread(target=wait, name="signals", daemon=True).start()
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)  # the start script blocks them until there is a handler
 
 
 def exit_now(code: int) -> NoReturn:
@@ -42,23 +42,23 @@ def exit_now(code: int) -> NoReturn:
 
 @contextmanager
 def collect_signals() -> Iterator[list[int]]:
-    """Yield a list that signals are put into while the block runs; nobody else is told of them."""
-    caught: list[int] = []
+    """Yield a list to which signals are appended while the block runs; no other handler is called."""
+    received: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield caught  # only the main thread may have handlers
+        yield received  # only the main thread may have handlers
         return
-    before = [signal.signal(number, lambda n, _: caught.append(n)) for number in NUMBERS]
-    listener = signal.set_wakeup_fd(-1)
+    previous = [signal.signal(number, lambda n, _: received.append(n)) for number in NUMBERS]
+    previous_fd = signal.set_wakeup_fd(-1)
     try:
-        yield caught
+        yield received
     finally:
-        signal.set_wakeup_fd(listener, warn_on_full_buffer=False)
-        for number, handler in zip(NUMBERS, before, strict=True):
+        signal.set_wakeup_fd(previous_fd, warn_on_full_buffer=False)
+        for number, handler in zip(NUMBERS, previous, strict=True):
             signal.signal(number, handler)
 
 
 def set_parent_death_signal() -> Callable[[], None]:
-    """Return what a child calls right after the fork, so that the kernel ends it together with this process.
+    """Return the function that a child calls right after the fork, so that the kernel kills it with this process.
 
     More exactly with the thread that forks; it holds beyond an exec.
     """
@@ -69,7 +69,7 @@ def set_parent_death_signal() -> Callable[[], None]:
     def bind() -> None:
         prctl(_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:
-            os._exit(1)  # it had ended before
+            os._exit(1)  # the parent had ended before
 
     return bind
 

@@ -1,4 +1,4 @@
-"""What all tests share: a ROS domain of their own, a time limit, and an end that leaves nothing behind."""
+"""Fixtures and hooks of all tests: a ROS domain of their own, time limits, and checks for leftovers."""
 
 import faulthandler
 import os
@@ -22,12 +22,12 @@ from crane_sim.orchestration.ros_environment import node_environment, reserve_do
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")
 
-_AGAIN = 60.0  # s from a test's limit until what it does in the end is interrupted, too
+_AGAIN = 60.0  # s from a test's limit until its clean-up is interrupted, too
 
 
 @pytest.fixture
 def domain_id() -> Iterator[int]:
-    """Yield a ROS domain id that nobody else on this machine uses."""
+    """Yield a ROS domain id that no other process on this machine uses."""
     with reserve_domain() as domain:
         yield domain
 
@@ -41,21 +41,21 @@ def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
 @pytest.fixture(scope="session", autouse=True)
 def no_process_left() -> Iterator[None]:
     """Fail the session when a process that a test started outlives it; end it, also when this process is killed."""
-    mark = str(uuid.uuid4())  # of a session within a test of another one: both
+    mark = str(uuid.uuid4())  # a session within a test of another one has both marks
     os.environ[session_guard.VARIABLE] = f"{os.environ.get(session_guard.VARIABLE, '')} {mark}".strip()
     with _guard(mark):
         yield
         deadline = time.monotonic() + 10.0
-        while (left := _left(mark)) and time.monotonic() < deadline:
+        while (leftover := _find_others(mark)) and time.monotonic() < deadline:
             time.sleep(0.1)
-        for pid in left:
+        for pid in leftover:
             os.kill(pid, signal.SIGKILL)
-        assert not left, f"processes outlived the tests, and were killed: {list(left.values())}"
+        assert not leftover, f"processes outlived the tests, and were killed: {list(leftover.values())}"
 
 
 @contextmanager
 def _guard(mark: str) -> Iterator[None]:
-    """Let a process, which no signal to this one's group reaches, wait for the end of this one."""
+    """Run the session guard, in a session of its own: signals to this process's group do not reach it."""
     command = [sys.executable, "-I", "-S", session_guard.__file__, str(os.getpid()), mark]
     env = {name: value for name, value in os.environ.items() if name != session_guard.VARIABLE}
     with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, start_new_session=True) as guard:
@@ -66,9 +66,9 @@ def _guard(mark: str) -> Iterator[None]:
             guard.kill()
 
 
-def _left(mark: str) -> dict[int, str]:
-    """Return the processes of this session but for this one."""
-    return {pid: command for pid, command in session_guard.marked(mark).items() if pid != os.getpid()}
+def _find_others(mark: str) -> dict[int, str]:
+    """Return the other processes of this session."""
+    return {pid: command for pid, command in session_guard.find_marked(mark).items() if pid != os.getpid()}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -78,9 +78,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @contextmanager
 def _limited(item: pytest.Item) -> Iterator[None]:
-    """Let the block fail where it takes too long; what does not come back to Python is left to `faulthandler_timeout`.
+    """Fail the block after the time limit; code that does not return to Python is left to `faulthandler_timeout`.
 
-    Slow tests take as long as they do.
+    Slow tests have no limit.
     """
     limit = 0.0 if item.get_closest_marker("slow") else float(item.config.getini("test_limit"))
 
@@ -99,7 +99,7 @@ def _limited(item: pytest.Item) -> Iterator[None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Generator[None, Any, Any]:
-    """Limit the time of a test's fixtures, and let slow tests take theirs."""
+    """Limit the time of a test's fixtures; slow tests have no limit."""
     if item.get_closest_marker("slow"):
         faulthandler.cancel_dump_traceback_later()
     with _limited(item):
@@ -115,14 +115,14 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
-    """Limit the time of the end of a test's fixtures."""
+    """Limit the time of the clean-up of a test's fixtures."""
     with _limited(item):
         return (yield)
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_handlecrashitem(crashitem: str, sched: Any) -> None:
-    """Go on behind a test that has taken its worker with it: the next worker would try it again, and so on."""
+    """Mark a test that crashed its worker as done: the next worker would try it again, and so on."""
     for unit in getattr(sched, "workqueue", {}).values():  # of the schedulers that keep files together
         if crashitem in unit:
             unit[crashitem] = True  # done
@@ -137,15 +137,15 @@ def shared_files() -> set[str]:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Note what is in shared memory before the first test; a worker ends with its leader, however that ends."""
+    """Record the files in shared memory before the first test; a worker is killed with its leader."""
     if hasattr(session.config, "workerinput"):
         session_guard.tie_to_parent()
     session.config.stash[_FILES] = shared_files()
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Fail when tests leave files in shared memory; of workers side by side, only the leader asks."""
-    left = shared_files() - session.config.stash[_FILES]
-    if left and not hasattr(session.config, "workerinput"):
-        print(f"\nfiles left in /dev/shm: {sorted(left)}")
+    """Fail when tests leave files in shared memory; of several workers, only the leader checks."""
+    leftover = shared_files() - session.config.stash[_FILES]
+    if leftover and not hasattr(session.config, "workerinput"):
+        print(f"\nfiles left in /dev/shm: {sorted(leftover)}")
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -1,4 +1,4 @@
-"""Runs over ROS from the outside: processes, their pipes, what they report; no rclpy here."""
+"""Supervision of runs over ROS: processes, their pipes and reports; no rclpy here."""
 
 from crane_sim.orchestration.runs import run
 

@@ -1,4 +1,4 @@
-"""A child process that is a ROS node: its environment, its pipes, and an end that leaves no orphan; no rclpy."""
+"""A child process that is a ROS node: its control pipe, its reports, its exit; no rclpy."""
 
 import json
 import os
@@ -11,7 +11,7 @@ from typing import Any
 
 from crane_sim.orchestration.process import ForkedProcess, Process
 
-_START_TIMEOUT = 0.5  # s in which a process that was just forked says so, or is ended with its nursery
+_START_TIMEOUT = 0.5  # s in which a process that was just forked reports its start, or is killed with the fork server
 
 
 class Child:
@@ -19,20 +19,20 @@ class Child:
 
     Attributes:
         ready: it has matched its peers.
-        summary: what it reported when it was done, None before.
+        summary: its report at the end of its work, None before.
         fault: one line on what went wrong, empty while nothing did.
-        gone: it has ended.
-        fatal: it told the fault itself: another one like it would meet the same.
+        gone: it has exited.
+        fatal: the fault was reported by the node; a restart cannot help.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
         bagged: the last step whose messages reached it.
-        active: it may work: nobody has deactivated it, or paused the plant.
-        passes: resets of the plant that it has taken in, of a recorder.
+        active: it is neither deactivated nor, as the plant, paused.
+        passes: resets of the plant that it has recorded, of a recorder.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 
     def __init__(self, name: str, start: Callable[[int, int], Process]) -> None:
-        """Let `start` make the process, given its ends of two pipes: for orders, for reports."""
+        """Create the process with `start(control, report)`: its ends of the two pipes for orders and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.gone, self.fatal = True, False, False, False
         self.step = self.recorded = self.bagged = self.passes = 0
@@ -50,53 +50,53 @@ class Child:
         return self._process.pid
 
     def order(self, line: str) -> None:
-        """Send one line to the node; one that is gone is noticed where its reports are read."""
+        """Send one line to the node; an exited one is detected where its reports are read."""
         try:
             os.write(self._control, line.encode() + b"\n")
         except BrokenPipeError:
             return
 
     def read(self) -> None:
-        """Take in what the node has reported."""
+        """Read the reports that have arrived."""
         data = os.read(self.reports, 65536)
         if not data:
             self._on_exit()
             return
         *lines, self._rest = (self._rest + data).split(b"\n")
         for line in lines:
-            self._take(json.loads(line))
+            self._handle_report(json.loads(line))
 
     def close_control_pipe(self) -> None:
-        """Close the pipe of its orders: the node sees it and shuts down."""
+        """Close the pipe of its orders: the node detects it and shuts down."""
         os.close(self._control)
 
     def send_signal(self, number: int) -> None:
-        """Send a signal to the process, if it lives."""
+        """Send a signal to the process, if it is alive."""
         self._process.send_signal(number)
 
-    def ended_by(self, instant: float) -> bool:
-        """Whether the process has ended; waits for that until an instant [s] of the monotonic clock."""
+    def wait_exited(self, deadline: float) -> bool:
+        """Wait for the exit until an instant [s] of the monotonic clock; return whether the process has exited."""
         try:
-            self._process.wait(max(instant - time.monotonic(), 0.0))
+            self._process.wait(max(deadline - time.monotonic(), 0.0))
         except subprocess.TimeoutExpired:
             return False
         return True
 
     def close(self) -> None:
-        """Wait for the end of the process, and close the pipe of its reports."""
+        """Wait for the exit of the process, and close the pipe of its reports."""
         self._process.wait()
         os.close(self.reports)
 
     def wait_started(self) -> None:
-        """Hear of the process of a child that was being forked when its end came."""
+        """Wait for the process id of a child that was being forked when the group was shut down."""
         while not (self.pid or self.gone) and select.select([self.reports], [], [], _START_TIMEOUT)[0]:
             self.read()
 
-    def _take(self, event: dict[str, Any]) -> None:
+    def _handle_report(self, event: dict[str, Any]) -> None:
         match event:
-            case {"event": "born", "pid": int(pid)} if isinstance(self._process, ForkedProcess):
+            case {"event": "started", "pid": int(pid)} if isinstance(self._process, ForkedProcess):
                 self._process.on_started(pid)
-            case {"event": "ended", "code": int(code)} if isinstance(self._process, ForkedProcess):
+            case {"event": "exited", "code": int(code)} if isinstance(self._process, ForkedProcess):
                 self._process.on_exit(code)
             case {"event": "ready"}:
                 self.ready = True
@@ -120,7 +120,7 @@ class Child:
         self.gone = True
         code = self._process.wait()
         if code is None:
-            ending = "ended, nobody knows how" if self.pid else "could not be started"
+            ending = "ended, its exit code is unknown" if self.pid else "could not be started"
         else:
             ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
         self.fault = self.fault or f"it {ending}{self._cause}"

@@ -1,6 +1,6 @@
-"""A program that loads what all nodes of a scene need, once, and then forks a node wherever one is wanted.
+"""The fork server: a program that loads the compiled code of a scene once, and then forks a node for each order.
 
-It never imports ROS: middleware begins in the forked process, where its threads are.
+It never imports ROS: the middleware is started in the forked process, which then has its threads.
 """
 
 import json
@@ -10,6 +10,7 @@ import socket
 import sys
 import traceback
 from importlib import import_module
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +22,8 @@ from crane_sim.simulation.metrics import derive
 
 
 def preload(scene: Scene) -> None:
-    """Load the compiled code of the scene's law, and of what is derived from its states; and slow packages."""
-    import_module("crane_sim.recording.layout")  # what a recorder needs of scipy
+    """Load the compiled code of the scene's law and of its derived quantities, and packages that import slowly."""
+    import_module("crane_sim.recording.layout")  # imports the parts of scipy that a recorder uses
     if scene.law is not None:
         fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
@@ -30,18 +31,23 @@ def preload(scene: Scene) -> None:
     derive(scene, np.zeros(1), np.array([scene.initial_q]), np.array([scene.initial_v]), effort)
 
 
+class _Node(NamedTuple):
+    pid: int
+    report: int  # its pipe of reports
+
+
 class ForkedNodes:
-    """The nodes that were forked, each with the pipe on which its end is told."""
+    """The forked nodes, each with the pipe on which its exit is reported."""
 
     def __init__(self, channel: socket.socket) -> None:
-        """Serve the orders that come through a channel."""
+        """Serve the orders of a channel."""
         self._channel = channel
-        self._living: dict[int, tuple[int, int]] = {}  # by the handle of a process: its id, its report pipe
+        self._nodes: dict[int, _Node] = {}  # by the handle of the process
         self._selector = selectors.DefaultSelector()
         self._selector.register(channel, selectors.EVENT_READ)
 
     def serve(self) -> None:
-        """Fork and reap until the orchestrator is gone."""
+        """Fork and reap until the supervisor has closed the channel."""
         while True:
             for key, _ in self._selector.select():
                 if key.fd != self._channel.fileno():
@@ -57,41 +63,41 @@ class ForkedNodes:
         bind = set_parent_death_signal()
         pid = os.fork()
         if pid == 0:
-            bind()  # until somebody knows its id, nobody else could end it
-            _report(report, "born", pid=os.getpid())
+            bind()  # until its id is reported, no other process could kill it
+            _report(report, "started", pid=os.getpid())
             clear_parent_death_signal()
-            self._forget_others()
+            self._close_inherited()
             os._exit(_run_node(json.loads(order), control, report))
         os.close(control)
         handle = os.pidfd_open(pid)
-        self._living[handle] = pid, report
+        self._nodes[handle] = _Node(pid, report)
         self._selector.register(handle, selectors.EVENT_READ)
         return True
 
     def _reap(self, handle: int) -> None:
-        pid, report = self._living.pop(handle)
+        node = self._nodes.pop(handle)
         self._selector.unregister(handle)
         os.close(handle)
-        _, status = os.waitpid(pid, 0)
-        _report(report, "ended", code=os.waitstatus_to_exitcode(status))
-        os.close(report)
+        _, status = os.waitpid(node.pid, 0)
+        _report(node.report, "exited", code=os.waitstatus_to_exitcode(status))
+        os.close(node.report)
 
-    def _forget_others(self) -> None:
+    def _close_inherited(self) -> None:
         self._selector.close()
         self._channel.close()
-        for handle, (_, report) in self._living.items():
+        for handle, node in self._nodes.items():
             os.close(handle)
-            os.close(report)
+            os.close(node.report)
 
 
 def _run_node(order: list[str], control: int, report: int) -> int:
-    """Be a node, in a process of its own; return its exit code."""
+    """Run a node in this process; return its exit code."""
     os.setsid()
     module, *arguments = order
     sys.argv = [module, *arguments, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
     try:
         return import_module(module).main()
-    except BaseException:  # nothing may return into the nursery's own loop
+    except BaseException:  # nothing may return into the fork server's own loop
         traceback.print_exc()
         return 1
 

@@ -1,4 +1,4 @@
-"""How a child's process is started and ended: as a program of its own, or forked by a nursery that is warm already."""
+"""Child processes: programs of their own, or forks of a server that has loaded the compiled code already."""
 
 import json
 import os
@@ -14,7 +14,7 @@ from typing import Protocol
 
 
 class Process(Protocol):
-    """What a child needs of its process."""
+    """The process of a child, however it was started."""
 
     @property
     def pid(self) -> int:
@@ -22,21 +22,21 @@ class Process(Protocol):
         ...
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """Return the exit code, negative for a signal, None where nobody knows it.
+        """Return the exit code, negative for a signal, None where it is unknown.
 
         Raises:
-            subprocess.TimeoutExpired: it has not ended within so many seconds.
+            subprocess.TimeoutExpired: it has not exited within so many seconds.
         """
         ...
 
     def send_signal(self, sig: int) -> None:
-        """Send a signal to a process that may have ended."""
+        """Send a signal to a process that may have exited."""
         ...
 
 
 def start_program(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> Process:
     """Start a module as a program that inherits file descriptors."""
-    # A session of its own: Ctrl-C reaches the orchestrator alone, which then ends its children in order.
+    # A session of its own: Ctrl-C reaches the supervisor alone, which then shuts its children down in order.
     return subprocess.Popen(
         [sys.executable, "-m", module, *arguments],
         env=env,
@@ -48,21 +48,21 @@ def start_program(module: str, arguments: Sequence[str], env: Mapping[str, str],
 
 
 class ForkedProcess:
-    """The process of a node that a nursery forks."""
+    """The process of a node that the fork server starts."""
 
     def __init__(self) -> None:
-        """Begin unborn."""
+        """Create it before its start is reported."""
         self.pid, self._handle = 0, -1
         self._code: int | None = None
 
     def on_started(self, pid: int) -> None:
-        """Take note of its process id."""
+        """Record its process id."""
         self.pid = pid
-        with suppress(ProcessLookupError):  # it may have ended by now
+        with suppress(ProcessLookupError):  # it may have exited by now
             self._handle = os.pidfd_open(pid)
 
     def on_exit(self, code: int) -> None:
-        """Take note of how it ended."""
+        """Record its exit code."""
         self._code = code
 
     def wait(self, timeout: float | None = None) -> int | None:
@@ -82,23 +82,23 @@ class ForkedProcess:
 
 
 class ForkServer:
-    """A process that has a scene's compiled code in its memory, and forks nodes that need not load it again."""
+    """The client of a process that has a scene's compiled code in memory and forks nodes, which need not load it."""
 
     def __init__(self, scene_file: Path, env: Mapping[str, str]) -> None:
-        """Start it; what it is asked for before it is warm waits."""
-        self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        arguments = [str(scene_file), str(theirs.fileno())]
-        self._process = start_program("crane_sim.orchestration.fork_server", arguments, env, [theirs.fileno()])
-        theirs.close()
+        """Start the server; orders wait until it has loaded the code."""
+        self._channel, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        arguments = [str(scene_file), str(server_end.fileno())]
+        self._process = start_program("crane_sim.orchestration.fork_server", arguments, env, [server_end.fileno()])
+        server_end.close()
 
     def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> Process:
-        """Let it fork a node with its ends of two pipes; one that is gone is noticed where the reports end."""
+        """Order a fork with its ends of two pipes; an exited server is detected where the reports end."""
         with suppress(OSError):
             socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control, report])
         return ForkedProcess()
 
     def close(self) -> None:
-        """End it; the nodes that it has forked live on."""
+        """Kill the server; the nodes that it has forked go on."""
         self._process.send_signal(signal.SIGKILL)
         self._process.wait()
         self._channel.close()

@@ -1,4 +1,4 @@
-"""The children of a run: started, listened to, and ended in any case."""
+"""The child processes of a run: started, read from, and ended in any case."""
 
 import json
 import selectors
@@ -8,37 +8,43 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process import ForkServer, Process, start_program
 
-_TURN = 0.1  # s between two looks at whether somebody waits for the end
-_PATIENCE = 5.0, 2.0  # s until SIGTERM, and from there until SIGKILL
-_HURRY = 0.3, 0.2  # the same where somebody waits for the end: what matters has been reported by then
-_LIMIT = 2.4  # s for all of an early end: whoever waits is promised 3 s, and the program itself has to end, too
+
+class _GracePeriods(NamedTuple):
+    until_terminate: float  # s from the order to finish to SIGTERM
+    until_kill: float  # s from there to SIGKILL
+
+
+_POLL = 0.1  # s between two checks whether a shutdown was requested
+_GRACE = _GracePeriods(5.0, 2.0)
+_SHORT_GRACE = _GracePeriods(0.3, 0.2)  # once a shutdown is requested: the results have been reported by then
+_SHUTDOWN_LIMIT = 2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
 
 
 class ProcessGroup:
-    """The children of one run; leaving the block ends them all.
+    """The child processes of one run; at the end of the block all have exited.
 
     Attributes:
-        children: those who have not been dismissed.
-        deadline: instant of the monotonic clock [s] by which all have ended; inf while nobody waits for that.
+        children: those that have not been removed.
+        deadline: instant of the monotonic clock [s] by which all have exited; inf until a shutdown is requested.
     """
 
     def __init__(self, env: Mapping[str, str], interrupts: Sequence[int] = ()) -> None:
-        """Start nobody yet.
+        """Create an empty group.
 
         Args:
-            env: environment of all.
-            interrupts: signals that have come, whenever one looks: who sends one waits for the end.
+            env: environment of all children.
+            interrupts: signals received so far, read anew each time: one requests a shutdown.
         """
         self.children: list[Child] = []
         self.deadline = inf
         self._env, self._interrupts = env, interrupts
         self._selector = selectors.DefaultSelector()
-        self._nursery: ForkServer | None = None
+        self._fork_server: ForkServer | None = None
 
     def __enter__(self) -> Self:
         """Enter the block."""
@@ -46,8 +52,8 @@ class ProcessGroup:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         """End every child."""
-        if self._nursery:
-            self._nursery.close()
+        if self._fork_server:
+            self._fork_server.close()
         for child in self.children:
             child.order("finish")
             child.close_control_pipe()
@@ -59,39 +65,38 @@ class ProcessGroup:
         self._selector.close()
 
     def request_shutdown(self) -> None:
-        """From now on somebody waits for the end."""
-        self.deadline = min(self.deadline, time.monotonic() + _LIMIT)
+        """Set the deadline of the group, unless it is set."""
+        self.deadline = min(self.deadline, time.monotonic() + _SHUTDOWN_LIMIT)
 
     @property
     def shutting_down(self) -> bool:
-        """Whether somebody waits for the end."""
+        """Whether a shutdown was requested."""
         if self._interrupts:
             self.request_shutdown()
         return self.deadline < inf
 
     @property
-    def left(self) -> float:
-        """Seconds for what is to be done before the processes are let go; inf while nobody waits."""
-        return self.deadline - sum(_HURRY) - time.monotonic() if self.shutting_down else inf
+    def time_left(self) -> float:
+        """Seconds until the grace period of the processes begins; inf until a shutdown is requested."""
+        return self.deadline - sum(_SHORT_GRACE) - time.monotonic() if self.shutting_down else inf
 
     def _terminate_all(self) -> None:
-        """Wait, insist, and end who does not listen: all at once, whoever keeps us waiting."""
-        living = self.children
+        """Send SIGTERM, then SIGKILL, each after its grace period, to all children together."""
+        alive = self.children
         for stage, number in enumerate((signal.SIGTERM, signal.SIGKILL)):
-            since = time.monotonic()
-            while living and time.monotonic() < (limit := self._limit(since, stage)):
-                instant = min(time.monotonic() + _TURN, limit)
-                living = [child for child in living if not child.ended_by(instant)]
-            for child in living:
+            start = time.monotonic()
+            while alive and time.monotonic() < (limit := self._grace_limit(start, stage)):
+                instant = min(time.monotonic() + _POLL, limit)
+                alive = [child for child in alive if not child.wait_exited(instant)]
+            for child in alive:
                 child.send_signal(number)
         for child in self.children:
             child.close()
 
-    def _limit(self, since: float, stage: int) -> float:
-        """Return the instant at which a stage of the end that began at `since` [s] is over, as far as one knows now."""
-        hurried = self.shutting_down
-        patience = _HURRY if hurried else _PATIENCE
-        return min(since + patience[stage], self.deadline - sum(patience[stage + 1 :]))
+    def _grace_limit(self, start: float, stage: int) -> float:
+        """Return the end [s] of the grace period of a stage that began at `start` [s]; a shutdown may shorten it."""
+        grace = _SHORT_GRACE if self.shutting_down else _GRACE
+        return min(start + grace[stage], self.deadline - sum(grace[stage + 1 :]))
 
     def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
         """Start the node of `module` in `namespace` with the given parameters."""
@@ -104,16 +109,16 @@ class ProcessGroup:
         return self._add(Child(name, start))
 
     def prepare_forks(self, scene_file: Path) -> None:
-        """From now on, nodes of this scene can be forked."""
-        self._nursery = ForkServer(scene_file, self._env)
+        """Start the fork server for nodes of this scene."""
+        self._fork_server = ForkServer(scene_file, self._env)
 
     def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
         """Start a node as `start` does, of that `name` in ROS, too, and in a fraction of the time."""
-        nursery = self._nursery
-        if nursery is None:
+        server = self._fork_server
+        if server is None:
             raise RuntimeError("no forks were prepared")
         arguments = [*_arguments(namespace, settings), "-r", f"__node:={name}"]
-        return self._add(Child(name, lambda control, report: nursery.spawn(module, arguments, control, report)))
+        return self._add(Child(name, lambda control, report: server.spawn(module, arguments, control, report)))
 
     def _add(self, child: Child) -> Child:
         self.children.append(child)
@@ -121,21 +126,21 @@ class ProcessGroup:
         return child
 
     def remove(self, child: Child) -> None:
-        """Forget a child that has gone."""
+        """Remove a child that has exited."""
         self.children.remove(child)
         child.close_control_pipe()
         child.close()
 
     def listen(self, timeout: float) -> bool:
-        """Read what the children report within `timeout` seconds; whether there was anything."""
+        """Read the reports of the children within `timeout` seconds; return whether there were any."""
         if not self._selector.get_map():
             time.sleep(timeout)
-        heard = self._selector.select(timeout)
-        for key, _ in heard:
+        readable = self._selector.select(timeout)
+        for key, _ in readable:
             key.data.read()
             if key.data.gone:
                 self._selector.unregister(key.fd)
-        return bool(heard)
+        return bool(readable)
 
 
 def _arguments(namespace: str, settings: Mapping[str, object]) -> list[str]:

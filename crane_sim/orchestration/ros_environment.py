@@ -10,9 +10,7 @@ from pathlib import Path
 from crane_sim.files.catalogue import config_folder
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
-
-
-_RERUN_SAYS = "warn,re_log_encoding::rrd::file_sink=error"  # not that a long recording has no footer: that is meant
+_RUST_LOG = "warn,re_log_encoding::rrd::file_sink=error"  # that a long recording has no footer is on purpose
 
 
 @contextmanager
@@ -27,9 +25,9 @@ def reserve_domain(wanted: int | None = None) -> Iterator[int]:
         return
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
-        with closing(socket.socket(socket.AF_UNIX)) as mark:
+        with closing(socket.socket(socket.AF_UNIX)) as lock:
             try:
-                mark.bind(f"\0crane_sim domain {domain}")  # an abstract name: gone with this process, however it ends
+                lock.bind(f"\0crane_sim domain {domain}")  # an abstract name: gone with this process, however it ends
             except OSError:
                 continue
             if not _is_in_use(domain):
@@ -57,12 +55,12 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
     """
     package_root = Path(__file__).parents[2]
     profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
-    if not os.path.isfile(profile):  # Fast DDS would silently speak on every interface
+    if not os.path.isfile(profile):  # Fast DDS would silently use every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
     folder, name = os.path.split(profile)  # Fast DDS 3 drops a file of 2 as a whole, for one element's name
     newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
     path = os.environ.get("PYTHONPATH")
-    ours = {
+    fixed = {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",  # LOCALHOST would override the profile's transports
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
@@ -70,6 +68,6 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
         "FASTDDS_DEFAULT_PROFILES_FILE": newer if os.path.isfile(newer) else profile,  # Kilted and later
         "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
     }
-    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder), "RUST_LOG": _RERUN_SAYS}
+    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder), "RUST_LOG": _RUST_LOG}
     inherited = {key: value for key, value in os.environ.items() if key != "ROS_LOCALHOST_ONLY"}
-    return defaults | inherited | ours
+    return defaults | inherited | fixed

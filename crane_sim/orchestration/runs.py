@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 class _RunSettings(NamedTuple):
-    """What is asked of the nodes of a run."""
+    """Parameters and roles of a run."""
 
     plant: dict[str, object]
-    recorder: dict[str, object]  # empty: nobody records
-    controller: bool
-    replaced: bool
+    recorder: dict[str, object]  # empty: no recorder
+    controller: bool  # ours is started
+    restart: bool
 
 
 def run(
@@ -58,42 +58,44 @@ def run(
         domain_id: ROS domain; None picks one that is free on this machine.
         controller: the scene's own law commands; False leaves it out and waits for the user's node on `joint_commands`.
         wait: s without that node until the run ends; at its start at least two minutes.
-        restart: replace a controller, tracker or recorder that dies, by one that stands by.
-        on_silence: what a plant in realtime does when commands stay away: "zero" effort, "hold" the last, or "brake";
-            None: as the plant's parameter of that name says.
+        restart: replace a controller, tracker or recorder that dies, by a standby.
+        on_silence: action of a plant in realtime at the time-out of commands: "zero" effort, "hold" the last effort, or
+            "brake"; None: as the plant's parameter of that name says.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with one line on whatever a person at the terminal should know.
-        on_filled: called with a node's name and process id when it takes its place in the run.
+        on_filled: called with a node's name and process id when it becomes the active one of its role.
 
     Returns:
         The summary; with the key `error`, one line, when the run failed or was interrupted. No process is left.
     """
-    progress, nobody = on_progress or _ignore, _ignore
-    telling = Callbacks(lambda step: progress(step, scene.steps), on_news or nobody, on_filled or nobody)
-    settings: dict[str, object] = {"mode": mode, "commanded": not controller}
-    chosen = {"rate": rate, "on_silence": on_silence, "fifo_priority": fifo}
-    settings |= {name: value for name, value in chosen.items() if value is not None}
-    wishes = _RunSettings(settings, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
+    progress = on_progress or _ignore
+    callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_filled or _ignore)
+    plant: dict[str, object] = {"mode": mode, "commanded": not controller}
+    optional = {"rate": rate, "on_silence": on_silence, "fifo_priority": fifo}
+    plant |= {name: value for name, value in optional.items() if value is not None}
+    settings = _RunSettings(plant, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
     with (
         collect_signals() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         reserve_domain(domain_id) as domain,
-        ProcessGroup(node_environment(domain, Path(folder)), interrupts) as crew,
+        ProcessGroup(node_environment(domain, Path(folder)), interrupts) as group,
     ):
-        posts = _start(crew, scene, Path(folder), wishes)
+        roles = _start(group, scene, Path(folder), settings)
         if not controller:
             limit = f", {max(wait, READY):g} s at most" if isfinite(wait) else ""
-            telling.news(f"the run waits for your node on /{scene.crane}/joint_commands, ROS domain {domain}{limit}")
-        return _supervise(Supervisor(crew, posts, interrupts, telling, wait), posts, scene, wishes)
+            callbacks.on_news(
+                f"the run waits for your node on /{scene.crane}/joint_commands, ROS domain {domain}{limit}"
+            )
+        return _supervise(Supervisor(group, roles, interrupts, callbacks, wait), roles, scene, settings)
 
 
 def _ignore(*_: object) -> None:
-    """Take note of nothing."""
+    """Do nothing."""
 
 
 def _recorder_settings(record: Path | None, mcap: Path | None, live_port: int | None) -> dict[str, object]:
-    """Return the recorder's parameters, none at all where it has nothing to do."""
+    """Return the recorder's parameters, empty where nothing is recorded."""
     if record is None and mcap is None:
         return {}
     paths = {"path": record, "mcap": mcap}
@@ -101,47 +103,48 @@ def _recorder_settings(record: Path | None, mcap: Path | None, live_port: int | 
     return files | {"live_port": live_port or 0, "recording_id": uuid.uuid4().hex[:12]}
 
 
-def _start(crew: ProcessGroup, scene: "Scene", folder: Path, wishes: _RunSettings) -> list[Role]:
+def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSettings) -> list[Role]:
     scene_file = folder / "scene.yaml"
     scene.dump(scene_file)
-    if wishes.replaced:
-        crew.prepare_forks(scene_file)
-    file: dict[str, object] = {"scene": str(scene_file)}
-    common = file | {"expected_recorders": int(bool(wishes.recorder))}
-    split = wishes.controller and slow_half(scene.law) is not None
+    if settings.restart:
+        group.prepare_forks(scene_file)
+    scene_only: dict[str, object] = {"scene": str(scene_file)}
+    common = scene_only | {"expected_recorders": int(bool(settings.recorder))}
+    has_tracker = settings.controller and slow_half(scene.law) is not None
 
-    def place(name: str, package: str, settings: dict[str, object]) -> RoleSpec:
-        return RoleSpec(name, f"{package}.{name}_node", scene.crane, settings)
+    def spec(name: str, package: str, parameters: dict[str, object]) -> RoleSpec:
+        return RoleSpec(name, f"{package}.{name}_node", scene.crane, parameters)
 
-    posts = [Role(crew, place("plant", "crane_sim.ros", common | wishes.plant | {"expected_trackers": int(split)}))]
-    if wishes.controller:
-        answering = common | {"mode": wishes.plant["mode"]}
-        posts.append(Role(crew, place("controller", "crane_control.nodes", answering), wishes.replaced))
-    if split:
-        heard = file | {"expected_recorders": int(bool(wishes.recorder.get("mcap")))}
-        posts.append(Role(crew, place("tracker", "crane_control.nodes", heard), wishes.replaced))
-    if wishes.recorder:
-        recorder = place("recorder", "crane_sim.ros", file | wishes.recorder)
-        posts.append(RecorderRole(crew, recorder, wishes.replaced))
-    return posts
+    plant = common | settings.plant | {"expected_trackers": int(has_tracker)}
+    roles = [Role(group, spec("plant", "crane_sim.ros", plant))]
+    if settings.controller:
+        controller = common | {"mode": settings.plant["mode"]}
+        roles.append(Role(group, spec("controller", "crane_control.nodes", controller), settings.restart))
+    if has_tracker:
+        tracker = scene_only | {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
+        roles.append(Role(group, spec("tracker", "crane_control.nodes", tracker), settings.restart))
+    if settings.recorder:
+        recorder = scene_only | settings.recorder
+        roles.append(RecorderRole(group, spec("recorder", "crane_sim.ros", recorder), settings.restart))
+    return roles
 
 
-def _supervise(conductor: Supervisor, posts: list[Role], scene: "Scene", wishes: _RunSettings) -> dict[str, Any]:
-    plant, error = conductor.plant, ""
+def _supervise(supervisor: Supervisor, roles: list[Role], scene: "Scene", settings: _RunSettings) -> dict[str, Any]:
+    plant, error = supervisor.plant, ""
     try:
-        conductor.wait_ready()
-        conductor.play()
+        supervisor.wait_ready()
+        supervisor.run()
     except RunError as failure:
         error = str(failure)
-        conductor.stop_early()
-    head: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "mode": wishes.plant["mode"]}
+        supervisor.stop_early()
+    head: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "mode": settings.plant["mode"]}
     head |= {"seed": scene.seed}
     summary = (
-        (plant.summary or head) | collect_controller_summary(conductor, posts) | ({"error": error} if error else {})
+        (plant.summary or head) | collect_controller_summary(supervisor, roles) | ({"error": error} if error else {})
     )
-    if wishes.replaced:
-        summary |= {"restarts": {post.name: post.restarts for post in posts[1:]}}
-    recorder = next((post for post in posts if isinstance(post, RecorderRole)), None)
-    whole = finish_recording(conductor, recorder, summary)
-    whole.setdefault("steps", plant.step)
-    return whole
+    if settings.restart:
+        summary |= {"restarts": {role.name: role.restarts for role in roles[1:]}}
+    recorder = next((role for role in roles if isinstance(role, RecorderRole)), None)
+    summary = finish_recording(supervisor, recorder, summary)
+    summary.setdefault("steps", plant.step)
+    return summary

@@ -1,4 +1,4 @@
-"""Takes the nodes of a run from their start to the plant's last step, and mends on the way what can be mended."""
+"""The supervisor of a run: from the start of its nodes to the plant's last step, with fail-over of what exits."""
 
 import signal
 import time
@@ -10,11 +10,11 @@ from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import Role
 
-READY = 120.0  # s of silence allowed while the nodes compile and meet
-_SILENCE = 60.0  # s; a running plant reports ten times a second
-_TURN = 0.1  # s between two looks at the clock
-_UNANSWERED = 10.0  # s that a plant waits for our own controller until that is taken for dead
-_WIND_UP = 10.0, 0.8  # s for the plant to report after an early end; where somebody waits for it
+READY = 120.0  # s without a report allowed while the nodes compile and discover each other
+_REPORT_TIMEOUT = 60.0  # s; a running plant reports ten times a second
+_POLL = 0.1  # s between two checks of deadlines
+_ANSWER_TIMEOUT = 10.0  # s for which a plant waits for our own controller until that is killed
+_DRAIN = 10.0, 0.8  # s for the plant to report after an early end; once a shutdown is requested
 
 
 class RunError(RuntimeError):
@@ -22,154 +22,155 @@ class RunError(RuntimeError):
 
 
 class Callbacks(NamedTuple):
-    """Whom a run tells what happens."""
+    """Callbacks of a run, as of `orchestration.run`."""
 
-    progress: Callable[[int], object]  # steps done
-    news: Callable[[str], object]  # one line
-    filled: Callable[[str, int], object]  # name of a place, process id of the node that fills it now
+    on_progress: Callable[[int], object]  # steps done
+    on_news: Callable[[str], object]  # one line
+    on_filled: Callable[[str, int], object]  # name of a role, process id of the node that is active in it from now on
 
 
 class Supervisor:
-    """Waits for the crew to get somewhere, and gives up when that cannot be, or when the user interrupts."""
+    """Waits for stages of a run; ends it on a time-out, a fault or an interruption."""
 
     def __init__(
-        self, crew: ProcessGroup, posts: Sequence[Role], interrupts: list[int], telling: Callbacks, patience: float
+        self, group: ProcessGroup, roles: Sequence[Role], interrupts: list[int], callbacks: Callbacks, timeout: float
     ) -> None:
-        """Conduct a run.
+        """Supervise a run.
 
         Args:
-            crew: its processes.
-            posts: their places, the plant's first.
-            interrupts: signals that have come.
-            telling: who is told.
-            patience: s without a command of the user's own node until the run ends.
+            group: its processes.
+            roles: their roles, the plant's first.
+            interrupts: signals that have been received.
+            callbacks: called with what happens.
+            timeout: s without a command of the user's own node until the run ends.
         """
-        self._crew, self._posts, self._interrupts = crew, posts, interrupts
-        self._telling, self._patience = telling, patience
+        self._group, self._roles, self._interrupts = group, roles, interrupts
+        self._callbacks, self._timeout = callbacks, timeout
         self._waiting_since = 0.0
         self._announced: dict[str, int] = {}
-        self.plant = posts[0].active
+        self.plant = roles[0].active
 
     def wait_ready(self) -> None:
-        """Wait until all are there; raises RunError when one fails."""
-        silence = READY if self._own_controller else max(READY, self._patience)
-        self._until(self._all_ready, self._all_sound, silence, "waiting for the nodes to meet")
-        self._announce()
+        """Wait until all nodes are ready; raises RunError when one fails."""
+        timeout = READY if self._own_controller else max(READY, self._timeout)
+        self._wait_until(self._all_ready, self._check_faults, timeout, "waiting for the nodes to meet")
+        self._announce_active()
 
-    def play(self) -> None:
-        """Let the plant go, and wait for its summary; raises RunError when there will be none."""
+    def run(self) -> None:
+        """Start the plant's steps, and wait for its summary; raises RunError when there will be none."""
         self.plant.order("go")
-        self._until(lambda: self.plant.summary is not None, self._recover, _SILENCE, "waiting for the plant")
+        self._wait_until(
+            lambda: self.plant.summary is not None, self._recover, _REPORT_TIMEOUT, "waiting for the plant"
+        )
 
     def stop_early(self) -> None:
-        """Let the plant end early."""
+        """Order the plant to end early, and wait for its summary."""
         if self.plant.ready:
             self.plant.order("finish")
-            self.drain([self.plant], *_WIND_UP)
+            self.drain([self.plant], *_DRAIN)
 
-    def drain(self, children: Sequence[Child], patience: float, hurry: float = inf) -> None:
-        """Listen until the children are done or gone, whatever the others do, but no longer than `patience` seconds.
+    def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
+        """Read reports until the children are done or have exited, but no longer than `timeout` seconds.
 
-        Where somebody waits for the end of the run, no longer than `request_shutdown` seconds, and than what is left
-        till then.
+        Once a shutdown is requested, no longer than `shutdown_timeout` seconds and than the time that is left.
         """
-        began = time.monotonic()
+        start = time.monotonic()
         while any(child.summary is None and not child.gone for child in children):
-            limit = hurry if self._crew.shutting_down else patience
-            if time.monotonic() - began > limit or self._crew.left <= 0.0:
+            limit = shutdown_timeout if self._group.shutting_down else timeout
+            if time.monotonic() - start > limit or self._group.time_left <= 0.0:
                 return
-            self._crew.listen(_TURN)
+            self._group.listen(_POLL)
 
-    def fail_over(self, post: Role) -> bool:
-        """Fill a place whose holder has gone anew, and tell it; False where it stays vacant."""
-        why = f"{post.name}: {post.active.fault}"
-        if not post.fail_over(self.plant.step):
+    def fail_over(self, role: Role) -> bool:
+        """Let a standby take over a role whose active process has exited, and report it; False where it cannot."""
+        why = f"{role.name}: {role.active.fault}"
+        if not role.fail_over(self.plant.step):
             return False
-        self._telling.news(f"{why}; replaced")
-        self._announce()
+        self._callbacks.on_news(f"{why}; replaced")
+        self._announce_active()
         self._waiting_since = self._waiting_since and time.monotonic()
         return True
 
     @property
     def shutting_down(self) -> bool:
-        """Whether somebody waits for the end."""
-        return self._crew.shutting_down
+        """Whether a shutdown was requested."""
+        return self._group.shutting_down
 
     @property
-    def left(self) -> float:
-        """Seconds until the processes are let go, inf while nobody waits for the end."""
-        return self._crew.left
+    def time_left(self) -> float:
+        """See `ProcessGroup`."""
+        return self._group.time_left
 
     @property
     def _own_controller(self) -> Role | None:
-        return next((post for post in self._posts if post.name == "controller"), None)
+        return next((role for role in self._roles if role.name == "controller"), None)
 
-    def _until(self, done: Callable[[], bool], look: Callable[[], None], silence: float, what: str) -> None:
-        deadline = time.monotonic() + silence
+    def _wait_until(self, done: Callable[[], bool], check: Callable[[], None], timeout: float, what: str) -> None:
+        deadline = time.monotonic() + timeout
         while not done():
             if self._interrupts:
-                self._crew.request_shutdown()
+                self._group.request_shutdown()
                 raise RunError("interrupted")
-            if self._crew.listen(_TURN):
-                self._telling.progress(self.plant.step)
-                deadline = time.monotonic() + silence
+            if self._group.listen(_POLL):
+                self._callbacks.on_progress(self.plant.step)
+                deadline = time.monotonic() + timeout
             if not done():
-                look()
+                check()
             if time.monotonic() > deadline:
-                raise RunError(f"{what}: nothing heard for {silence:g} s")
+                raise RunError(f"{what}: no report for {timeout:g} s")
 
     def _all_ready(self) -> bool:
-        return all(post.active.ready and post.standbys_ready for post in self._posts)
+        return all(role.active.ready and role.standbys_ready for role in self._roles)
 
-    def _all_sound(self) -> None:
-        for child in self._crew.children:
+    def _check_faults(self) -> None:
+        for child in self._group.children:
             if child.fault:
-                self._crew.request_shutdown()
+                self._group.request_shutdown()
                 raise RunError(f"{child.name}: {child.fault}")
 
     def _recover(self) -> None:
         if self.plant.fault:
-            self._crew.request_shutdown()
+            self._group.request_shutdown()
             raise RunError(f"plant: {self.plant.fault}")
-        for post in self._posts[1:]:
-            if post.active.fault and not post.failed and not self.fail_over(post):
-                self._do_without(post)
-            if why := post.maintain_standbys():
-                self._telling.news(why)
-        self._announce()
+        for role in self._roles[1:]:
+            if role.active.fault and not role.failure and not self.fail_over(role):
+                self._degrade(role)
+            if why := role.maintain_standbys():
+                self._callbacks.on_news(why)
+        self._announce_active()
         self._check_timeout()
 
-    def _announce(self) -> None:
-        """Tell who fills a place, as soon as there is a process: a node that is just being forked has none."""
-        for post in self._posts:
-            pid = post.active.pid
-            if pid and self._announced.get(post.name) != pid:
-                self._announced[post.name] = pid
-                self._telling.filled(post.name, pid)
+    def _announce_active(self) -> None:
+        """Report each new active process, as soon as it has an id: a node that is just being forked has none."""
+        for role in self._roles:
+            pid = role.active.pid
+            if pid and self._announced.get(role.name) != pid:
+                self._announced[role.name] = pid
+                self._callbacks.on_filled(role.name, pid)
 
-    def _do_without(self, post: Role) -> None:
-        if post.name == "recorder":
-            self._telling.news(f"{post.failed}; the run goes on unrecorded")
+    def _degrade(self, role: Role) -> None:
+        """Go on without a role that has failed."""
+        if role.name == "recorder":
+            self._callbacks.on_news(f"{role.failure}; the run goes on unrecorded")
         else:
-            self._telling.news(f"{post.failed}; the crane is braked to rest")
-            self.plant.order(f"brake {post.failed}")
+            self._callbacks.on_news(f"{role.failure}; the crane is braked to rest")
+            self.plant.order(f"brake {role.failure}")
 
     def _check_timeout(self) -> None:
-        """Where the plant waits for a command: say so, and give up in the end."""
+        """Report that the plant waits for a command; kill our own controller, or end the run, after the time-out."""
         if not self.plant.waiting:
             if self._waiting_since:
-                self._telling.news("the plant goes on")
+                self._callbacks.on_news("the plant goes on")
             self._waiting_since = 0.0
             return
         if not self._waiting_since:
             self._waiting_since = time.monotonic()
-            self._telling.news(f"the plant waits: {self.plant.waiting}")
-        own, silent = self._own_controller, time.monotonic() - self._waiting_since
-        if not all(post.active.active for post in self._posts):
-            self._waiting_since = time.monotonic()  # somebody wants it to stand, or them to be silent: nobody is dead
-        elif own and silent > _UNANSWERED:
+            self._callbacks.on_news(f"the plant waits: {self.plant.waiting}")
+        own, waited = self._own_controller, time.monotonic() - self._waiting_since
+        if not all(role.active.active for role in self._roles):
+            self._waiting_since = time.monotonic()  # a pause or a deactivation is on purpose, and no failure
+        elif own and waited > _ANSWER_TIMEOUT:
             self._waiting_since = time.monotonic()  # the next one has as long
-            # It lives and does not answer: the way out is the same as for a dead one.
-            own.active.send_signal(signal.SIGKILL)
-        elif not own and silent > self._patience:
-            raise RunError(f"plant: {self.plant.waiting}; that was {self._patience:g} s ago")
+            own.active.send_signal(signal.SIGKILL)  # it is alive and does not answer: it is replaced as a dead one is
+        elif not own and waited > self._timeout:
+            raise RunError(f"plant: {self.plant.waiting}; that was {self._timeout:g} s ago")

@@ -1,4 +1,4 @@
-"""A bare echo, the yardstick of lockstep: the plant's two messages go to and fro between nodes that do nothing else."""
+"""The node `echo`, the lower bound of a lockstep step: the plant's two messages exchanged without any simulation."""
 
 import sys
 import time
@@ -17,13 +17,13 @@ from crane_sim.ros.common.serialization import JointWire
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
     "role": Option("ping", "ping sends states, pong answers with commands", choices=("ping", "pong")),
-    "steps": Option(1000, "messages to and fro", 1, 1_000_000_000),
+    "steps": Option(1000, "exchanges", 1, 1_000_000_000),
     "packed": Option(False, "pack and unpack messages as plant and controller do, not by the generated classes"),
 }
 
 
 class Ping:
-    """Sends state k + 1 as soon as the answer to state k is there."""
+    """Publisher of state k + 1 as soon as the answer to state k has come."""
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Use the names, message types, depths and period of the plant."""
@@ -33,10 +33,10 @@ class Ping:
         self._q, self._v = scene.initial_q, scene.initial_v
         self._out, self._in = JointWire(scene.joint_names, effort=False), JointWire(scene.actuated, effort=True)
         self._packed = settings.packed
-        heard: Any = self._on_packed if settings.packed else self._on_command
+        callback: Any = self._on_packed if settings.packed else self._on_command
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
         self._commands = node.create_subscription(
-            JointState, "joint_commands", heard, messages.STREAM, raw=settings.packed
+            JointState, "joint_commands", callback, messages.STREAM, raw=settings.packed
         )
 
     def missing(self) -> str:
@@ -45,12 +45,12 @@ class Ping:
         return "" if matched else "pong"
 
     def run(self, host: NodeHost) -> dict[str, float]:
-        """Exchange all messages; returns what was measured."""
-        host.wait(lambda: "" if host.started else "the word to go")
-        began = time.monotonic()
+        """Exchange all messages; return the rate."""
+        host.wait(lambda: "" if host.started else "the order go")
+        start = time.monotonic()
         self._send()
         host.wait(lambda: "" if self._k > self._steps else "the answers")
-        return {"steps_per_second": self._steps / (time.monotonic() - began)}
+        return {"steps_per_second": self._steps / (time.monotonic() - start)}
 
     def _send(self) -> None:
         self._k += 1
@@ -70,7 +70,7 @@ class Ping:
 
 
 class Pong:
-    """Answers every state with a command of the same stamp."""
+    """Publisher of a command of the same stamp for every state."""
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Use the names, message types and depths of the controller."""
@@ -78,10 +78,10 @@ class Pong:
         self._command = messages.effort_message(scene.actuated)
         self._effort = (0.0,) * len(scene.actuated)
         self._out, self._in = JointWire(scene.actuated, effort=True), JointWire(scene.joint_names, effort=False)
-        heard: Any = self._on_packed if settings.packed else self._on_state
+        callback: Any = self._on_packed if settings.packed else self._on_state
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
         self._states = node.create_subscription(
-            JointState, "joint_states", heard, messages.DEEP_STREAM, raw=settings.packed
+            JointState, "joint_states", callback, messages.DEEP_STREAM, raw=settings.packed
         )
 
     def missing(self) -> str:
@@ -90,8 +90,8 @@ class Pong:
         return "" if matched else "ping"
 
     def run(self, host: NodeHost) -> dict[str, float]:
-        """Answer until told to finish."""
-        while not host.stopping:
+        """Answer until the order to finish."""
+        while not host.stop_reason:
             host.spin()
         return {}
 
@@ -104,16 +104,16 @@ class Pong:
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
-    """Play the role of the parameters."""
+    """Run the role of the parameters."""
     role = Ping(host.node, settings) if settings.role == "ping" else Pong(host.node, settings)
     host.wait(role.missing)
     host.pipes.report("ready")
     host.pipes.report("done", summary=role.run(host))
-    host.wait(lambda: "" if not host.pipes.attached else "the word to finish")
+    host.wait(lambda: "" if not host.pipes.attached else "the order finish")
 
 
 def main() -> int:
-    """Run the node; see `process.main` for the exit code."""
+    """Run the node; see `node_host.main` for the exit code."""
     return node_host.main("echo", PARAMETERS, serve)
 
 

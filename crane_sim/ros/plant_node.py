@@ -1,4 +1,4 @@
-"""The node `plant`: simulates the crane in lockstep with its controller, in real time, or open loop."""
+"""The node `plant`: the crane, simulated in lockstep with its controller, in real time, or open loop."""
 
 import json
 import os
@@ -11,7 +11,7 @@ from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.node_host import Fault, NodeHost
-from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.realtime import Realtime
@@ -20,16 +20,16 @@ from crane_sim.ros.plant.services import FaultServices, PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.plant.warm_up import warm_up
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
+from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, TimeoutAction
 from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
-    "mode": Option("lockstep", "when steps are taken", choices=("lockstep", "realtime")),
+    "mode": Option(RunMode.LOCKSTEP.value, "when steps are taken", choices=RUN_MODES),
     "rate": Option(1.0, "realtime: simulated seconds per second", 1e-3, 1e6),
     "commanded": Option(False, "leave the scene's own law and inputs out: another node commands every period"),
     "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
-    "expected_trackers": Option(0, "slow halves of laws, which hear the states and command nothing", 0, 100),
+    "expected_trackers": Option(0, "slow halves of laws, which subscribe to the states and command nothing", 0, 100),
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),
     "command_timeout": Option(
         0.5,
@@ -38,12 +38,15 @@ PARAMETERS = {
         3600.0,
     ),
     "on_silence": Option(
-        "zero",
-        "realtime, nobody commands: zero effort, the last one held, or brakes",
+        TimeoutAction.ZERO.value,
+        "realtime, at the time-out of commands: zero effort, the last one held, or brakes",
         choices=tuple(COMMAND_TIMEOUT_ACTIONS),
     ),
     "command_lease": Option(
-        0.3, "s of silence after which somebody else may command; in lockstep only if somebody seems dead", 0.01, 60.0
+        0.3,
+        "s without a command after which another node may command; in lockstep only if the first seems dead",
+        0.01,
+        60.0,
     ),
     "largest_effort": Option(
         0.0, "N m or N; a command that is larger is refused; 0: far beyond what the scene can need", 0.0, 1e12
@@ -51,7 +54,7 @@ PARAMETERS = {
     "step_timeout": Option(0.5, "s without a command until lockstep sends its state again", 1e-3, 3600.0),
     "beside": Option("", "lockstep: namespaces of cranes on the same clock, with commas between them"),
     "clock": Option(True, "publish /clock; of several cranes on the same clock one does"),
-    "resends": Option(10, "of one state until lockstep says that it waits, paused, for a command", 0, 1_000_000),
+    "resends": Option(10, "of one state until lockstep reports that it waits, paused, for a command", 0, 1_000_000),
     "fifo_priority": Option(0, "SCHED_FIFO priority of the loop over steps; 0: ordinary scheduling", 0, 99),
     "step_count": Option(1, "steps that one call of ~/step_simulation takes", 1, 100_000_000, live=True),
     "reset_positions": Option((), "where ~/reset_simulation puts the joints; empty: the scene's start", live=True),
@@ -60,7 +63,7 @@ PARAMETERS = {
 
 
 class PlantNode:
-    """Puts plant, topics and pace together and takes them through one run."""
+    """One run of a plant with its topics, services and scheduler."""
 
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Load the scene and publish the robot description; raises ValueError for a bad scene."""
@@ -70,35 +73,35 @@ class PlantNode:
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
-        self._stepper = SimulationRun(scene, plant, self._topics, host.pipes, largest)
-        warm_up(plant, braking=settings.mode == "realtime")  # on silence, or when nobody will command any more
-        self._pace = self._chosen_pace()
-        self._services = PlantServices(host, self._stepper, self._pace, settings)
-        self._faults = FaultServices(host.node, self._stepper.plant)
+        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest)
+        warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
+        self._scheduler = self._make_scheduler()
+        self._services = PlantServices(host, self._simulation, self._scheduler, settings)
+        self._faults = FaultServices(host.node, self._simulation.plant)
 
     def run(self) -> None:
         """Wait for the peers, simulate, report; raises Fault after the report when the run failed."""
-        host, stepper = self._host, self._stepper
+        host, simulation = self._host, self._simulation
         host.manage(self._settings.autostart, self._activate)
-        host.wait(self._missing, stepper.publish_clock_if_due)
+        host.wait(self._missing, simulation.publish_clock_if_due)
         host.pipes.report("ready")
-        host.wait(lambda: "" if host.started and host.active else "the word to go", stepper.publish_clock_if_due)
-        if not host.stopping:
-            self._prioritise()
-            self._pace.run()
-        if host.brake and stepper.running and not host.stopping:
-            brake_to_rest(host, stepper, self._pace, self._wall_period)
-        error = self._stepper.fault or ("" if self._stepper.finished else "interrupted")
-        stepper.end()
+        host.wait(lambda: "" if host.started and host.active else "the order go", simulation.publish_clock_if_due)
+        if not host.stop_reason:
+            self._set_priority()
+            self._scheduler.run()
+        if host.brake_reason and simulation.running and not host.stop_reason:
+            brake_to_rest(host, simulation, self._scheduler, self._wall_period)
+        error = self._simulation.fault or ("" if self._simulation.finished else "interrupted")
+        simulation.end()
         self._report(error)
-        self._topics.flush()  # behind the report: a subscriber that stands still delays nobody else
+        self._topics.flush()  # after the report: a subscriber that does not acknowledge delays nothing else
         if host.pipes.attached:
-            host.wait(lambda: "the word to finish", stepper.publish_clock_if_due)
-        if error and host.stopping not in ENDINGS:
+            host.wait(lambda: "the order finish", simulation.publish_clock_if_due)
+        if error and host.stop_reason not in ENDINGS:
             raise Fault(error)
 
-    def _prioritise(self) -> None:
-        """Let the loop over steps, not the middleware's threads, go before all ordinary processes if that is wished."""
+    def _set_priority(self) -> None:
+        """Give the loop over steps, not the middleware's threads, the real-time priority of the parameter."""
         priority = self._settings.fifo_priority
         if not priority:
             return
@@ -109,18 +112,18 @@ class PlantNode:
 
     @property
     def _wall_period(self) -> float:
-        realtime = self._settings.mode == "realtime"
-        return self._stepper.scene.period / self._settings.rate if realtime else 0.0
+        realtime = self._settings.mode == RunMode.REALTIME
+        return self._simulation.scene.period / self._settings.rate if realtime else 0.0
 
     def _activate(self, active: bool) -> None:
         """Pause the run while the node is inactive."""
-        if self._stepper.stamp and self._stepper.running:
-            self._stepper.pause(not active, "lifecycle")
-            if not self._stepper.paused:
-                self._pace.go_on()
+        if self._simulation.stamp and self._simulation.running:
+            self._simulation.pause(not active, "lifecycle")
+            if not self._simulation.paused:
+                self._scheduler.resume()
 
     def _report(self, error: str) -> None:
-        summary = self._stepper.summary(self._settings.mode) | self._pace.figures()
+        summary = self._simulation.summary(self._settings.mode) | self._scheduler.figures()
         summary |= {"error": error} if error else {}
         self._host.pipes.report("done", summary=summary)
         if not self._host.pipes.attached:
@@ -128,22 +131,23 @@ class PlantNode:
 
     def _missing(self) -> str:
         recorders, trackers = self._settings.expected_recorders, self._settings.expected_trackers
-        controllers = self._settings.expected_controllers if self._stepper.scene.sampled else 0
-        beside = self._settings.beside.count(",") + 1 if self._settings.beside else 0
-        return self._topics.missing(controllers + trackers + recorders + beside, recorders) or self._pace.missing()
+        controllers = self._settings.expected_controllers if self._simulation.scene.sampled else 0
+        clock_peers = self._settings.beside.count(",") + 1 if self._settings.beside else 0
+        subscribers = controllers + trackers + recorders + clock_peers
+        return self._topics.missing(subscribers, recorders) or self._scheduler.missing()
 
-    def _chosen_pace(self) -> StepScheduler:
-        if self._settings.mode == "lockstep" and self._stepper.scene.sampled:
-            return Lockstep(self._host, self._stepper, self._settings)
+    def _make_scheduler(self) -> StepScheduler:
+        if self._settings.mode == RunMode.LOCKSTEP and self._simulation.scene.sampled:
+            return Lockstep(self._host, self._simulation, self._settings)
         if self._settings.beside:
             raise ValueError(f"parameter beside is {self._settings.beside!r}; only a crane in lockstep can have it")
-        if self._settings.mode == "realtime":
-            return Realtime(self._host, self._stepper, self._settings)
-        return OpenLoop(self._host, self._stepper)
+        if self._settings.mode == RunMode.REALTIME:
+            return Realtime(self._host, self._simulation, self._settings)
+        return OpenLoop(self._host, self._simulation)
 
 
 def main() -> int:
-    """Run the node; see `process.main` for the exit code."""
+    """Run the node; see `node_host.main` for the exit code."""
     return node_host.main("plant", PARAMETERS, lambda host, settings: PlantNode(host, settings).run(), managed=True)
 
 

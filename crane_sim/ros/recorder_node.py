@@ -1,4 +1,4 @@
-"""The node `recorder`: listens to a run and writes it to files; whatever happens to it, the plant goes on."""
+"""The node `recorder`: subscribes to a run and writes it to files; the plant does not depend on it."""
 
 import json
 import os
@@ -27,18 +27,18 @@ PARAMETERS = {
     "path": Option("runs/run.rrd", "the Rerun recording, with .part behind its name while it grows; empty: none"),
     "mcap": Option("", "MCAP file of the messages as they came, with .part while it grows; empty: none"),
     "live_port": Option(0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535),
-    "recording_id": Option("", "what the viewer knows the recording by; empty: one of its own"),
-    "standby": Option(False, "stand by, and at the order go begin where it says that another recorder has ended"),
+    "recording_id": Option("", "identifier of the recording in the viewer; empty: a new one"),
+    "standby": Option(False, "stand by, and resume, at the order go, where another recorder has failed"),
     "passes": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
 }
 
-_ALONE = 60.0  # s for the end where nobody says how long it may take
-_WAITED = 0.5  # of that time at most, for messages that are still on their way
-_PERIOD = 0.01  # s between two looks at what has come: bursts cost less than messages one by one
+_FINISH_TIME = 60.0  # s to complete the files without an order that limits it
+_WAIT_SHARE = 0.5  # of that time at most, for messages that are still on their way
+_PERIOD = 0.01  # s between two polls: bursts cost less than messages one by one
 
 
-def serve(host: NodeHost, settings: SimpleNamespace, kept: list[object]) -> None:
-    """Record until told to finish, or until the run is over; what must outlive a failure goes into `kept`.
+def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -> None:
+    """Record until the order to finish, or until the run is over; `keep_alive` gets what must outlive a failure.
 
     Raises:
         ValueError: the settings leave nothing to record.
@@ -47,20 +47,20 @@ def serve(host: NodeHost, settings: SimpleNamespace, kept: list[object]) -> None
     check_settings(settings)
     scene = load_scene(settings.scene)
     if settings.standby:
-        hearing, outputs = _stood_by(host, scene, settings, kept)
+        subscriptions, outputs = _stand_by(host, scene, settings, keep_alive)
     else:
-        outputs = _open_outputs(host, scene, settings, kept, ResumeState())
-        hearing = RecorderSubscriptions(host.node, outputs.takers)
+        outputs = _open_outputs(host, scene, settings, keep_alive, ResumeState())
+        subscriptions = RecorderSubscriptions(host.node, outputs.callbacks)
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
-        host.wait(hearing.missing)
+        host.wait(subscriptions.missing)
         host.pipes.report("ready")
     if outputs:
-        _record(host, scene, hearing, outputs)
+        _record(host, scene, subscriptions, outputs)
 
 
 def check_settings(settings: SimpleNamespace) -> None:
-    """Raise ValueError, one line, for settings that make no sense together."""
+    """Raise ValueError, one line, for settings that contradict each other."""
     if not (settings.path or settings.mcap):
         raise ValueError("parameters path and mcap are both empty: there is nothing to write")
     if settings.live_port and not settings.path:
@@ -68,45 +68,45 @@ def check_settings(settings: SimpleNamespace) -> None:
 
 
 def viewer_command(port: int) -> str:
-    """Return the command that shows what is served on a port."""
+    """Return the command of a viewer of the recording that is served on a port."""
     program = shutil.which("rerun") or Path(sys.executable).with_name("rerun")
     return f"{program} --connect rerun+http://127.0.0.1:{port}/proxy"
 
 
-def _stood_by(
-    host: NodeHost, scene: "Scene", settings: SimpleNamespace, kept: list[object]
+def _stand_by(
+    host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object]
 ) -> tuple[RecorderSubscriptions, Outputs | None]:
-    """Listen until another recorder has died, and begin where it ended; None where the run ended before."""
-    tail = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.passes)
-    hearing = RecorderSubscriptions(host.node, [tail.takers()])
+    """Buffer messages until another recorder has failed, and resume after it; no outputs where the run ended before."""
+    buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.passes)
+    subscriptions = RecorderSubscriptions(host.node, [buffer.callbacks()])
     if settings.path:
-        from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun now, not when every second counts
+        from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun before the fail-over, not in it
 
         warm_up(scene)
-    host.wait(hearing.missing)
+    host.wait(subscriptions.missing)
     host.pipes.report("ready")
-    while not (host.started or host.stopping):
+    while not (host.started or host.stop_reason):
         host.spin(_PERIOD)
-        hearing.dispatch()
+        subscriptions.dispatch()
     if not host.started:
-        return hearing, None
-    before = read_resume_state(host.told)
-    outputs = _open_outputs(host, scene, settings, kept, before)
-    tail.pass_to(outputs.takers, outputs.behind, before.passes)
-    return hearing, outputs
+        return subscriptions, None
+    resume = read_resume_state(host.resume_state)
+    outputs = _open_outputs(host, scene, settings, keep_alive, resume)
+    buffer.replay_to(outputs.callbacks, outputs.resume_after, resume.passes)
+    return subscriptions, outputs
 
 
 def _open_outputs(
-    host: NodeHost, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: ResumeState
+    host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
 ) -> Outputs:
-    outputs = Outputs(host.node, scene, settings, kept, before)
+    outputs = Outputs(host.node, scene, settings, keep_alive, resume)
     outputs.report_resets(lambda: _report(host, outputs))
     return outputs
 
 
-def _record(host: NodeHost, scene: "Scene", hearing: RecorderSubscriptions, outputs: Outputs) -> None:
-    _listen(host, hearing, outputs)
-    added = _finish_files(host, hearing, outputs, *_final_summary(scene, host.stopping))
+def _record(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
+    _record_until_stopped(host, subscriptions, outputs)
+    added = _finish_files(host, subscriptions, outputs, *_final_summary(scene, host.stop_reason))
     host.pipes.report("done", summary=added)
     for output in outputs.files:
         if output.broken:
@@ -115,19 +115,19 @@ def _record(host: NodeHost, scene: "Scene", hearing: RecorderSubscriptions, outp
     host.node.get_logger().info(f"wrote {' and '.join(files)}")
 
 
-def _listen(host: NodeHost, hearing: RecorderSubscriptions, outputs: Outputs) -> None:
-    complaints: set[str] = set()
-    told = dict[str, int]()
-    while not host.stopping and (host.pipes.attached or not hearing.over):
+def _record_until_stopped(host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
+    errors: set[str] = set()
+    reported = dict[str, int]()
+    while not host.stop_reason and (host.pipes.attached or not subscriptions.over):
         host.spin(_PERIOD)
-        hearing.dispatch()
+        subscriptions.dispatch()
         for output in outputs.files:
             output.idle()
-            if output.broken and output.broken not in complaints:
-                complaints.add(output.broken)
+            if output.broken and output.broken not in errors:
+                errors.add(output.broken)
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
-        if (now := outputs.progress()) != told:
-            told = now
+        if (progress := outputs.progress()) != reported:
+            reported = progress
             _report(host, outputs)
 
 
@@ -136,41 +136,42 @@ def _report(host: NodeHost, outputs: Outputs) -> None:
 
 
 def _finish_files(
-    host: NodeHost, hearing: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], within: float
+    host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], within: float
 ) -> dict[str, Any]:
-    """Wait for what is still on its way, complete the files, return what they add to the summary."""
-    steps, began = summary.get("steps"), time.monotonic()
-    hearing.dispatch()
-    while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < began + _WAITED * within:
+    """Wait for messages that are still on their way, complete the files, return what they add to the summary."""
+    steps, start = summary.get("steps"), time.monotonic()
+    deadline = start + _WAIT_SHARE * within
+    subscriptions.dispatch()
+    while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < deadline:
         host.spin(_PERIOD)
-        hearing.dispatch()
-    hearing.dispatch()  # what the last call held back
+        subscriptions.dispatch()
+    subscriptions.dispatch()  # what the last call left pending
     outputs.save()
-    _report(host, outputs)  # who has to go on from here is to know that all is on the disk
-    return outputs.finish(summary, began + within)
+    _report(host, outputs)  # a successor has nothing to write: all is on the disk
+    return outputs.finish(summary, start + within)
 
 
 def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
-    """Return the summary that came with the order to finish, or what the recorder itself knows; and s for all of it."""
+    """Return the summary of the order to finish, or the recorder's own, and the time [s] to complete the files."""
     _, _, document = order.partition(" ")
     if document:
-        told = json.loads(document)
-        return told["summary"], told["within"]
+        argument = json.loads(document)
+        return argument["summary"], argument["within"]
     own = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return own | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _ALONE
+    return own | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
 
 
-def _give_way() -> None:
-    """Wake up without taking a core from plant or controller; the threads that Fast DDS starts later inherit it."""
+def _lower_priority() -> None:
+    """Set SCHED_BATCH: wake-ups preempt neither plant nor controller; threads of Fast DDS inherit it."""
     with suppress(PermissionError):  # a sandbox may forbid it, which costs speed alone
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def main() -> int:
-    """Run the node; see `process.main` for the exit code."""
-    kept: list[object] = []
-    _give_way()
-    code = node_host.main("recorder", PARAMETERS, lambda host, settings: serve(host, settings, kept))
+    """Run the node; see `node_host.main` for the exit code."""
+    keep_alive: list[object] = []
+    _lower_priority()
+    code = node_host.main("recorder", PARAMETERS, lambda host, settings: serve(host, settings, keep_alive))
     if code:  # Rerun waits for ever, at interpreter exit and where its stream is freed, for a file it could not write
         os._exit(code)
     return code

@@ -1,4 +1,4 @@
-"""A plant as an OS process of its own, and a node within the test that talks to it."""
+"""Nodes as processes of their own, and a node of the test beside them in the ROS graph."""
 
 import json
 import os
@@ -34,19 +34,19 @@ PERIOD = 10_000_000  # ns, of the default scene
 
 
 class NodeProcess:
-    """One of our nodes with pipes, as an orchestrator starts it.
+    """One of our nodes with pipes, as a supervisor starts it.
 
     Attributes:
-        events: what it has reported.
+        events: its reports.
     """
 
     def __init__(self, module: str, domain_env: dict[str, str], *arguments: str) -> None:
         """Start the module in the namespace of the default scene with `name:=value` parameters."""
         control, self._control = os.pipe()
         reports, report = os.pipe()
-        given = [f"control_fd:={control}", f"report_fd:={report}", *arguments]
+        parameters = [f"control_fd:={control}", f"report_fd:={report}", *arguments]
         command = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
-        command += [part for argument in given for part in ("-p", argument)]
+        command += [part for parameter in parameters for part in ("-p", parameter)]
         self.process = subprocess.Popen(
             command, env=domain_env, pass_fds=(control, report), process_group=0, preexec_fn=set_parent_death_signal()
         )
@@ -61,16 +61,16 @@ class NodeProcess:
         os.write(self._control, line.encode() + b"\n")
 
     def await_event(self, name: str) -> dict[str, Any]:
-        """Return the first event of this name, once it is there; fails where the process ends without it."""
+        """Wait for the first event of this name, and return it; fails where the process exits without it."""
         events: list[dict[str, Any]] = []
 
-        def there() -> bool:
+        def has_come() -> bool:
             over = not self._reader.is_alive()
             events.extend(event for event in list(self.events) if event["event"] == name)
-            assert events or not over, f"{self.process.args} ended without {name}; it reported {self.events}"
+            assert events or not over, f"{self.process.args} exited without {name}; it reported {self.events}"
             return bool(events)
 
-        wait_until(there, f"{name} of {self.process.args}")
+        wait_until(has_come, f"{name} of {self.process.args}")
         return events[0]
 
     def __enter__(self) -> Self:
@@ -78,7 +78,7 @@ class NodeProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process: it ends by itself when its pipe of orders is closed, or is killed."""
+        """Close the control pipe, at which the process exits; kill it after 5 s."""
         os.close(self._control)
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(5.0)
@@ -91,10 +91,10 @@ class NodeProcess:
 
 
 class Remote:
-    """A node that commands, listens to and calls the plant; it spins in a thread of its own.
+    """A node that commands, subscribes to and calls the plant; it spins in a thread of its own.
 
     Attributes:
-        states, positions, velocities, efforts, modes, warnings: what came, in order: stamps [ns], positions and
+        states, positions, velocities, efforts, modes, warnings: received in this order: stamps [ns], positions and
             velocities of joint states, applied efforts, values of simulation_state, and of the plant's diagnostics
             (time, message).
         answers: joint states are answered with these efforts, unless None.
@@ -129,7 +129,7 @@ class Remote:
         self._thread.start()
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Destroy the node."""
         self._closing = True
         self._thread.join(_END)
         assert not self._thread.is_alive(), f"{self.node.get_name()} did not stop spinning within {_END:g} s"
@@ -143,15 +143,15 @@ class Remote:
         self.commands.publish(message)
 
     def pause(self, paused: bool) -> str:
-        """Pause or go on; returns the answer's message, "ok" where it succeeded."""
+        """Pause or resume; returns the answer's message, "ok" where it succeeded."""
         return self.call(SetBool, "plant/set_pause", SetBool.Request(data=paused))
 
     def step(self) -> str:
-        """Take as many steps as the parameter says."""
+        """Take as many steps as the parameter `step_count`."""
         return self.call(Trigger, "plant/step_simulation", Trigger.Request())
 
     def reset(self) -> str:
-        """Return to the state that the parameters say."""
+        """Return to the state of the parameters."""
         return self.call(Trigger, "plant/reset_simulation", Trigger.Request())
 
     def set(self, **values: int | list[float]) -> str:
@@ -191,7 +191,7 @@ class Remote:
 
 @contextmanager
 def graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield a domain that nobody else uses, and the environment of its nodes; this process is in it, too."""
+    """Yield a domain that no other process uses, and the environment of its nodes, which this process gets, too."""
     with reserve_domain() as domain:
         env = node_environment(domain, folder)
         for key, value in env.items():
@@ -202,11 +202,11 @@ def graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, 
 @contextmanager
 def remote(domain: int, name: str = "remote", **options: Any) -> Iterator[Remote]:
     """Yield a node of this process."""
-    found = Remote(domain, name, **options)
+    node = Remote(domain, name, **options)
     try:
-        yield found
+        yield node
     finally:
-        found.close()
+        node.close()
 
 
 def _value(value: int | list[float]) -> ParameterValue:

@@ -1,4 +1,4 @@
-"""The examples as processes of their own against a real plant, and what comes of them."""
+"""The examples as processes of their own against a real plant, and checks of their runs."""
 
 import runpy
 import sys
@@ -14,17 +14,17 @@ from crane_sim.simulation.plant import Plant
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DURATION = 6.0  # s of simulated time
-PATIENCE = 30.0  # s for an example to end in order, only so that a failure ends
+GRACE = 30.0  # s from SIGTERM to SIGKILL of an example
 
 
 @contextmanager
-def example(name: str, domain: int, python: str = sys.executable) -> Iterator[None]:
+def started_example(name: str, domain: int, python: str = sys.executable) -> Iterator[None]:
     """Run an example in a ROS domain while the block lasts, in the environment that the README names.
 
-    It is ended as users end it, with SIGTERM.
+    At its end it gets SIGTERM.
     """
     command = [EXAMPLES / "in_domain", str(domain), python, EXAMPLES / name, str(domain)]
-    with started_program(command, patience=PATIENCE):
+    with started_program(command, grace=GRACE):
         yield
 
 
@@ -35,23 +35,23 @@ def run(domain: int, **options) -> dict:
 
 
 def check_arrival(summary: Mapping) -> None:
-    """Check that the controller did what it is for."""
+    """Check that the run is complete and the crane is at its target."""
     assert "error" not in summary
     assert summary["steps"] == 600
-    # Of 0.8 rad, 0.2 rad and 0.5 m hundredths are left after 6 s in lockstep, where the rope gives way to the payload
-    # as it swings; in real time every hesitation of this machine comes on top.
-    left = 0.02 if summary["mode"] == "lockstep" else 0.2
-    assert all(abs(summary["final_error"][joint]) < left for joint in ("boom", "jib", "rope"))
+    # Of 0.8 rad, 0.2 rad and 0.5 m hundredths remain after 6 s in lockstep, where the rope yields to the payload as it
+    # swings; in real time every stall of this machine comes on top.
+    largest = 0.02 if summary["mode"] == "lockstep" else 0.2
+    assert all(abs(summary["final_error"][joint]) < largest for joint in ("boom", "jib", "rope"))
 
 
 def check_lockstep(summary: dict) -> None:
-    """Check that the controller did it in lockstep, every state answered, and that no bit was lost on the way."""
+    """Check the same in lockstep: every state is answered, and the states are bit for bit those of one process."""
     check_arrival(summary)
     check_answers(summary, 600)
-    assert summary["state_sha256"] == in_process()
+    assert summary["state_sha256"] == hash_in_process()
 
 
-def in_process() -> str:
+def hash_in_process() -> str:
     """Return the hash of the states that the examples' law leads through, computed without any middleware."""
     scene = load_scene("knuckle_setpoint", {"duration": DURATION}).commanded()
     law = runpy.run_path(str(EXAMPLES / "my_law.py"))["effort"]

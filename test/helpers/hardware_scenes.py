@@ -1,4 +1,4 @@
-"""A small crane with hardware, which tests of sensors, actuators and faults share: its code is compiled once."""
+"""A small crane with hardware, shared by tests of sensors, actuators and faults: its code is compiled once."""
 
 from math import cos
 from typing import Any
@@ -9,7 +9,7 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 
 PERIOD = 0.01  # s, of a scene without a law
-MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}  # kg; without a time it waits for an order
+MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}  # kg; without a time it begins by an order
 ROD: dict[str, Any] = {
     "crane": "overhead",
     "duration": 2.0,
@@ -22,16 +22,16 @@ ROD: dict[str, Any] = {
 
 
 def rod(**groups: Any) -> Scene:
-    """Return the scene with further groups, and a fault that changes its payload when it is told to."""
+    """Return the scene with further groups, and a fault that changes its payload when it is ordered."""
     return load_scene(ROD | groups | {"faults": {"never": MASS} | groups.get("faults", {})})
 
 
 def history(scene: Scene, periods: int, demand: Any = lambda t: 5.0 * cos(3.0 * t)) -> tuple[Any, Any, Any]:
-    """Return (true, shown, applied) of every period: coordinates (K, 4) and efforts (K,) under given demands."""
-    plant, true, shown, applied = Plant(scene), [], [], []
+    """Return (true, measured, applied) of every period: coordinates (K, 4), those of sensors, and efforts (K,)."""
+    plant, true, measured, applied = Plant(scene), [], [], []
     for _ in range(periods):
         true.append((*plant.q, *plant.v))
-        shown.append((*plant.seen[0], *plant.seen[1]))
+        measured.append((*plant.seen[0], *plant.seen[1]))
         plant.advance((demand(plant.t),))
         applied.append(plant.applied[0])
-    return np.array(true), np.array(shown), np.array(applied)
+    return np.array(true), np.array(measured), np.array(applied)

@@ -1,4 +1,4 @@
-"""A knuckle crane on a base that moves, which several tests share."""
+"""A knuckle crane on a moving base."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Hosts, topics and plants that stand in for the real ones in tests of lockstep."""
+"""Doubles of host, topics and plant for tests of lockstep without ROS."""
 
 import time
 from collections import deque
@@ -8,17 +8,18 @@ from typing import Any
 import pytest
 
 from crane_sim import load_scene
+from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 SCENE = load_scene("knuckle_setpoint")
-
-
 ZERO = (0.0,) * len(SCENE.actuated)
+TIMEOUT = 0.3  # s without a command until `make_lockstep` reports that the run waits
+STEPS_TO_REST = 20
 
 
-class Handle(SimpleNamespace):
-    """A subscription's, which can be entered."""
+class FakeHandle(SimpleNamespace):
+    """A subscription's handle, which is a context manager."""
 
     def __enter__(self) -> None:
         """Lock nothing."""
@@ -27,16 +28,16 @@ class Handle(SimpleNamespace):
         """Unlock nothing."""
 
 
-class QuietHost:
-    """A host with no middleware: topics have queues, which tests fill.
+class FakeHost:
+    """A host without middleware.
 
     Attributes:
-        queues: what waits, by topic.
+        queues: messages to be taken, by topic; tests fill them.
     """
 
     def __init__(self) -> None:
-        """Offer nothing yet."""
-        self.stopping, self.brake = "", ""
+        """Create it without subscriptions."""
+        self.stop_reason, self.brake_reason = "", ""
         self.queues: dict[str, deque[tuple[bytes, None]]] = {}
         self.node: Any = SimpleNamespace(
             create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: []
@@ -46,29 +47,32 @@ class QuietHost:
         """Let time pass."""
         time.sleep(timeout)
 
+    def poll(self) -> None:
+        """Read no orders."""
+
     def _subscribe(self, _kind: type, topic: str, *_: Any, **__: Any) -> Any:
         queue = self.queues.setdefault(topic, deque())
-        handle = Handle(get_publisher_count=lambda: 1, take_message=lambda *_: queue.popleft() if queue else None)
+        handle = FakeHandle(get_publisher_count=lambda: 1, take_message=lambda *_: queue.popleft() if queue else None)
         return SimpleNamespace(topic_name=topic, handle=handle, get_publisher_count=lambda: 1)
 
 
-class QuietTopics:
-    """The plant's topics, which nobody hears.
+class FakeTopics:
+    """The plant's topics without subscribers.
 
     Attributes:
         modes: values of simulation_state.
         states: number of joint states.
     """
 
-    acknowledged = clock_heard = effort_heard = payload_heard = False
+    acknowledged = clock_subscribed = effort_subscribed = payload_subscribed = False
 
     def __init__(self) -> None:
-        """Have said nothing."""
-        self.modes: list[int] = []
+        """Create them before the first message."""
+        self.modes: list[SimulationState] = []
         self.states = 0
 
-    def publish_simulation_state(self, state: int) -> None:
-        """Note it."""
+    def publish_simulation_state(self, state: SimulationState) -> None:
+        """Record it."""
         self.modes.append(state)
 
     def publish_state(self, *_: Any) -> None:
@@ -76,13 +80,13 @@ class QuietTopics:
         self.states += 1
 
     def publish_diagnostics(self, *_: Any) -> None:
-        """Say nothing."""
+        """Publish nothing."""
 
     def publish_clock(self, *_: Any) -> None:
-        """Say nothing."""
+        """Publish nothing."""
 
-    def look_around(self) -> None:
-        """See nobody."""
+    def update_subscribers(self) -> None:
+        """Find no subscribers."""
 
 
 class CountingPlant:
@@ -93,34 +97,34 @@ class CountingPlant:
     """
 
     def __init__(self) -> None:
-        """Be at the start."""
+        """Create it at the start."""
         self.k, self.braking, self.at_rest, self.seen = 0, False, False, (ZERO, ZERO)
 
     def advance(self, _effort: Any) -> None:
-        """Count a period; after 20 the crane rests."""
+        """Count a period; after some the crane rests."""
         self.k += 1
-        self.at_rest = self.k >= 20
+        self.at_rest = self.k >= STEPS_TO_REST
 
     def summary(self) -> dict[str, float]:
-        """Return what diagnostics tell."""
+        """Return the entries of diagnostics."""
         return {"saturated_steps": 0, "min_rope_tension": 0.0}
 
 
 @pytest.fixture
-def topics() -> QuietTopics:
+def topics() -> FakeTopics:
     """Return the plant's topics."""
-    return QuietTopics()
+    return FakeTopics()
 
 
 @pytest.fixture
-def stepper(topics: QuietTopics) -> SimulationRun:
-    """Return a stepper without ROS."""
+def simulation(topics: FakeTopics) -> SimulationRun:
+    """Return a run without ROS."""
     plant: Any = CountingPlant()
-    heard: Any = topics
+    fake_topics: Any = topics
     pipes: Any = SimpleNamespace(report=lambda *_, **__: None)
-    return SimulationRun(SCENE, plant, heard, pipes, (1e9,) * len(ZERO))
+    return SimulationRun(SCENE, plant, fake_topics, pipes, (1e9,) * len(ZERO))
 
 
-def lockstep(host: Any, stepper: SimulationRun, beside: str = "") -> Lockstep:
-    """Return a lockstep whose patience is 0.3 s."""
-    return Lockstep(host, stepper, SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3))
+def make_lockstep(host: Any, simulation: SimulationRun, beside: str = "") -> Lockstep:
+    """Return a scheduler in lockstep with short time-outs."""
+    return Lockstep(host, simulation, SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3))

@@ -31,13 +31,13 @@ DESCRIPTION = b"\0\1\0\0\6\0\0\0crane\0"
 
 
 def read(path: Path) -> dict[str, list[tuple[int, Any]]]:
-    """Return time, ns, and message of everything in a file, by topic, as the tools of others read it."""
+    """Return times [ns] and messages of a file, by topic, by a reader that is independent of ours."""
     types = get_typestore(Stores.ROS2_JAZZY)
     with Reader(path) as reader:
-        found: dict[str, list[tuple[int, Any]]] = {connection.topic: [] for connection in reader.connections}
+        messages: dict[str, list[tuple[int, Any]]] = {connection.topic: [] for connection in reader.connections}
         for connection, time, data in reader.messages():
-            found[connection.topic].append((time, types.deserialize_cdr(data, connection.msgtype)))
-    return found
+            messages[connection.topic].append((time, types.deserialize_cdr(data, connection.msgtype)))
+    return messages
 
 
 def stamp_of(message: Any) -> int:
@@ -46,9 +46,9 @@ def stamp_of(message: Any) -> int:
 
 
 def feed(bag: Bag, steps: int, after: int = 0) -> None:
-    """Let the bag hear of the steps behind step `after`, and of the state after the last one."""
-    takers = bag.takers()
+    """Pass to the bag the messages of the steps after step `after`, and the state after the last one."""
+    callbacks = bag.callbacks()
     for k in range(after + 1, steps + 2):
-        takers["joint_states"](STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
+        callbacks["joint_states"](STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6))
         if k <= steps:
-            takers["applied_effort"](EFFORT_WIRE.encode(k * SCENE.period_ns, (float(k),) * 4))
+            callbacks["applied_effort"](EFFORT_WIRE.encode(k * SCENE.period_ns, (float(k),) * 4))

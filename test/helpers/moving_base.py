@@ -14,25 +14,25 @@ TIGHT: Any = {"rtol": 1e-12, "atol": 1e-13}
 
 def motion(group: dict[str, Any], t: float) -> Array:
     """Return (position, velocity, acceleration) of the six axes (3, 6) of a group of one sinusoid for each axis."""
-    found = np.zeros((3, 6))
+    axes = np.zeros((3, 6))
     for i, name in enumerate(AXES):
         if name in group:
             a, w, phase = (group[name].get(key, 0.0) for key in ("amplitude", "frequency", "phase"))
             s, c = np.sin(w * t + phase), np.cos(w * t + phase)
-            found[:, i] = a * s, a * w * c, -a * w * w * s
-    return found
+            axes[:, i] = a * s, a * w * c, -a * w * w * s
+    return axes
 
 
 def about(axis: int, angle: Array) -> Array:
     """Return a rotation about an axis and its first two derivatives in time (3, 3, 3), from those of the angle."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     s, c = np.sin(angle[0]), np.cos(angle[0])
-    found, by, twice = np.zeros((3, 3, 3))
-    found[axis, axis] = 1.0
-    found[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
-    by[[i, i, j, j], [i, j, i, j]] = -s, -c, c, -s
-    twice[[i, i, j, j], [i, j, i, j]] = -c, s, -s, -c
-    return np.array([found, angle[1] * by, angle[2] * by + angle[1] ** 2 * twice])
+    matrix, first, second = np.zeros((3, 3, 3))
+    matrix[axis, axis] = 1.0
+    matrix[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+    first[[i, i, j, j], [i, j, i, j]] = -s, -c, c, -s
+    second[[i, i, j, j], [i, j, i, j]] = -c, s, -s, -c
+    return np.array([matrix, angle[1] * first, angle[2] * first + angle[1] ** 2 * second])
 
 
 def product(a: Array, b: Array) -> Array:
@@ -43,8 +43,8 @@ def product(a: Array, b: Array) -> Array:
 def pose(group: dict[str, Any], t: float) -> tuple[Array, Array]:
     """Return (rotation, place) of the base with their first two derivatives, (3, 3, 3) and (3, 3)."""
     axes = motion(group, t)
-    turned = product(product(about(2, axes[:, 5]), about(1, axes[:, 4])), about(0, axes[:, 3]))
-    return turned, axes[:, :3]
+    rotation = product(product(about(2, axes[:, 5]), about(1, axes[:, 4])), about(0, axes[:, 3]))
+    return rotation, axes[:, :3]
 
 
 class Crane(NamedTuple):
@@ -59,13 +59,13 @@ class Crane(NamedTuple):
 
 def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Array:
     """Return the derivative of y = (trolley x, y on the base, nodes in the world (3 N)), then their rates."""
-    n, (turned, place), half = len(crane.masses), pose(group, t), len(y) // 2
+    n, (rotation, place), half = len(crane.masses), pose(group, t), len(y) // 2
     rail, rail_rate = np.append(y[:2], 0.0), np.append(y[half : half + 2], 0.0)
-    top = place + product(turned, np.array([rail, rail_rate, np.zeros(3)]))
-    beam = place + product(turned, np.array([[0.0, rail[1], 0.0], [0.0, rail_rate[1], 0.0], np.zeros(3)]))
+    top = place + product(rotation, np.array([rail, rail_rate, np.zeros(3)]))
+    beam = place + product(rotation, np.array([[0.0, rail[1], 0.0], [0.0, rail_rate[1], 0.0], np.zeros(3)]))
     apart = np.diff(np.vstack([top[0], y[2:half].reshape(n, 3)]), axis=0)
     rates = np.diff(np.vstack([top[1], y[half + 2 :].reshape(n, 3)]), axis=0)
-    along = turned[0][:, :2].T  # directions of the rails in the world
+    along = rotation[0][:, :2].T  # directions of the rails in the world
     size = 2 + 3 * n
     mass = np.diag([crane.trolley, crane.trolley + crane.bridge, *np.repeat(crane.masses, 3)])
     force = np.append(np.zeros(2), np.kron(crane.masses, DOWN))
@@ -81,31 +81,31 @@ def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Ar
         known[k] = rates[k] @ rates[k] - (apart[0] @ top[2] if k == 0 else 0.0)
     if crane.stiffness:
         length = np.linalg.norm(apart, axis=1)
-        found = np.linalg.solve(mass, force + pulls.T @ (crane.stiffness * (length - crane.lengths) / length))
+        solution = np.linalg.solve(mass, force + pulls.T @ (crane.stiffness * (length - crane.lengths) / length))
     else:
         whole = np.block([[mass, -pulls.T], [pulls, np.zeros((n, n))]])
-        found = np.linalg.solve(whole, np.append(force, known))[:size]
-    return np.append(y[half:], found)
+        solution = np.linalg.solve(whole, np.append(force, known))[:size]
+    return np.append(y[half:], solution)
 
 
 def nodes(crane: Crane, group: dict[str, Any], start: Array, rates: Array, times: Array) -> Array:
     """Return the trolley's and the nodes' places in the world at `times` (K, N + 1, 3).
 
     Args:
-        crane, group: what moves, and how its base does.
+        crane, group: the crane, and the motion of its base.
         start, rates: place and velocity on the base of the trolley (first row, z = 0) and the nodes (N + 1, 3).
         times: s, from 0 on.
     """
-    turned, place = pose(group, 0.0)
-    world = np.array([place + product(turned, np.array([r, v, 0.0 * r])) for r, v in zip(start, rates, strict=True)])
+    rotation, place = pose(group, 0.0)
+    world = np.array([place + product(rotation, np.array([r, v, 0.0 * r])) for r, v in zip(start, rates, strict=True)])
     y = np.concatenate([start[0, :2], world[1:, 0].ravel(), rates[0, :2], world[1:, 1].ravel()])
     run = solve_ivp(lambda t, y: accelerations(crane, group, t, y), (0.0, times[-1]), y, "DOP853", times, **TIGHT)
-    found = np.empty((len(times), len(start), 3))
+    places = np.empty((len(times), len(start), 3))
     for i, (t, row) in enumerate(zip(times, run.y.T, strict=True)):
-        turned, place = pose(group, t)
-        found[i, 0] = place[0] + turned[0] @ np.append(row[:2], 0.0)
-        found[i, 1:] = row[2 : 2 + 3 * len(crane.masses)].reshape(-1, 3)
-    return found
+        rotation, place = pose(group, t)
+        places[i, 0] = place[0] + rotation[0] @ np.append(row[:2], 0.0)
+        places[i, 1:] = row[2 : 2 + 3 * len(crane.masses)].reshape(-1, 3)
+    return places
 
 
 class Plane(NamedTuple):
@@ -121,7 +121,7 @@ class Plane(NamedTuple):
 
 def plane_rates(crane: Plane, group: dict[str, Any], t: float, y: Array) -> Array:
     """Return the derivative of y = (trolley x, angles, their rates): d'Alembert's principle in the world."""
-    n, (turned, place), half = len(crane.masses), pose(group, t), len(y) // 2
+    n, (rotation, place), half = len(crane.masses), pose(group, t), len(y) // 2
     q, v = y[:half], y[half:]
     lengths = np.zeros((3, n))
     lengths[0], lengths[:, 0] = crane.lengths, crane.hoist(t)
@@ -131,9 +131,9 @@ def plane_rates(crane: Plane, group: dict[str, Any], t: float, y: Array) -> Arra
 
     def add(m: float) -> None:
         """Add a mass at `at`, which moves by `by` (3, half) on the base with the joints."""
-        left = (turned[0] @ by).T * m
-        mass[:] += left @ turned[0] @ by
-        force[:] += left @ (DOWN - (place + product(turned, at))[2])
+        left = (rotation[0] @ by).T * m
+        mass[:] += left @ rotation[0] @ by
+        force[:] += left @ (DOWN - (place + product(rotation, at))[2])
 
     add(crane.trolley)
     force[0] -= crane.viscous * v[0]
@@ -154,11 +154,11 @@ def plane_rates(crane: Plane, group: dict[str, Any], t: float, y: Array) -> Arra
 def plane_nodes(crane: Plane, group: dict[str, Any], y: Array, times: Array) -> Array:
     """Return the places of trolley and nodes in the world at `times` (K, N + 1, 3), from joints and rates y at 0."""
     run = solve_ivp(lambda t, y: plane_rates(crane, group, t, y), (0.0, times[-1]), y, "DOP853", times, **TIGHT)
-    found = np.zeros((len(times), len(crane.masses) + 1, 3))
+    places = np.zeros((len(times), len(crane.masses) + 1, 3))
     for i, (t, row) in enumerate(zip(times, run.y.T, strict=True)):
-        turned, place = pose(group, t)
+        rotation, place = pose(group, t)
         lengths, angles = np.append(crane.hoist(t)[0], crane.lengths[1:]), row[1 : 1 + len(crane.masses)]
         links = lengths[:, None] * np.stack([np.sin(angles), 0.0 * angles, -np.cos(angles)], axis=1)
         local = np.cumsum(np.vstack([[row[0], 0.0, 0.0], links]), axis=0)
-        found[i] = place[0] + local @ turned[0].T
-    return found
+        places[i] = place[0] + local @ rotation[0].T
+    return places

@@ -1,4 +1,4 @@
-"""Overhead cranes on a base that moves."""
+"""Overhead cranes on a moving base."""
 
 from typing import Any
 

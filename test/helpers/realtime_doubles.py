@@ -1,66 +1,148 @@
-"""A host and a stepper that stand in for the real ones in tests of real time."""
+"""Doubles of host, simulation and controller for tests of real time without ROS, some with a clock of their own."""
 
 import time
 from collections import deque
+from collections.abc import Callable
 from contextlib import nullcontext
 from types import SimpleNamespace
+from typing import Any
+
+import pytest
 
 from crane_sim.ros.common.command_filter import CommandValidator
+from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.plant.realtime import Realtime
 
 JOINTS = ("slew", "boom")
-
-
 PERIOD = 0.01  # s
+TIMEOUT = 0.5  # s without a command, of `make_bench`
 
 
-STEPS = 80
+class FakeSimulation:
+    """A run in which nothing moves.
 
+    Attributes:
+        efforts: of the steps.
+        times: s of the monotonic clock, of the steps.
+        warned: number of steps before the newest warning about commands.
+    """
 
-class NotingStepper:
-    """A stepper that moves nothing."""
-
-    def __init__(self) -> None:
-        """Begin at the first state."""
+    def __init__(self, steps: int = 80) -> None:
+        """Begin at the first state; end after so many steps."""
+        self.steps = steps
         self.scene = SimpleNamespace(actuated=JOINTS, period=PERIOD, sampled=True)
-        self.gate = CommandValidator(JOINTS, (1e9, 1e9))
+        self.validator = CommandValidator(JOINTS, (1e9, 1e9))
         self.plant = SimpleNamespace(braking=False)
         self.efforts: list[tuple[float, ...]] = []
-        self.times: list[float] = []  # s, of the steps
-        self.warned = 0  # steps before the warning
+        self.times: list[float] = []
+        self.warned = 0
         self.stamp, self.warning, self.paused, self.deadline_misses = 10_000_000, "", False, 0
 
     @property
     def running(self) -> bool:
         """Whether steps are left."""
-        return len(self.efforts) < STEPS
+        return len(self.efforts) < self.steps
 
     def step(self, effort: tuple[float, ...]) -> None:
-        """Note the effort."""
+        """Record the effort."""
         self.efforts.append(effort)
         self.times.append(time.monotonic())
 
     def warn(self, line: str, subject: str) -> None:
-        """Keep the newest warning about commands."""
+        """Record the newest warning about commands."""
         if subject == "commands":
             self.warning, self.warned = line, len(self.efforts)
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Publish nothing."""
 
     def heartbeat(self) -> None:
         """Report nothing."""
 
 
-class Handle(nullcontext):
-    """A subscription's, with messages that no executor hands on."""
+class FakeHandle(nullcontext):
+    """A subscription's handle, with messages to be taken."""
 
-    def __init__(self, publishers: int, waiting: deque[tuple[bytes, None]] | None = None) -> None:
-        """Know the number of publishers; offer what waits, nothing unless it is given."""
+    def __init__(self, publishers: int, queue: deque[tuple[bytes, None]] | None = None) -> None:
+        """Create it with a number of publishers and, if there are any, messages."""
         super().__init__()
         self.get_publisher_count = lambda: publishers
-        self.take_message = lambda *_: waiting.popleft() if waiting else None
+        self.take_message = lambda *_: queue.popleft() if queue else None
+
+
+class RealtimeBench(FakeSimulation):
+    """A run, its host, and a controller that answers each state after a delay; it has a clock of its own.
+
+    Attributes:
+        now: s.
+        delay: s from a state to its answer; None: the controller has died.
+        events: functions that are called as soon as the clock has passed an instant [s], in that order.
+        accepted: messages of accepted commands.
+    """
+
+    def __init__(self, steps: int, delay: float | None) -> None:
+        """End after so many steps; time begins at zero."""
+        super().__init__(steps)
+        self.now, self.delay = 0.0, delay
+        self.stop_reason = self.brake_reason = ""
+        self.events: list[tuple[float, Callable[[], object]]] = []
+        self._in_transit: deque[tuple[float, bytes]] = deque()
+        self._queue: deque[tuple[bytes, None]] = deque()
+        self.callbacks: dict[str, Any] = {}
+        self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
+        self.accepted: list[bytes] = []
+        publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
+        self.node.create_publisher = lambda *_: publisher
+        self._send_answer()
+
+    def step(self, effort: tuple[float, ...]) -> None:
+        """Record the effort; publish the next state, which the controller answers."""
+        super().step(effort)
+        self.stamp += round(PERIOD * 1e9)
+        self._send_answer()
+
+    def answer(self, step: int) -> tuple[float, float]:
+        """Return the effort that answers the state before this step."""
+        return (1.0 + step, 0.0)
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time pass, a microsecond at least, and what is due happen."""
+        self.now += seconds + 1e-6
+        while self._in_transit and self._in_transit[0][0] <= self.now:
+            self._queue.append((self._in_transit.popleft()[1], None))
+        while self.events and self.events[0][0] <= self.now:
+            self.events.pop(0)[1]()
+
+    def spin(self, timeout: float = 0.05) -> None:
+        """Let so much time pass, and pass messages on."""
+        self.pass_time(timeout)
+        while self._queue:
+            self.callbacks["joint_commands"](self._queue.popleft()[0])
+
+    def poll(self) -> None:
+        """Read no orders."""
+
+    def _send_answer(self) -> None:
+        if self.delay is not None:
+            answer = JointWire(JOINTS, effort=True).encode(self.stamp, self.answer(len(self.efforts)))
+            self._in_transit.append((self.now + self.delay, answer))
+
+    def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:
+        self.callbacks[topic] = callback
+        handle = FakeHandle(1, self._queue) if topic == "joint_commands" else FakeHandle(0)
+        return SimpleNamespace(topic_name=topic, handle=handle)
 
 
 def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> SimpleNamespace:
     """Return the plant's parameters."""
     return SimpleNamespace(rate=rate, command_timeout=timeout, on_silence=on_silence, command_lease=0.2)
+
+
+def make_bench(
+    monkeypatch: pytest.MonkeyPatch, steps: int, delay: float | None, on_silence: str = "zero", rate: float = 1.0
+) -> tuple[RealtimeBench, Realtime]:
+    """Return a bench, whose clock replaces the monotonic clock, and its scheduler."""
+    bench = RealtimeBench(steps, delay)
+    monkeypatch.setattr(time, "monotonic", lambda: bench.now)
+    monkeypatch.setattr(time, "sleep", bench.pass_time)
+    return bench, Realtime(bench, bench, settings(TIMEOUT, on_silence, rate))  # type: ignore[arg-type]

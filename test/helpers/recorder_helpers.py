@@ -1,4 +1,4 @@
-"""What feeds a recorder without ROS, and a disk that is full."""
+"""A plant that feeds a recorder without ROS, and a disk that is full."""
 
 from crane_sim import load_scene
 from crane_sim.recording.rerun.recorder import Recorder
@@ -11,7 +11,7 @@ SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
 
 
 def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
-    """Let the plant make steps and tell the recorder of those behind step `after`."""
+    """Let the plant take steps and pass those after step `after` to the recorder."""
     plant = Plant(SCENE)
     for k in range(1, steps + 1):
         q, v = plant.q, plant.v
@@ -25,6 +25,6 @@ def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
         recorder.effort(k * PERIOD, plant.applied)
 
 
-def full(session: Session, rows: object) -> None:
-    """Write to a disk that is full."""
+def fail_full_disk(session: Session, rows: object) -> None:
+    """Fail as a write to a full disk does, in place of `Session.write`."""
     raise RecordingError("the disk is full")

@@ -1,4 +1,4 @@
-"""A short run, and its steps as a recorder gets them."""
+"""The steps of a short run, as a recorder gets them."""
 
 from collections.abc import Iterator
 

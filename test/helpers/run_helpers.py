@@ -1,4 +1,4 @@
-"""What tests of whole runs check of a summary."""
+"""Checks of the summary of a whole run."""
 
 from typing import Any
 
@@ -6,11 +6,11 @@ RESEND = 0.5  # s without a command until lockstep sends a state again
 
 
 def check_answers(summary: dict[str, Any], steps: int) -> None:
-    """Check that every state was answered, and once.
+    """Check that every state was answered once.
 
-    Where the machine stands still for longer than `RESEND`, a state is sent, and may be answered, again.
+    Where the machine stalls for longer than `RESEND`, a state is sent, and may be answered, again.
     """
     commands = summary["commands"]
-    again = commands["late"] + commands["duplicate"]
-    assert commands["rejected"] == 0 and commands["received"] - again == steps, commands
-    assert again <= summary["wall_time"] / RESEND, commands
+    repeated = commands["late"] + commands["duplicate"]
+    assert commands["rejected"] == 0 and commands["received"] - repeated == steps, commands
+    assert repeated <= summary["wall_time"] / RESEND, commands

@@ -1,4 +1,4 @@
-"""A base motion as of a ship."""
+"""A base motion like that of a ship."""
 
 SHIP = {
     "surge": {"amplitude": 0.3, "frequency": 0.9, "phase": 0.4},

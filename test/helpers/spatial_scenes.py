@@ -20,7 +20,7 @@ def sine(form: Any = 0.0) -> dict[str, Any]:
 
 
 def scene_of(masses: Any, lengths: Any, directions: Any, rates: Any = None, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a chain below a trolley of 5 kg on a bridge of 3 kg, unless groups say otherwise."""
+    """Return the scene of a chain below a trolley of 5 kg on a bridge of 3 kg, unless groups replace them."""
     document = {
         "crane": "overhead",
         "dimensions": 3,
@@ -43,7 +43,7 @@ def turned(name: str, azimuth: float, **groups: Any) -> crane_sim.Scene:
     directions = np.stack([np.sin(a) * c, np.sin(a) * s, -np.cos(a)], axis=1)
     rates = w[:, None] * np.stack([np.cos(a) * c, np.cos(a) * s, np.sin(a)], axis=1)
     force = sine(spec["F"])
-    moved = {
+    replaced = {
         "trolley": {"drive": "force", "mass": spec["trolley_mass"]},
         "bridge": {"drive": "force", "mass": 0.0},
         "inputs": {
@@ -52,14 +52,14 @@ def turned(name: str, azimuth: float, **groups: Any) -> crane_sim.Scene:
         },
         "duration": case["t"][-1],
     }
-    return scene_of(spec["m_i"], spec["l_i"], directions.tolist(), rates.tolist(), **moved | groups)
+    return scene_of(spec["m_i"], spec["l_i"], directions.tolist(), rates.tolist(), **replaced | groups)
 
 
 def distance(run: Rollout, name: str, azimuth: float = 0.0) -> float:
-    """Return the largest error [m] of the nodes at a reference's instants, in units of what is asked of them."""
+    """Return the largest error [m] of the nodes at a reference's instants, in units of the tolerance."""
     case, (c, s) = REFERENCE[name], (np.cos(azimuth), np.sin(azimuth))
     expected = np.array(case["node_positions_xyz"])
     rotated = np.stack([c * expected[..., 0] - s * expected[..., 1], s * expected[..., 0], expected[..., 2]], axis=-1)
-    wanted = expected if azimuth == 0.0 else rotated
-    # 1e-9 m: the integrator's 1e-13 a step, a thousand steps, and how far the motion carries errors apart
-    return float(np.max(np.abs(run.nodes[:, 1:] - wanted)) / max(1e-9, 10.0 * case["trusted_abs_error_m"]))
+    reference = expected if azimuth == 0.0 else rotated
+    # 1e-9 m: the integrator's 1e-13 a step, a thousand steps, and the growth of errors along the motion
+    return float(np.max(np.abs(run.nodes[:, 1:] - reference)) / max(1e-9, 10.0 * case["trusted_abs_error_m"]))

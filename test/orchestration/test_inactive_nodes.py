@@ -1,4 +1,4 @@
-"""A node that somebody deactivated is silent because it was told to be: nobody takes it for dead."""
+"""Deactivated nodes: their silence is on purpose, and the supervisor does not kill them for it."""
 
 import json
 import os
@@ -8,30 +8,30 @@ from typing import Any
 
 import pytest
 
-from crane_sim.orchestration import supervisor as conductor_module
+from crane_sim.orchestration import supervisor as supervisor_module
 from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.supervisor import Callbacks, Supervisor
 from crane_sim.ros.controller.responder import serve_responder
 
 
 def test_a_node_reports_whether_it_is_active() -> None:
-    """Whoever activates or deactivates it: it obeys, and its orchestrator hears of it."""
-    heard, obeyed = [], []
-    host: Any = SimpleNamespace(stopping="finish", wait=lambda _: None)
-    host.pipes = SimpleNamespace(report=lambda event, **fields: heard.append((event, fields)))
+    """Each activation and deactivation reaches the node, and is reported."""
+    reports, activations = [], []
+    host: Any = SimpleNamespace(stop_reason="finish", wait=lambda _: None)
+    host.pipes = SimpleNamespace(report=lambda event, **fields: reports.append((event, fields)))
 
     def manage(autostart: bool, on_change: Any) -> None:
         for active in (autostart, False, True):
             on_change(active)
 
     host.manage = manage
-    node: Any = SimpleNamespace(activate=obeyed.append, missing=lambda: "", finish=dict)
+    node: Any = SimpleNamespace(activate=activations.append, missing=lambda: "", finish=dict)
     serve_responder(host, node, True)
-    assert obeyed == [True, False, True]
-    assert [fields["active"] for event, fields in heard if event == "active"] == obeyed
+    assert activations == [True, False, True]
+    assert [fields["active"] for event, fields in reports if event == "active"] == activations
 
 
-def test_the_orchestrator_knows_it() -> None:
+def test_a_child_has_the_reported_activation() -> None:
     """A child is active until it reports that it is not, and again when it reports that."""
     pipes: list[int] = []
 
@@ -40,40 +40,42 @@ def test_the_orchestrator_knows_it() -> None:
         return SimpleNamespace(pid=1)
 
     child = Child("controller", start)
-    seen = [child.active]
+    states = [child.active]
     for active in (False, True):
         os.write(pipes[0], json.dumps({"event": "active", "active": active}).encode() + b"\n")
         child.read()
-        seen.append(child.active)
+        states.append(child.active)
     os.close(pipes[0])
     os.close(child.reports)
     child.close_control_pipe()
-    assert seen == [True, False, True]
+    assert states == [True, False, True]
 
 
 @pytest.mark.parametrize(
-    ("silent", "killed"), [(None, True), ("plant", False), ("controller", False), ("tracker", False)]
+    ("inactive", "killed"), [(None, True), ("plant", False), ("controller", False), ("tracker", False)]
 )
-def test_who_was_deactivated_is_not_killed(silent: str | None, killed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plant that waits too long for our controller costs its life, but not while one of them or a tracker may not."""
-    monkeypatch.setattr(conductor_module, "_UNANSWERED", 0.05)
+def test_a_controller_is_not_killed_while_a_node_is_inactive(
+    inactive: str | None, killed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plant that waits beyond the time-out has our controller killed, but not while one of the nodes is inactive."""
+    monkeypatch.setattr(supervisor_module, "_ANSWER_TIMEOUT", 0.05)
     signals: list[int] = []
     plant = SimpleNamespace(pid=1, ready=True, fault="", waiting="no command", summary=None, step=0)
-    plant.active = silent != "plant"
+    plant.active = inactive != "plant"
     plant.order = lambda line: None
-    looks = iter(range(20))
+    polls = iter(range(20))
 
     def listen(_: float) -> bool:
-        conductor_module.time.sleep(0.01)
-        if next(looks, None) is None:
+        supervisor_module.time.sleep(0.01)
+        if next(polls, None) is None:
             plant.summary = {}
         return True
 
-    posts: list[Any] = [SimpleNamespace(name="plant", active=plant)]
+    roles: list[Any] = [SimpleNamespace(name="plant", active=plant)]
     for name in ("controller", "tracker"):
-        holder = SimpleNamespace(pid=1, ready=True, fault="", active=silent != name, send_signal=signals.append)
-        posts.append(SimpleNamespace(name=name, active=holder, failed="", maintain_standbys=lambda: ""))
-    crew: Any = SimpleNamespace(listen=listen)
-    telling = Callbacks(lambda step: None, lambda news: None, lambda name, pid: None)
-    Supervisor(crew, posts, [], telling, 60.0).play()
+        active = SimpleNamespace(pid=1, ready=True, fault="", active=inactive != name, send_signal=signals.append)
+        roles.append(SimpleNamespace(name=name, active=active, failure="", maintain_standbys=lambda: ""))
+    group: Any = SimpleNamespace(listen=listen)
+    callbacks = Callbacks(lambda step: None, lambda news: None, lambda name, pid: None)
+    Supervisor(group, roles, [], callbacks, 60.0).run()
     assert (signal.SIGKILL in signals) == killed

@@ -1,4 +1,4 @@
-"""While a run is being closed: a recorder that dies over its files, a signal that comes, what the last line says."""
+"""Shutdown of a run: fail-over of a recorder that is killed over its files, signals, and the error of the summary."""
 
 import signal
 import threading
@@ -9,8 +9,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from crew_helpers import LIMIT, STUBBORN, crew_of, listen_until
-from process_helpers import ends_soon
+from process_group_helpers import IGNORES_SIGTERM, LIMIT, listen_until, make_group
+from process_helpers import wait_exited
 
 from crane_sim.orchestration import shutdown
 from crane_sim.orchestration.child import Child
@@ -25,25 +25,25 @@ import json, os, signal, sys
 control, report = (
     next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith(name)) for name in ("control", "report")
 )
-tell = lambda **event: os.write(report, (json.dumps(event) + "\\n").encode())
-tell(event="ready")
-heir = any(word.startswith("standby") for word in sys.argv)
+send = lambda **event: os.write(report, (json.dumps(event) + "\\n").encode())
+send(event="ready")
+standby = any(word.startswith("standby") for word in sys.argv)
 for line in os.fdopen(control):
-    word, _, told = line.partition(" ")
+    word, _, argument = line.partition(" ")
     if word == "go":
-        before = json.loads(told)
-    elif not told.strip():
+        before = json.loads(argument)
+    elif not argument.strip():
         break
-    elif heir:
-        tell(event="done", summary={"recording": "run.rrd", "recorded_steps": before["recorded"], "lost_steps": 0})
+    elif standby:
+        send(event="done", summary={"recording": "run.rrd", "recorded_steps": before["recorded"], "lost_steps": 0})
     else:
-        tell(event="progress", step=70, recorded=70)
+        send(event="progress", step=70, recorded=70)
         os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
-class Unforked(ProcessGroup):
-    """A crew that starts whoever stands by as it starts all others."""
+class GroupWithoutForks(ProcessGroup):
+    """A process group that starts standbys as programs."""
 
     def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
         """Start a node."""
@@ -51,79 +51,79 @@ class Unforked(ProcessGroup):
 
 
 def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """Killed behind the plant's last step, it is followed by one who knows what the last report said, and ends well."""
+    """Killed after the plant's last step, it is replaced by a standby that resumes from its last report."""
     (tmp_path / "node.py").write_text(RECORDER)
     news: list[str] = []
-    with Unforked(ros_environment | {"PYTHONPATH": str(tmp_path)}) as crew:
-        post = RecorderRole(
-            crew, RoleSpec("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True
+    with GroupWithoutForks(ros_environment | {"PYTHONPATH": str(tmp_path)}) as group:
+        role = RecorderRole(
+            group, RoleSpec("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True
         )
-        listen_until(crew, lambda: post.active.ready and post.standbys_ready)
+        listen_until(group, lambda: role.active.ready and role.standbys_ready)
         plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=64, pid=1))
-        telling = Callbacks(lambda step: None, news.append, lambda name, pid: None)
-        summary = finish_recording(Supervisor(crew, [plant, post], [], telling, 0.0), post, {"steps": 70})
+        callbacks = Callbacks(lambda step: None, news.append, lambda name, pid: None)
+        summary = finish_recording(Supervisor(group, [plant, role], [], callbacks, 0.0), role, {"steps": 70})
     assert news == ["recorder: it was killed by SIGKILL; replaced"]
     assert summary.pop("restarts") == {"recorder": 1}
     assert summary == {"steps": 70, "recording": "run.rrd", "recorded_steps": 70, "lost_steps": 0}
 
 
 def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While what a killed recorder left is being recovered, a signal ends that within 3 s, and with it the program."""
+    """While files of a killed recorder are being recovered, a signal ends that within 3 s, with the repair program."""
     slow, pid, part = tmp_path / "slow", tmp_path / "pid", tmp_path / "run.rrd.part"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)
     monkeypatch.setattr(repair, "viewer_program", lambda: slow)
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
-    with ProcessGroup({}, interrupts) as crew:
+    with ProcessGroup({}, interrupts) as group:
         dead: Any = SimpleNamespace(
             ready=True, gone=True, summary=None, recorded=5, fault="it was killed by SIGKILL", order=lambda line: None
         )
-        dead.send_signal, dead.ended_by = (lambda number: None), (lambda instant: True)
-        post: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failed=why)
-        vars(post).update(path=str(tmp_path / "run.rrd"), mcap="", began=0.0, fail_over=lambda step: False)
+        dead.send_signal, dead.wait_exited = (lambda number: None), (lambda deadline: True)
+        role: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failure=why)
+        vars(role).update(path=str(tmp_path / "run.rrd"), mcap="", began=0.0, fail_over=lambda step: False)
         part.touch()
         plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=7))
-        nobody: Any = SimpleNamespace()
+        no_callbacks: Any = SimpleNamespace()
         threading.Timer(0.3, interrupts.append, [signal.SIGTERM]).start()
         began = time.monotonic()
-        summary = finish_recording(Supervisor(crew, [plant, post], interrupts, nobody, 0.0), post, {"steps": 7})
+        summary = finish_recording(Supervisor(group, [plant, role], interrupts, no_callbacks, 0.0), role, {"steps": 7})
     assert time.monotonic() - began < 0.3 + LIMIT
-    ends_soon(int(pid.read_text()))
+    wait_exited(int(pid.read_text()))
     assert summary["error"] == f"{why}; {part} is incomplete, it has 5 of 7 steps"
 
 
-def test_a_signal_hurries_processes_that_do_not_end(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A node that ignores SIGTERM has seven seconds in the end, and less than three from a signal on."""
+def test_a_signal_shortens_the_grace_period(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """A node that ignores SIGTERM is killed after seven seconds, and less than three after a signal."""
     interrupts: list[int] = []
-    with crew_of(tmp_path, STUBBORN, ros_environment, interrupts) as crew:
-        child = crew.start("stubborn", "node", "a", {})
-        listen_until(crew, lambda: child.ready)
+    with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
+        child = group.start("stubborn", "node", "a", {})
+        listen_until(group, lambda: child.ready)
         threading.Timer(0.3, interrupts.append, [signal.SIGTERM]).start()
         began = time.monotonic()
     assert time.monotonic() - began < 0.3 + LIMIT
 
 
-def last_line(monkeypatch: pytest.MonkeyPatch, first: str, own: dict[str, Any] | None, vacant: str = "") -> str:
-    """Return the error of a run that has this one itself, and whose recorder says this."""
-    monkeypatch.setattr(shutdown, "_wait_finished", lambda *_: own)
+def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, Any] | None, failure: str = "") -> str:
+    """Return the summary's error of a run with an error of its own, and a recorder with this report or failure."""
+    monkeypatch.setattr(shutdown, "_wait_finished", lambda *_: report)
     monkeypatch.setattr(
         shutdown, "recover_recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5}
     )
-    conductor: Any = SimpleNamespace(left=1.0, plant=SimpleNamespace(step=9))
-    post: Any = SimpleNamespace(path="run.rrd", mcap="", failed=vacant, active=SimpleNamespace(fault=""), began=0.0)
-    summary = {"steps": 9} | ({"error": first} if first else {})
-    return finish_recording(conductor, post, summary).get("error", "")
+    supervisor: Any = SimpleNamespace(time_left=1.0, plant=SimpleNamespace(step=9))
+    role: Any = SimpleNamespace(path="run.rrd", mcap="", failure=failure, active=SimpleNamespace(fault=""), began=0.0)
+    summary = {"steps": 9} | ({"error": run_error} if run_error else {})
+    return finish_recording(supervisor, role, summary).get("error", "")
 
 
-def test_what_the_recorder_says_stands_behind_what_ended_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither hides the other; what an interruption itself has left undone is no further error."""
+def test_the_recorder_s_error_follows_the_run_s(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither hides the other; a recording that an interruption left unfinished is no further error."""
     whole = {"recording": "run.rrd", "recorded_steps": 9, "lost_steps": 0}
     full = {"recording": "run.rrd.part", "recorded_steps": 5, "lost_steps": 4, "error": "recorder: disk full"}
     died = "recorder: it was killed by SIGKILL"
-    behind = f"{died}; run.recovered.rrd is incomplete, it has 5 of 9 steps"
-    assert last_line(monkeypatch, "", whole) == ""
-    assert last_line(monkeypatch, "interrupted", full) == "interrupted; recorder: disk full"
-    assert last_line(monkeypatch, "", full) == "recorder: disk full"
-    assert last_line(monkeypatch, "interrupted", None, died) == f"interrupted; {behind}"
-    assert last_line(monkeypatch, "", None, died) == behind
-    assert last_line(monkeypatch, "interrupted", None) == "interrupted"
+    incomplete = f"{died}; run.recovered.rrd is incomplete, it has 5 of 9 steps"
+    assert error_of(monkeypatch, "", whole) == ""
+    assert error_of(monkeypatch, "interrupted", full) == "interrupted; recorder: disk full"
+    assert error_of(monkeypatch, "", full) == "recorder: disk full"
+    assert error_of(monkeypatch, "interrupted", None, died) == f"interrupted; {incomplete}"
+    assert error_of(monkeypatch, "", None, died) == incomplete
+    assert error_of(monkeypatch, "interrupted", None) == "interrupted"

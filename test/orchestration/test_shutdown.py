@@ -1,4 +1,4 @@
-"""How children are ended and what is said of them: limits that add up to one, unforeseen errors, forks, helpers."""
+"""Exit of child processes: the common deadline, unforeseen errors, forks, parent-death signals, repair programs."""
 
 import json
 import math
@@ -12,8 +12,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from crew_helpers import LIMIT, STUBBORN, crew_of, listen_until
-from process_helpers import ends_soon, gone, next_line, started_program, wait_until
+from process_group_helpers import IGNORES_SIGTERM, LIMIT, listen_until, make_group
+from process_helpers import has_exited, next_line, started_program, wait_exited, wait_until
 
 from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process import ForkedProcess
@@ -26,44 +26,44 @@ from crane_sim.recording.rerun.repair import Parts, Previous
 
 FAILING = """
 import sys
-from crane_sim.ros.common import node_host as process
+from crane_sim.ros.common import node_host
 
 def body(host, settings):
     raise OSError(5, "the bus is\\ngone")
 
-sys.exit(process.main("odd", {}, body))
+sys.exit(node_host.main("odd", {}, body))
 """
 
 
-def test_all_limits_of_an_early_end_are_one(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A plant, a law and a recorder that neither report nor end, and four more nodes, are gone within 3 s."""
+def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """A plant, a law and a recorder that neither report nor exit, and four standbys, are killed within 3 s."""
     interrupts: list[int] = [signal.SIGINT]
-    with crew_of(tmp_path, STUBBORN, ros_environment, interrupts) as crew:
-        names = ("plant", "controller", "recorder", *("reserve",) * 4)
-        posts: list[Any] = [SimpleNamespace(name=name, active=crew.start(name, "node", "a", {})) for name in names]
-        vars(posts[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, failed="")
-        listen_until(crew, lambda: all(child.ready for child in crew.children))
-        nobody: Any = SimpleNamespace()
-        conductor, began = Supervisor(crew, posts, interrupts, nobody, 0.0), time.monotonic()
-        conductor.stop_early()
-        collect_controller_summary(conductor, posts)
-        summary = finish_recording(conductor, posts[2], {"steps": 7})
+    with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
+        names = ("plant", "controller", "recorder", *("standby",) * 4)
+        roles: list[Any] = [SimpleNamespace(name=name, active=group.start(name, "node", "a", {})) for name in names]
+        vars(roles[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, failure="")
+        listen_until(group, lambda: all(child.ready for child in group.children))
+        no_callbacks: Any = SimpleNamespace()
+        supervisor, began = Supervisor(group, roles, interrupts, no_callbacks, 0.0), time.monotonic()
+        supervisor.stop_early()
+        collect_controller_summary(supervisor, roles)
+        summary = finish_recording(supervisor, roles[2], {"steps": 7})
     assert time.monotonic() - began < LIMIT
     assert summary["error"].startswith("recorder: it did not finish the recording")
-    assert all(gone(child.pid) for child in crew.children)
+    assert all(has_exited(child.pid) for child in group.children)
 
 
-def test_an_unforeseen_error_is_named(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """What a node did not foresee is told in the last line of its exception; another node may yet replace it."""
-    with crew_of(tmp_path, FAILING, ros_environment) as crew:
-        child = crew.start("odd", "node", "a", {})
-        listen_until(crew, lambda: child.gone)
+def test_an_unforeseen_error_is_reported(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """An unforeseen error is reported as the last line of its exception, and does not preclude a restart."""
+    with make_group(tmp_path, FAILING, ros_environment) as group:
+        child = group.start("odd", "node", "a", {})
+        listen_until(group, lambda: child.gone)
     assert child.fault == "it ended with exit code 1: OSError: [Errno 5] the bus is"
     assert not child.fatal
 
 
-def forked(*events: dict[str, Any]) -> Child:
-    """Return a child of a nursery that reported this, and whose pipe is then closed."""
+def make_forked_child(*events: dict[str, Any]) -> Child:
+    """Return a forked child with these reports, whose pipe is then closed."""
 
     def start(_: int, report: int) -> ForkedProcess:
         for event in events:
@@ -76,42 +76,43 @@ def forked(*events: dict[str, Any]) -> Child:
     return child
 
 
-def test_how_a_fork_ended_is_known_or_said_to_be_unknown() -> None:
-    """A fork without a birth could not be started; one whose nursery is gone ended in a way that nobody knows."""
-    assert forked().fault == "it could not be started"
-    born = {"event": "born", "pid": 2**22 + 1}  # beyond the largest process id
-    assert forked(born).fault == "it ended, nobody knows how"
-    assert forked(born, {"event": "ended", "code": -9}).fault == "it was killed by SIGKILL"
-    assert forked(born, {"event": "ended", "code": 0}).fault == "it ended with exit code 0"
+def test_the_exit_of_a_fork_is_reported_or_unknown() -> None:
+    """A fork that never reported its start could not be started; without the fork server its exit code is unknown."""
+    assert make_forked_child().fault == "it could not be started"
+    started = {"event": "started", "pid": 2**22 + 1}  # beyond the largest process id
+    assert make_forked_child(started).fault == "it ended, its exit code is unknown"
+    assert make_forked_child(started, {"event": "exited", "code": -9}).fault == "it was killed by SIGKILL"
+    assert make_forked_child(started, {"event": "exited", "code": 0}).fault == "it ended with exit code 0"
 
 
-TIED = """
+PARENT = """
 import os, time
 from crane_sim.process_signals import set_parent_death_signal, clear_parent_death_signal
-for free in (False, True):
+for cleared in (False, True):
     bind = set_parent_death_signal()
     if not os.fork():
         bind()
-        if free:
+        if cleared:
             clear_parent_death_signal()
-        os.write(1, f"{'free' if free else 'tied'} {os.getpid()}\\n".encode())  # one write: never mixed with another
+        # one write: lines never mix
+        os.write(1, f"{'cleared' if cleared else 'bound'} {os.getpid()}\\n".encode())
         time.sleep(60)
         os._exit(0)
 time.sleep(60)
 """
 
 
-def test_a_tied_process_ends_with_its_parent() -> None:
-    """When a process is killed, the kernel ends the child that is tied to it, and not the one that was untied."""
-    with started_program([sys.executable, "-c", TIED], stdout=subprocess.PIPE) as parent:
-        told = dict(next_line(parent).split() for _ in range(2))
-        tied, free = int(told["tied"]), int(told["free"])
+def test_a_parent_death_signal_kills_the_child() -> None:
+    """When a process is killed, the kernel kills the child that has a parent-death signal, not one that cleared it."""
+    with started_program([sys.executable, "-c", PARENT], stdout=subprocess.PIPE) as parent:
+        pids = dict(next_line(parent).split() for _ in range(2))
+        bound, cleared = int(pids["bound"]), int(pids["cleared"])
         parent.kill()
         try:
-            ends_soon(tied)
-            assert not gone(free)
+            wait_exited(bound)
+            assert not has_exited(cleared)
         finally:
-            os.kill(free, signal.SIGKILL)
+            os.kill(cleared, signal.SIGKILL)
 
 
 JOINING = """
@@ -123,8 +124,8 @@ repair.optimize_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
 """
 
 
-def test_joining_takes_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Parts that cannot be joined in time stay and are named; who is killed while joining leaves no helper behind."""
+def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts that cannot be joined in time stay; a recorder that is killed while joining leaves no program behind."""
     slow, pid = tmp_path / "slow", tmp_path / "pid"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)
@@ -135,22 +136,22 @@ def test_joining_takes_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest
     joint = Parts(tmp_path / "run.rrd", Previous(5, 5, (parts[0],)))
     assert joint.join(parts[1], within=0.0) == parts and not pid.exists()
     assert joint.join(parts[1], within=1.0) == parts and all(part.exists() for part in parts)
-    ends_soon(int(pid.read_text()))
+    wait_exited(int(pid.read_text()))
     pid.unlink()
     with started_program([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:
-        wait_until(lambda: pid.exists() and bool(pid.read_text().strip()), "the helper that joins")
+        wait_until(lambda: pid.exists() and bool(pid.read_text().strip()), "the program that joins")
         recorder.kill()
-        ends_soon(int(pid.read_text()))
+        wait_exited(int(pid.read_text()))
 
 
-def test_only_bags_of_this_run_are_named(tmp_path: Path) -> None:
+def test_only_bags_of_this_run_are_listed(tmp_path: Path) -> None:
     """A bag of an earlier run is not taken for a part of this one; a part without messages is no part at all."""
-    path, endless = str(tmp_path / "run.mcap"), repair.countdown(math.inf)
+    path, unlimited = str(tmp_path / "run.mcap"), repair.countdown(math.inf)
     Path(path).touch()
     os.utime(path, (1.0, 1.0))
     unfinished_name(part_of(path, 2)).mkdir()
-    post: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
-    assert recover_bags(post, "last.mcap", endless) == {"mcap": "last.mcap"}
+    role: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
+    assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()
-    assert recover_bags(post, "last.mcap", endless) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
-    assert recover_bags(post, None, endless) == {"mcap": path}
+    assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
+    assert recover_bags(role, None, unlimited) == {"mcap": path}

@@ -1,4 +1,4 @@
-"""A program that runs scenes of the catalogue over ROS, recorded, and prints one JSON object a run.
+"""Runs scenes of the catalogue over ROS, recorded, and prints one JSON object a run.
 
 `catalogue_runs.py FOLDER SCENE ...`, with NUMBA_DISABLE_JIT=1: compiling the equations of all kinds of scenes would
 take most of an hour, as plain Python they take seconds. Nodes are forked from this process, which has imported their
@@ -32,11 +32,11 @@ MODULES = (
 )
 
 
-class Forked:
+class ForkedNode:
     """The process of a node."""
 
     def __init__(self, pid: int) -> None:
-        """Watch the process."""
+        """Open a handle of the process."""
         self.pid, self._handle = pid, os.pidfd_open(pid)
         self._code: int | None = None
 
@@ -55,16 +55,16 @@ class Forked:
             os.kill(self.pid, number)
 
 
-def forked(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> Forked:
-    """Start a module as `processes.program` does, by a fork of this process."""
+def fork_node(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> ForkedNode:
+    """Start a module as `process.start_program` does, by a fork of this process."""
     if pid := os.fork():
-        return Forked(pid)
+        return ForkedNode(pid)
     code = 1
     try:
         os.setsid()
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         os.dup2(2, 1)
-        for name in os.listdir("/proc/self/fd"):  # ends of other nodes' pipes: who keeps them hides that those end
+        for name in os.listdir("/proc/self/fd"):  # pipe ends of other nodes would hide their exit
             if int(name) > 2 and int(name) not in fds and "pipe:" in _target(name):
                 os.close(int(name))
         os.environ.clear()
@@ -83,12 +83,12 @@ def _target(fd: str) -> str:
         return ""
 
 
-def ran(name: str, folder: Path) -> dict[str, Any]:
-    """Return what came of a scene's run."""
+def run_scene(name: str, folder: Path) -> dict[str, Any]:
+    """Run a scene; return the entries of its summary that the test checks."""
     scene = load_scene(name, {"duration": BRIEF.get(name, DURATION)})
     summary = orchestration.run(scene, record=folder / f"{name}.rrd")
-    told = ("error", "steps", "recorded_steps", "lost_steps", "recording")
-    return {"scene": name, "due": scene.steps} | {key: summary[key] for key in told if key in summary}
+    keys = ("error", "steps", "recorded_steps", "lost_steps", "recording")
+    return {"scene": name, "due": scene.steps} | {key: summary[key] for key in keys if key in summary}
 
 
 def main() -> None:
@@ -96,13 +96,13 @@ def main() -> None:
     for module in MODULES:
         import_module(module)
     plain_arrays.install()
-    process_group.start_program = forked
+    process_group.start_program = fork_node
     for name in sys.argv[2:]:
         try:
-            found = ran(name, Path(sys.argv[1]))
+            result = run_scene(name, Path(sys.argv[1]))
         except Exception:
-            found = {"scene": name, "error": traceback.format_exc()}
-        print(json.dumps(found), flush=True)
+            result = {"scene": name, "error": traceback.format_exc()}
+        print(json.dumps(result), flush=True)
 
 
 if __name__ == "__main__":

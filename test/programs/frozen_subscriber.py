@@ -1,4 +1,4 @@
-"""A subscriber that stops, as with SIGSTOP, at the first joint state that it hears, and never goes on."""
+"""A subscriber that stops itself by SIGSTOP at the first joint state that it receives."""
 
 import os
 import signal
@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 
 
 def main() -> None:
-    """Listen until something comes."""
+    """Subscribe, and stop at the first message."""
     rclpy.init()
     node = rclpy.create_node("frozen")
     node.create_subscription(JointState, "/knuckle/joint_states", lambda _: os.kill(os.getpid(), signal.SIGSTOP), 10)

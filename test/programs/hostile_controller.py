@@ -1,11 +1,11 @@
-"""A controller that sends hostile commands before every right one, and prints how many of which kind as JSON."""
+"""A controller that sends invalid commands before every valid one, and prints their numbers by reason as JSON."""
 
 import json
 import sys
 from collections import Counter
 
 import rclpy
-from hostility import JOINTS, PERIOD, Hostility, message
+from invalid_commands import JOINTS, PERIOD, InvalidCommands, command_message
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -13,14 +13,14 @@ from crane_sim import load_scene
 
 
 class HostileController(Node):
-    """The law of the default scene, between `each` hostile commands per state."""
+    """The law of the default scene, with `each` invalid commands per state."""
 
     def __init__(self, each: int) -> None:
         """Join the crane's namespace."""
         super().__init__("hostile", namespace="knuckle")
         self.sent: Counter[str] = Counter()
         self.answered = 0
-        self._each, self._hostility, self._scene = each, Hostility(2), load_scene("knuckle_setpoint")
+        self._each, self._invalid, self._scene = each, InvalidCommands(2), load_scene("knuckle_setpoint")
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
 
@@ -30,13 +30,13 @@ class HostileController(Node):
             return  # sent again: it has been answered
         self.answered += 1
         for _ in range(self._each):
-            reason, data = self._hostility.command(stamp)
+            reason, data = self._invalid.generate(stamp)
             self.sent[reason] += 1
             self._commands.publish(data)
         t = (stamp // PERIOD - 1) * self._scene.period
         law = self._scene.law
         assert law is not None
-        self._commands.publish(message(stamp, JOINTS, law(t, tuple(state.position), tuple(state.velocity))))
+        self._commands.publish(command_message(stamp, JOINTS, law(t, tuple(state.position), tuple(state.velocity))))
 
 
 if __name__ == "__main__":
@@ -45,4 +45,4 @@ if __name__ == "__main__":
     while node.answered < int(sys.argv[2]):
         rclpy.spin_once(node, timeout_sec=0.1)
     print(json.dumps(node.sent), flush=True)
-    rclpy.spin_once(node, timeout_sec=1.0)  # until the last answer has left for certain
+    rclpy.spin_once(node, timeout_sec=1.0)  # until the last answer has been sent

@@ -5,7 +5,7 @@ import sys
 import time
 
 import rclpy
-from hostility import JOINTS, PERIOD, Hostility, message
+from invalid_commands import JOINTS, PERIOD, InvalidCommands, command_message
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -16,28 +16,29 @@ PLAYING, OVER = 1, 0
 
 
 class Flood(Node):
-    """Sends hostile commands, and every fourth time a good one that nobody asked for."""
+    """A publisher of invalid commands and, every fourth time, a valid one from another node than the owner."""
 
     def __init__(self) -> None:
         """Join the crane's namespace."""
         super().__init__("flood", namespace="knuckle")
         self.stamp, self.mode, self.sent = 0, -1, 0
-        hostility = Hostility(3)
-        self._stock = [hostility.command(10**9)[1] for _ in range(1000)]
+        invalid = InvalidCommands(3)
+        self._prepared = [invalid.generate(10**9)[1] for _ in range(1000)]
         self._commands = None
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
         self.create_subscription(UInt8, "simulation_state", self._on_mode, latched)
 
-    def begin(self) -> None:
-        """Appear as a commander: the scene's own controller is at work already."""
+    def join(self) -> None:
+        """Become a publisher of commands: the scene's own controller owns the crane already."""
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
 
     def send(self) -> None:
         """Send one command."""
         assert self._commands is not None
-        good = self.sent % 4 == 0
-        self._commands.publish(message(self.stamp, JOINTS, [5.0] * 4) if good else self._stock[self.sent % 1000])
+        valid = self.sent % 4 == 0
+        prepared = self._prepared[self.sent % 1000]
+        self._commands.publish(command_message(self.stamp, JOINTS, [5.0] * 4) if valid else prepared)
         self.sent += 1
 
     def _on_state(self, state: JointState) -> None:
@@ -51,17 +52,17 @@ def main() -> None:
     """Flood one run."""
     rclpy.init(args=sys.argv)
     flood = Flood()
-    while flood.stamp < 2 * PERIOD:  # the scene's own controller has sent the first good command
+    while flood.stamp < 2 * PERIOD:  # the scene's own controller has sent the first valid command
         rclpy.spin_once(flood, timeout_sec=0.1)
-    flood.begin()
-    began, after = time.monotonic(), 0
+    flood.join()
+    start, done = time.monotonic(), 0
     while flood.mode != OVER:
-        due = int((time.monotonic() - began) * RATE)
-        for _ in range(min(due - after, 200)):
+        due = int((time.monotonic() - start) * RATE)
+        for _ in range(min(due - done, 200)):
             flood.send()
-        after = due
+        done = due
         rclpy.spin_once(flood, timeout_sec=0.0)
-    print(json.dumps({"sent": flood.sent, "rate": flood.sent / (time.monotonic() - began)}), flush=True)
+    print(json.dumps({"sent": flood.sent, "rate": flood.sent / (time.monotonic() - start)}), flush=True)
     rclpy.shutdown()
 
 

@@ -94,7 +94,7 @@ def test_what_was_saved_survives_a_killed_recorder(tmp_path: Path) -> None:
 def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
     """What was before a reset gets a file of its own, and the new pass has what was latched."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
-    bag.takers()["robot_description"](DESCRIPTION)
+    bag.callbacks()["robot_description"](DESCRIPTION)
     feed(bag, 30)
     feed(bag, 20)
     assert bag.finish({"steps": 20}) == {"mcap": str(tmp_path / "run.mcap")}
@@ -131,7 +131,7 @@ def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) ->
     """A foreign message stamped before time zero is kept as it came, at the time of the newest state."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     feed(bag, 3)
-    bag.takers()["applied_effort"](EFFORT_WIRE.encode(-1, (7.0,) * 4))
+    bag.callbacks()["applied_effort"](EFFORT_WIRE.encode(-1, (7.0,) * 4))
     bag.finish({})
     time, message = read(tmp_path / "run.mcap")["/knuckle/applied_effort"][-1]
     assert (time, stamp_of(message), message.effort[0]) == (4 * SCENE.period_ns, -1, 7.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_helpers import completed
-from recorder_helpers import PERIOD, SCENE, feed, full
+from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
 
 from crane_sim import orchestration
 from crane_sim.recording.files import existing_parts
@@ -165,7 +165,7 @@ def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: 
     before = Previous(20, 20, (part,))
     heir = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
     feed(heir, 30, after=20)
-    monkeypatch.setattr(Session, "write", full)
+    monkeypatch.setattr(Session, "write", fail_full_disk)
     added = heir.finish({"steps": 32})
     files = [str(part), str(tmp_path / "run.part2.rrd.part")]
     assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"

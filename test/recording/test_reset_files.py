@@ -7,7 +7,7 @@ import pytest
 from mcap_samples import SCENE as BAG_SCENE
 from mcap_samples import TOPICS
 from mcap_samples import feed as feed_bag
-from recorder_helpers import SCENE, feed, full
+from recorder_helpers import SCENE, fail_full_disk, feed
 
 from crane_sim.recording.files import before_reset
 from crane_sim.recording.mcap.bag import Bag
@@ -28,7 +28,7 @@ def test_a_disk_that_was_full_before_a_reset_is_counted_by_passes(
     feed(recorder, 30)
     assert recorder.recorded >= 29  # the command of the last step may still be waited for
     before = recorder.recorded
-    monkeypatch.setattr(Session, "write", full)
+    monkeypatch.setattr(Session, "write", fail_full_disk)
     feed(recorder, 40, after=30)
     feed(recorder, 20)
     added = recorder.finish({"steps": 20})

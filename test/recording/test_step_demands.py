@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 
 import pytest
-from silence_doubles import JOINTS, begun
-from silence_doubles import PERIOD as SECONDS
+from realtime_doubles import JOINTS, make_bench
+from realtime_doubles import PERIOD as SECONDS
 
 from crane_sim import load_scene
 from crane_sim.recording.step_assembler import StepAssembler
@@ -46,21 +46,21 @@ def test_where_the_plant_tells_what_it_accepted_nothing_else_is_a_demand() -> No
 
 def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every command that counts is published with the stamp that it answers, and none that is late or no number."""
-    bench, realtime = begun(monkeypatch, 20, 0.002)
+    bench, realtime = make_bench(monkeypatch, 20, 0.002)
     wire = JointWire(JOINTS, effort=True)
 
     def intrude() -> None:
         for stamp, effort in ((bench.stamp - 5 * STEP, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
-            bench._takers["joint_commands"](wire.encode(stamp, effort))
+            bench.callbacks["joint_commands"](wire.encode(stamp, effort))
 
-    bench.plan = [(0.105, intrude)]
+    bench.events = [(0.105, intrude)]
     realtime.run()
-    published = [wire.decode(data) for data in bench.accept_effort]
+    published = [wire.decode(data) for data in bench.accepted]
     stamps = [frame.stamp for frame in published]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * STEP, STEP)) and len(stamps) >= 19
     efforts = [frame.effort for frame in published]
     assert efforts == [bench.answer(k) for k in range(len(efforts))]
-    assert bench.gate.summary()["late"] == bench.gate.summary()["rejected"] == 1
+    assert bench.validator.summary()["late"] == bench.validator.summary()["rejected"] == 1
 
 
 @pytest.mark.parametrize("topic", ["joint_commands", "accepted_command"])
@@ -69,7 +69,7 @@ def test_what_the_gate_refuses_is_no_demand(topic: str) -> None:
     scene, heard = load_scene("knuckle_setpoint"), []
     recorder = SimpleNamespace(command=lambda stamp, effort: heard.append((stamp, effort)))
     recorder.accept_effort = recorder.command
-    take = MessageDecoder(scene, recorder).takers()[topic]  # type: ignore[arg-type]
+    take = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *A[1:]), (float("inf"), *A[1:]), (1e9, *A[1:])):
         take(JointWire(names, effort=True).encode(PERIOD, bad))

@@ -1,5 +1,5 @@
 """Fixtures that tests of this folder share."""
 
-from lockstep_doubles import stepper, topics
+from lockstep_doubles import simulation, topics
 
-__all__ = ["stepper", "topics"]
+__all__ = ["simulation", "topics"]

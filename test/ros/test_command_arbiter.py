@@ -1,4 +1,4 @@
-"""Whose silence counts, without DDS: a commander who lives, or has nothing to answer, keeps the crane."""
+"""Command arbiter and its lease, without DDS: which publisher owns the crane, and which warnings there are."""
 
 import time
 from collections import deque
@@ -9,257 +9,282 @@ from typing import Any
 import pytest
 from rclpy.qos import QoSProfile
 
-from crane_sim.ros.plant import command_arbiter as commands_module
-from crane_sim.ros.plant.command_arbiter import CommandArbiter
+from crane_sim.ros.plant import command_arbiter
+from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic
 from crane_sim.ros.plant.sender_subscription import MessageWithSender
 
-A, B = b"a" * 16, b"b" * 16
+A, B, C = b"a" * 16, b"b" * 16, b"c" * 16
 LEASE = 0.1  # s
 TOPIC = "joint_commands"
 QOS = QoSProfile(depth=1)  # reliable
-BAD = b"bad"  # how a message begins that is no good command
+INVALID = b"invalid"  # prefix of a message that is no valid command
 
 
-class FakeInbox:
-    """An inbox that tests fill."""
+class FakeSenderSubscription:
+    """A subscription with senders whose messages come from tests."""
 
     def __init__(self, *_: Any) -> None:
-        """Be empty."""
-        self.letters: deque[MessageWithSender] = deque()
+        """Create it without messages."""
+        self.messages: deque[MessageWithSender] = deque()
 
     def take(self) -> MessageWithSender | None:
-        """Return the oldest letter."""
-        return self.letters.popleft() if self.letters else None
+        """Take the oldest message."""
+        return self.messages.popleft() if self.messages else None
 
     def close(self) -> None:
-        """Leave nothing behind."""
+        """Release nothing."""
+
+
+class FakeHandle(nullcontext):
+    """A subscription's handle."""
+
+    def __init__(self, bench: "ArbiterBench") -> None:
+        """Show the publishers of a bench, and take the messages of its queue."""
+        super().__init__()
+        self.get_publisher_count = lambda: len(bench.matched)
+        self.take_message = lambda *_: bench.queue.popleft() if bench.queue else None
 
 
 def publisher(gid: bytes) -> SimpleNamespace:
-    """Return what the graph tells of a publisher."""
+    """Return the graph's entry of a publisher."""
     return SimpleNamespace(endpoint_gid=list(gid), node_namespace="/", node_name=gid[:1].decode(), qos_profile=QOS)
 
 
-class Scenery:
-    """Commands with everything around them, of which nothing is a middleware's."""
+class ArbiterBench:
+    """An arbiter with doubles of its surroundings.
+
+    Attributes:
+        matched: publishers that the subscription is matched with.
+        graph: the ROS graph's entries of publishers.
+        suspended: whether the lease is suspended.
+        queue: messages of the executor's subscription.
+        passed_on: messages that the arbiter has passed on.
+        warnings: those that differ from the one before.
+    """
 
     def __init__(self) -> None:
-        """Let there be two publishers, and nobody excused."""
-        self.publishers, self.excused = 2, False
-        self.known = [publisher(A), publisher(B)]
-        self.queue: deque[tuple[bytes, None]] = deque()  # of the executor's subscription
-        self.taken: list[bytes] = []
-        handle = SimpleNamespace(get_publisher_count=lambda: self.publishers, take_message=self._take)
-        ear = SimpleNamespace(handle=_Entered(handle), topic_name=TOPIC)
-        node = SimpleNamespace(
-            create_subscription=lambda *_, **__: ear, get_publishers_info_by_topic=lambda _: self.known
-        )
-        gate = SimpleNamespace(reject=lambda *_: None)
+        """Begin with two publishers."""
+        self.matched, self.suspended = [A, B], False
+        self.graph = [publisher(A), publisher(B)]
+        self.queue: deque[tuple[bytes, None]] = deque()
+        self.passed_on: list[bytes] = []
         self.warnings: list[str] = []
-        stepper = SimpleNamespace(paused=False, warn=self._warn, gate=gate)
+        subscription = SimpleNamespace(handle=FakeHandle(self), topic_name=TOPIC)
+        node = SimpleNamespace(
+            create_subscription=lambda *_, **__: subscription, get_publishers_info_by_topic=lambda _: self.graph
+        )
         host: Any = SimpleNamespace(node=node)
-        told: Any = stepper
-        takers = {TOPIC: (bytes, self._accepts)}
-        self.commands = CommandArbiter(host, told, takers, LEASE, lambda: self.excused)
-        self.commands.begin()
+        simulation: Any = SimpleNamespace(warn=self._warn, validator=SimpleNamespace(reject=lambda *_: None))
+        topics = {TOPIC: CommandTopic(bytes, self._on_message)}
+        self.arbiter = CommandArbiter(host, simulation, topics, LEASE, lambda: self.suspended)
+        self.arbiter.start()
+
+    def set_publishers(self, *gids: bytes) -> None:
+        """Change the publishers, in the graph and matched."""
+        self.matched, self.graph = list(gids), [publisher(gid) for gid in gids]
 
     def send(self, sender: bytes, data: bytes) -> None:
         """Let a message come while there are several publishers."""
-        inbox: Any = self.commands._inboxes[TOPIC]
-        inbox.letters.append(MessageWithSender(data, sender))
-        self.commands.look()
-        self.commands.poll()
+        subscription: Any = self.arbiter._with_sender[TOPIC]
+        subscription.messages.append(MessageWithSender(data, sender))
+        self.arbiter.update()
+        self.arbiter.take_all()
 
-    def _accepts(self, data: bytes) -> bool:
-        self.taken.append(data)
-        return not data.startswith(BAD)
+    def _on_message(self, data: bytes) -> bool:
+        self.passed_on.append(data)
+        return not data.startswith(INVALID)
 
     def _warn(self, line: str, _: str) -> None:
         if line != (self.warnings or [""])[-1]:
             self.warnings.append(line)
 
-    def _take(self, *_: Any) -> tuple[bytes, None] | None:
-        return self.queue.popleft() if self.queue else None
-
-
-class _Entered:
-    """A handle that can be entered."""
-
-    def __init__(self, handle: SimpleNamespace) -> None:
-        self.get_publisher_count, self.take_message = handle.get_publisher_count, handle.take_message
-        self._context = nullcontext()
-
-    def __enter__(self) -> None:
-        self._context.__enter__()
-
-    def __exit__(self, *error: Any) -> None:
-        self._context.__exit__(*error)
-
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Return the time [s], which stands until it is changed."""
+    """Return the time [s] of the monotonic clock, which stands until it is changed."""
     now = [1000.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     return now
 
 
 @pytest.fixture
-def scenery(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> Scenery:
-    """Return commands that two publishers send."""
-    monkeypatch.setattr(commands_module, "SenderSubscription", FakeInbox)
-    return Scenery()
+def bench(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> ArbiterBench:
+    """Return an arbiter with two publishers."""
+    monkeypatch.setattr(command_arbiter, "SenderSubscription", FakeSenderSubscription)
+    return ArbiterBench()
 
 
-def test_a_slow_commander_who_is_excused_keeps_the_crane(scenery: Scenery, clock: list[float]) -> None:
-    """However long his silence, another one's commands count only once he is excused no more, and the lease is over."""
-    scenery.send(A, b"first")
-    scenery.excused = True
+def test_the_first_publisher_owns_the_lease_until_it_expires() -> None:
+    """Another publisher is accepted once the owner was silent for longer than the lease, and not before."""
+    lease = CommandLease(0.2)
+    assert lease.accepts(A, 0.0)
+    lease.acquire(A, 0.0)
+    assert not lease.accepts(B, 0.2)
+    lease.acquire(A, 0.2)
+    assert not lease.accepts(B, 0.4)
+    assert lease.accepts(B, 0.41)
+    lease.acquire(B, 0.41)
+    assert not lease.accepts(A, 0.5)
+
+
+def test_a_renewed_lease_expires_later() -> None:
+    """A sole publisher that is put in as the owner keeps the lease from when it was renewed."""
+    lease = CommandLease(0.2)
+    lease.owner = A
+    lease.renew(1.0)
+    assert not lease.accepts(B, 1.1)
+    assert lease.accepts(B, 1.3)
+
+
+def test_a_suspended_lease_does_not_expire(bench: ArbiterBench, clock: list[float]) -> None:
+    """However long the owner is silent, another one is accepted only a lease after the suspension ends."""
+    bench.send(A, b"first")
+    bench.suspended = True
     clock[0] += 1.5 * LEASE
-    scenery.send(B, b"second")
-    scenery.send(A, b"third")
-    scenery.excused = False
-    scenery.send(B, b"fourth")
+    bench.send(B, b"second")
+    bench.send(A, b"third")
+    bench.suspended = False
+    bench.send(B, b"fourth")
     clock[0] += 1.5 * LEASE
-    scenery.send(B, b"fifth")
-    assert scenery.taken == [b"first", b"third", b"fifth"]
+    bench.send(B, b"fifth")
+    assert bench.passed_on == [b"first", b"third", b"fifth"]
 
 
-def test_who_leaves_in_order_leaves_the_crane(scenery: Scenery, clock: list[float]) -> None:
-    """A commander whose publisher is gone has no lease any more, although nobody fails to acknowledge the states."""
-    scenery.excused = True
-    scenery.send(A, b"first")
-    scenery.publishers, scenery.known = 3, [publisher(B), publisher(b"c" * 16), publisher(b"d" * 16)]
-    clock[0] += LEASE  # the next look at the graph
-    scenery.send(B, b"second")
-    assert scenery.taken == [b"first", b"second"]
+def test_an_owner_that_leaves_the_graph_loses_the_lease(bench: ArbiterBench, clock: list[float]) -> None:
+    """An owner whose publisher is gone has no lease any more, although no acknowledgement is missing."""
+    bench.suspended = True
+    bench.send(A, b"first")
+    bench.set_publishers(B, C, b"d" * 16)
+    clock[0] += LEASE  # the next update
+    bench.send(B, b"second")
+    assert bench.passed_on == [b"first", b"second"]
 
 
-def test_no_command_counts_twice_when_one_publisher_is_left(scenery: Scenery) -> None:
-    """What the executor holds of messages that came through the inboxes is thrown away when these are closed."""
-    scenery.send(A, b"first")
-    scenery.queue.extend([(b"first", None), (b"of an intruder", None)])
-    scenery.publishers = 1
-    scenery.commands.begin()
-    assert not scenery.commands.several
-    assert not scenery.commands.fetch()
-    assert scenery.taken == [b"first"]
+def test_no_command_counts_twice_when_one_publisher_remains(bench: ArbiterBench) -> None:
+    """The executor's copies of messages that came with their senders are dropped when those subscriptions close."""
+    bench.send(A, b"first")
+    bench.queue.extend([(b"first", None), (b"refused", None)])
+    bench.matched = [A]
+    bench.arbiter.start()
+    assert not bench.arbiter.contested
+    assert not bench.arbiter.take_one()
+    assert bench.passed_on == [b"first"]
 
 
-def test_a_name_that_the_graph_learns_late_is_told(scenery: Scenery, clock: list[float]) -> None:
-    """Who is refused before his node's name is known is named as soon as it is, however fast he goes on."""
-    scenery.known[1] = SimpleNamespace(
+def test_a_late_node_name_is_in_the_warning(bench: ArbiterBench, clock: list[float]) -> None:
+    """A publisher that is refused before its node's name arrives is named as soon as it does, at any message rate."""
+    bench.graph[1] = SimpleNamespace(
         endpoint_gid=list(B), node_namespace="?", node_name="_NODE_NAME_UNKNOWN_", qos_profile=QOS
     )
-    scenery.send(A, b"first")
+    bench.send(A, b"first")
     for _ in range(100):
-        scenery.send(B, b"an intruder's")
+        bench.send(B, b"refused")
         clock[0] += 0.01
-        scenery.send(A, b"another")
-        scenery.known[1] = publisher(B)
-    nameless, named = scenery.warnings
-    assert nameless == "command of a node without a name refused: /a commands"
+        bench.send(A, b"another")
+        bench.graph[1] = publisher(B)
+    unnamed, named = bench.warnings
+    assert unnamed == "command of a node without a name refused: /a commands"
     assert named == "command of /b refused: /a commands"
 
 
-def test_intruders_in_turn_are_one_warning(scenery: Scenery, clock: list[float]) -> None:
-    """However many there are, and whoever sends the newest command: a warning comes only with a new one."""
-    third = b"c" * 16
-    scenery.known.append(publisher(third))
-    scenery.send(A, b"first")
+def test_refused_publishers_in_turn_are_one_warning(bench: ArbiterBench, clock: list[float]) -> None:
+    """However many are refused, and in which order: a warning comes only with a new one, and ends after a time."""
+    bench.graph.append(publisher(C))
+    bench.send(A, b"first")
     for _ in range(100):
-        scenery.send(B, b"an intruder's")
-        scenery.send(third, b"another's")
+        bench.send(B, b"refused")
+        bench.send(C, b"refused")
         clock[0] += 0.01
-        scenery.send(A, b"another")
-    assert scenery.warnings == [f"command of {who} refused: /a commands" for who in ("/b", "/b and /c")]
+        bench.send(A, b"another")
+    assert bench.warnings == [f"command of {names} refused: /a commands" for names in ("/b", "/b and /c")]
     clock[0] += 3.0
-    scenery.send(A, b"last")
-    assert scenery.warnings[-1] == ""
+    bench.send(A, b"last")
+    assert bench.warnings[-1] == ""
 
 
-def test_who_was_refused_and_has_the_crane_now_is_no_intruder(scenery: Scenery, clock: list[float]) -> None:
-    """The warning of him ends as soon as the crane is his."""
-    scenery.send(A, b"first")
-    scenery.send(B, b"second")
+def test_the_warning_of_a_refused_publisher_ends_when_it_owns_the_crane(
+    bench: ArbiterBench, clock: list[float]
+) -> None:
+    """A publisher that was refused and is the owner by now is not warned of."""
+    bench.send(A, b"first")
+    bench.send(B, b"second")
     clock[0] += 1.5 * LEASE
-    scenery.send(B, b"third")
+    bench.send(B, b"third")
     clock[0] += LEASE
-    scenery.send(B, b"fourth")
-    assert scenery.warnings == ["command of /b refused: /a commands", ""]
+    bench.send(B, b"fourth")
+    assert bench.warnings == ["command of /b refused: /a commands", ""]
 
 
-def test_what_is_no_good_command_gives_nobody_the_crane(scenery: Scenery, clock: list[float]) -> None:
-    """Neither the first nor the one who waited for the end of a lease gets it by sending what the plant refuses."""
-    scenery.send(B, b"bad")
-    scenery.send(A, b"first")
+def test_an_invalid_command_acquires_no_lease(bench: ArbiterBench, clock: list[float]) -> None:
+    """Neither the first publisher nor one after the end of a lease becomes the owner by an invalid command."""
+    bench.send(B, b"invalid")
+    bench.send(A, b"first")
     clock[0] += 1.5 * LEASE
-    scenery.send(B, b"bad, too")
-    scenery.send(A, b"second")
-    scenery.send(B, b"third")
-    assert scenery.taken == [b"bad", b"first", b"bad, too", b"second"]
+    bench.send(B, b"invalid, too")
+    bench.send(A, b"second")
+    bench.send(B, b"third")
+    assert bench.passed_on == [b"invalid", b"first", b"invalid, too", b"second"]
 
 
-def test_a_commander_keeps_nothing_by_bad_commands(scenery: Scenery, clock: list[float]) -> None:
-    """However often he sends what the plant refuses: another one has the crane when the lease is over."""
-    scenery.send(A, b"first")
+def test_an_invalid_command_renews_no_lease(bench: ArbiterBench, clock: list[float]) -> None:
+    """However often the owner sends invalid commands: another publisher is accepted when the lease is over."""
+    bench.send(A, b"first")
     for _ in range(4):
         clock[0] += 0.4 * LEASE
-        scenery.send(A, b"bad")
-    scenery.send(B, b"second")
-    assert scenery.taken[-1] == b"second"
+        bench.send(A, b"invalid")
+    bench.send(B, b"second")
+    assert bench.passed_on[-1] == b"second"
 
 
-@pytest.mark.parametrize("at_work", [True, False])
-def test_who_is_alone_has_the_crane_once_he_works(at_work: bool, scenery: Scenery, clock: list[float]) -> None:
-    """Who was alone and commanded keeps the crane when others come; who was just there does not, not even excused."""
-    scenery.excused = True
-    scenery.publishers, scenery.known = 1, [publisher(A)]
+@pytest.mark.parametrize("proven", [True, False])
+def test_a_sole_publisher_owns_the_lease_after_its_first_command(
+    proven: bool, bench: ArbiterBench, clock: list[float]
+) -> None:
+    """A sole publisher that commanded keeps the crane when others come; a silent one does not, nor while suspended."""
+    bench.suspended = True
+    bench.set_publishers(A)
     clock[0] += LEASE
-    scenery.commands.look()
-    if at_work:
-        scenery.queue.append((b"first", None))
-        assert scenery.commands.fetch()
-    scenery.publishers, scenery.known = 2, [publisher(A), publisher(B)]
+    bench.arbiter.update()
+    if proven:
+        bench.queue.append((b"first", None))
+        assert bench.arbiter.take_one()
+    bench.set_publishers(A, B)
     clock[0] += LEASE
-    scenery.commands.look()
-    scenery.send(B, b"second")
-    assert scenery.taken == ([b"first"] if at_work else [b"second"])
+    bench.arbiter.update()
+    bench.send(B, b"second")
+    assert bench.passed_on == ([b"first"] if proven else [b"second"])
 
 
-def test_who_has_left_and_come_back_has_to_begin_anew(scenery: Scenery, clock: list[float]) -> None:
-    """The crane that another one had meanwhile does not fall to whoever is left, if he did not command it himself."""
-    scenery.publishers, scenery.known = 1, [publisher(A)]
-    scenery.commands.look()
-    for publishers in ([publisher(A)], [publisher(A), publisher(B)]):
-        scenery.publishers, scenery.known = len(publishers), publishers
+def test_a_publisher_that_remains_must_acquire_the_lease_anew(bench: ArbiterBench, clock: list[float]) -> None:
+    """The crane of an owner that has left does not fall to a publisher that remains and never commanded it."""
+    for gids in ((A,), (A, B)):
+        bench.set_publishers(*gids)
         clock[0] += LEASE
-        scenery.commands.look()
-    scenery.send(B, b"second")
-    scenery.publishers, scenery.known = 1, [publisher(A)]
-    clock[0] += LEASE
-    scenery.commands.look()
-    scenery.publishers, scenery.known = 2, [publisher(A), publisher(B)]
-    clock[0] += LEASE
-    scenery.commands.look()
-    scenery.send(B, b"third")
-    assert scenery.taken == [b"second", b"third"]
-
-
-def test_a_publisher_that_is_not_heard_takes_no_crane_away(scenery: Scenery, clock: list[float]) -> None:
-    """Who is in the graph without being matched, by another type or not yet, leaves the commander what he has."""
-    scenery.publishers, scenery.known = 1, []
-    clock[0] += LEASE
-    scenery.commands.look()
-    scenery.queue.append((b"first", None))
-    assert scenery.commands.fetch()  # whose it was, the graph tells afterwards
-    for known in ([publisher(A)], [publisher(b"s" * 16), publisher(A)]):
-        scenery.known = known
+        bench.arbiter.update()
+    bench.send(B, b"second")
+    for gids in ((A,), (A, B)):
+        bench.set_publishers(*gids)
         clock[0] += LEASE
-        scenery.commands.look()
-    scenery.publishers, scenery.known = 2, [publisher(b"s" * 16), publisher(A), publisher(B)]
-    scenery.excused = True
+        bench.arbiter.update()
+    bench.send(B, b"third")
+    assert bench.passed_on == [b"second", b"third"]
+
+
+def test_a_publisher_that_is_not_matched_takes_no_lease_away(bench: ArbiterBench, clock: list[float]) -> None:
+    """A publisher that is in the graph without being matched, by another type or not yet, leaves the owner's lease."""
+    bench.matched, bench.graph = [A], []
     clock[0] += LEASE
-    scenery.commands.look()
-    scenery.send(B, b"second")
-    assert scenery.taken == [b"first"]
+    bench.arbiter.update()
+    bench.queue.append((b"first", None))
+    assert bench.arbiter.take_one()  # its publisher is in the graph only afterwards
+    unmatched = publisher(b"s" * 16)
+    for graph in ([publisher(A)], [unmatched, publisher(A)]):
+        bench.graph = graph
+        clock[0] += LEASE
+        bench.arbiter.update()
+    bench.matched, bench.graph = [A, B], [unmatched, publisher(A), publisher(B)]
+    bench.suspended = True
+    clock[0] += LEASE
+    bench.arbiter.update()
+    bench.send(B, b"second")
+    assert bench.passed_on == [b"first"]

@@ -1,4 +1,4 @@
-"""The gate between commands and the plant."""
+"""Validation of commands, and the bounds on their efforts."""
 
 import math
 
@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crane_sim.ros.common.command_filter import CommandValidator
+from crane_sim import load_scene
+from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.serialization import JointWire, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
@@ -15,16 +16,16 @@ LARGEST = [1e9, 1e9, 1e9, 50.0]
 NOW = 50_000_000  # ns
 
 
-def screen(gate: CommandValidator, stamp: int = NOW, names: list[str] = JOINTS, efforts: list[float] = EFFORTS):
-    """Screen one command in lockstep."""
-    return gate.validate(stamp, names, efforts, now=NOW, oldest=NOW)
+def validate(validator: CommandValidator, stamp: int = NOW, names: list[str] = JOINTS, efforts: list[float] = EFFORTS):
+    """Validate one command as in lockstep."""
+    return validator.validate(stamp, names, efforts, now=NOW, oldest=NOW)
 
 
 @given(st.permutations(range(4)))
 def test_joints_are_matched_by_name(order: list[int]) -> None:
     """Whatever the order of its joints, a command reaches each joint with the effort meant for it."""
     names, efforts = [JOINTS[i] for i in order], [EFFORTS[i] for i in order]
-    assert screen(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
+    assert validate(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
 
 
 @pytest.mark.parametrize(
@@ -51,71 +52,90 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
 )
 def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
     """A command that is wrong is refused for the reason that it is wrong, and counts as rejected."""
-    gate = CommandValidator(JOINTS, LARGEST)
-    assert screen(gate, **bad) is None
-    assert gate.refused == {reason: 1}
-    assert gate.last_refusal.endswith(f"({reason})")
-    assert gate.summary() == {"received": 1, "rejected": 1, "late": 0, "duplicate": 0}
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validate(validator, **bad) is None
+    assert validator.refused == {reason: 1}
+    assert validator.last_refusal.endswith(f"({reason})")
+    assert validator.summary() == {"received": 1, "rejected": 1, "late": 0, "duplicate": 0}
 
 
 def test_an_answer_counts_once() -> None:
     """The same answer again is a duplicate, an earlier one comes too late, and neither moves the crane."""
-    gate = CommandValidator(JOINTS, LARGEST)
-    assert screen(gate) == tuple(EFFORTS)
-    assert screen(gate) is None
-    assert screen(gate, stamp=NOW - 1) is None
-    assert gate.refused == {"duplicate": 1, "late": 1}
-    assert screen(gate, stamp=0) is None  # says nothing of when: neither early nor late
-    assert gate.refused["unstamped"] == 1
-    assert gate.summary() == {"received": 4, "rejected": 1, "late": 1, "duplicate": 1}
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validate(validator) == tuple(EFFORTS)
+    assert validate(validator) is None
+    assert validate(validator, stamp=NOW - 1) is None
+    assert validator.refused == {"duplicate": 1, "late": 1}
+    assert validate(validator, stamp=0) is None  # neither early nor late
+    assert validator.refused["unstamped"] == 1
+    assert validator.summary() == {"received": 4, "rejected": 1, "late": 1, "duplicate": 1}
 
 
 def test_a_refused_command_can_be_sent_again() -> None:
     """After a refusal the right command with the same stamp is still accepted."""
-    gate = CommandValidator(JOINTS, LARGEST)
-    assert screen(gate, efforts=[math.nan] * 4) is None
-    assert screen(gate) == tuple(EFFORTS)
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validate(validator, efforts=[math.nan] * 4) is None
+    assert validate(validator) == tuple(EFFORTS)
 
 
-def test_lockstep_wants_the_exact_stamp_and_realtime_a_fresh_one() -> None:
+def test_lockstep_requires_the_exact_stamp_and_realtime_a_recent_one() -> None:
     """A command older than `oldest` is stale: in lockstep any but the newest, in real time beyond the time-out."""
-    assert screen(CommandValidator(JOINTS, LARGEST), stamp=NOW - 1) is None
-    gate = CommandValidator(JOINTS, LARGEST)
-    assert gate.validate(NOW - 10, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) == tuple(EFFORTS)
-    gate = CommandValidator(JOINTS, LARGEST)
-    assert gate.validate(NOW - 11, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) is None
-    assert gate.refused == {"stale": 1}
-    assert gate.summary()["late"] == 1
+    assert validate(CommandValidator(JOINTS, LARGEST), stamp=NOW - 1) is None
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validator.validate(NOW - 10, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) == tuple(EFFORTS)
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validator.validate(NOW - 11, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) is None
+    assert validator.refused == {"stale": 1}
+    assert validator.summary()["late"] == 1
 
 
-def test_bare_arrays_are_checked_too() -> None:
+def test_arrays_are_validated_too() -> None:
     """A command without names needs exactly one finite effort per actuated joint."""
-    gate = CommandValidator(JOINTS, LARGEST)
-    assert gate.validate_array(EFFORTS) == tuple(EFFORTS)
-    assert gate.validate_array(EFFORTS[:3]) is None
-    assert gate.validate_array([math.inf] * 4) is None
-    assert gate.refused == {"length": 1, "not finite": 1}
-    assert gate.summary() == {"received": 3, "rejected": 2, "late": 0, "duplicate": 0}
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validator.validate_array(EFFORTS) == tuple(EFFORTS)
+    assert validator.validate_array(EFFORTS[:3]) is None
+    assert validator.validate_array([math.inf] * 4) is None
+    assert validator.refused == {"length": 1, "not finite": 1}
+    assert validator.summary() == {"received": 3, "rejected": 2, "late": 0, "duplicate": 0}
 
 
 @given(st.binary(max_size=400))
 def test_garbage_is_refused(data: bytes) -> None:
-    """Bytes that are no message are counted as unreadable, and nothing else comes of them."""
-    gate = CommandValidator(JOINTS, LARGEST)
+    """Bytes that are no message are counted as unreadable, and have no other effect."""
+    validator = CommandValidator(JOINTS, LARGEST)
     for decode in (JointWire(JOINTS, effort=True).decode, decode_array):
-        gate.decode(decode, data)
-        gate.decode(decode, b"\x00\x01\x00\x00" + data)
-    assert set(gate.refused) <= {"unreadable"}
+        validator.decode(decode, data)
+        validator.decode(decode, b"\x00\x01\x00\x00" + data)
+    assert set(validator.refused) <= {"unreadable"}
 
 
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
-def test_a_damaged_command_is_no_harm(data: st.DataObject, at: int, length: int) -> None:
+def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, length: int) -> None:
     """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
-    gate, wire = CommandValidator(JOINTS, LARGEST), JointWire(JOINTS, effort=True)
+    validator, wire = CommandValidator(JOINTS, LARGEST), JointWire(JOINTS, effort=True)
     whole = wire.encode(NOW, EFFORTS)
     noise = data.draw(st.binary(min_size=length, max_size=length))
     for message in (whole[:at] + noise + whole[at + length :], whole[:at]):
-        frame = gate.decode(wire.decode, message)
-        efforts = screen(gate, frame.stamp, frame.names, list(frame.effort)) if frame else None
+        frame = validator.decode(wire.decode, message)
+        efforts = validate(validator, frame.stamp, frame.names, list(frame.effort)) if frame else None
         assert efforts is None or all(map(math.isfinite, efforts))
-    assert gate.received == 2 and gate.refused.total() >= 1  # the second is cut off, or the first one again
+    assert validator.received == 2 and validator.refused.total() >= 1  # the second is cut off, or the first one again
+
+
+def test_inertia_and_gravity_of_the_scene_bound_efforts() -> None:
+    """The bound of the rope, which lifts the payload alone, is that of mass and weight; imposed motions differ."""
+    scene = load_scene("knuckle_setpoint", {"payload.mass": 2.5})
+    by_joint = dict(zip(scene.actuated, largest_efforts(scene), strict=True))
+    expected = 2.5 * 1e5 + 2.5 * scene.document.get("gravity", 9.81) * 1e3
+    assert by_joint["rope"] == pytest.approx(expected, rel=1e-6)  # the potential is linear
+    assert set(largest_efforts(load_scene("offshore_resonant"))) == {1e5}
+
+
+def test_one_bound_for_all_joints() -> None:
+    """A bound that is given holds for every joint."""
+    assert largest_efforts(load_scene("knuckle_setpoint"), 7.0) == (7.0,) * 4
+
+
+def test_a_crane_without_actuators_has_no_bounds() -> None:
+    """Where no joint takes commands, there is nothing to bound."""
+    assert largest_efforts(load_scene("overhead_sway")) == ()

@@ -1,4 +1,4 @@
-"""Faults by order of a node in the graph."""
+"""The plant's services for faults."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from crane_sim import load_scene
 
 @pytest.mark.slow
 def test_a_service_for_every_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`~/faults/NAME` lets a fault be there from the next state on, and ends it; joint states are what sensors show."""
+    """`~/faults/NAME` begins a fault with the next state, and ends it; joint states are those of the sensors."""
     file, dark = tmp_path / "scene.yaml", {"dark": {"kind": "sensor_loss", "joint": "boom"}}
     load_scene("knuckle_setpoint", {"duration": 1e5, "faults": dark}).dump(file)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
@@ -25,7 +25,7 @@ def test_a_service_for_every_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPat
             for on in (True, False):
                 answer = ours.request(SetBool, "plant/faults/dark", SetBool.Request(data=on))
                 assert answer.success and answer.message.startswith(f"dark is {'on' if on else 'off'} from t = ")
-                seen = len(ours.states)
+                count = len(ours.states)
                 wait_until(lambda: ours.step() == "ok")
-                wait_until(lambda seen=seen: len(ours.states) > seen)
+                wait_until(lambda count=count: len(ours.states) > count)
                 assert (ours.positions[-1][1] == 0.0) == on and ours.positions[-1][2] != 0.0

@@ -1,4 +1,4 @@
-"""Plant and controllers as lifecycle nodes: inactive they are there, and do nothing."""
+"""Plant and controllers as lifecycle nodes: inactive they are matched, and do nothing."""
 
 import time
 from collections.abc import Iterator
@@ -20,75 +20,75 @@ ACTIVATE, DEACTIVATE, SHUTDOWN = (
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Remote, NodeProcess, NodeProcess]]:
-    """Yield a listener beside a plant in the middle of a run and the spare that is to command it."""
+    """Yield a node of the test, a plant in the middle of a run, and the standby controller that is to command it."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
         ours.node.destroy_publisher(ours.commands)
         with (
             NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "step_timeout:=0.2") as plant,
-            NodeProcess("crane_control.nodes.controller_node", env, f"scene:={scene}", "autostart:=false") as spare,
+            NodeProcess("crane_control.nodes.controller_node", env, f"scene:={scene}", "autostart:=false") as standby,
         ):
             plant.await_event("ready")
-            spare.await_event("ready")
+            standby.await_event("ready")
             plant.order("go")
             wait_until(lambda: bool(ours.states))
-            yield ours, plant, spare
+            yield ours, plant, standby
 
 
-def state(ours: Remote, node: str) -> str:
+def get_state(ours: Remote, node: str) -> str:
     """Return the lifecycle state of a node."""
     return ours.request(GetState, f"{node}/get_state", GetState.Request()).current_state.label
 
 
-def change(ours: Remote, node: str, transition: int) -> bool:
+def change_state(ours: Remote, node: str, transition: int) -> bool:
     """Ask a node for a transition; returns whether it has happened."""
     request = ChangeState.Request(transition=Transition(id=transition))
     return ours.request(ChangeState, f"{node}/change_state", request).success
 
 
-def standing(ours: Remote) -> int:
+def wait_standing(ours: Remote) -> int:
     """Return the stamp of the state at which the plant stands; fails where it does not."""
-    seen = -1
+    newest = -1
 
     def moved() -> bool:
-        nonlocal seen
-        before, seen = seen, ours.states[-1]
+        nonlocal newest
+        previous, newest = newest, ours.states[-1]
         time.sleep(0.3)  # s, in which a plant that runs takes hundreds of steps
-        return seen != before
+        return newest != previous
 
-    wait_until(lambda: not moved())
-    return seen
+    wait_until(lambda: not moved(), "a plant that stands")
+    return newest
 
 
-def test_a_spare_waits_for_its_word(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
-    """A controller without autostart is ready but silent until it is told go, and then answers the newest state."""
-    ours, _, spare = bench
-    assert state(ours, "plant") == "active"
-    assert (state(ours, "controller"), ours.states[-1]) == ("inactive", PERIOD)
-    spare.order("go")
+def test_a_standby_waits_for_the_order_to_go(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
+    """A controller without autostart is ready but silent until the order go, and then answers the newest state."""
+    ours, _, standby = bench
+    assert get_state(ours, "plant") == "active"
+    assert (get_state(ours, "controller"), ours.states[-1]) == ("inactive", PERIOD)
+    standby.order("go")
     wait_until(lambda: ours.states[-1] > 10 * PERIOD)
-    assert state(ours, "controller") == "active"
+    assert get_state(ours, "controller") == "active"
 
 
 def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
-    """An inactive controller is silent, an inactive plant paused; activated they go on, and shut down they end."""
-    ours, plant, spare = bench
-    assert change(ours, "controller", ACTIVATE)
+    """An inactive controller is silent, an inactive plant paused; activated they resume, and shut down they end."""
+    ours, plant, standby = bench
+    assert change_state(ours, "controller", ACTIVATE)
     wait_until(lambda: ours.states[-1] > 10 * PERIOD)
     for node in ("controller", "plant"):
-        assert change(ours, node, DEACTIVATE)
+        assert change_state(ours, node, DEACTIVATE)
         wait_until(lambda: ours.modes[-1] == 2)
-        reached = standing(ours)
+        reached = wait_standing(ours)
         if node == "plant":
             assert ours.step() == "the node is inactive"
-        assert change(ours, node, ACTIVATE)
+        assert change_state(ours, node, ACTIVATE)
         wait_until(lambda: ours.modes[-1] == 1 and ours.states[-1] > reached + 10 * PERIOD)  # noqa: B023 called here
     assert ours.pause(True) == "ok"
-    assert change(ours, "plant", DEACTIVATE) and change(ours, "plant", ACTIVATE)
+    assert change_state(ours, "plant", DEACTIVATE) and change_state(ours, "plant", ACTIVATE)
     assert (ours.modes[-1], ours.pause(False)) == (2, "ok")  # the user's pause outlasted the manager's
-    assert change(ours, "plant", SHUTDOWN)
+    assert change_state(ours, "plant", SHUTDOWN)
     assert plant.await_event("done")["summary"]["steps"] > 20
-    assert plant.process.wait(10.0) == 0
-    assert change(ours, "controller", SHUTDOWN)
-    assert spare.process.wait(10.0) == 0
+    assert plant.process.wait(60.0) == 0
+    assert change_state(ours, "controller", SHUTDOWN)
+    assert standby.process.wait(60.0) == 0

@@ -1,11 +1,11 @@
-"""What the plant's services answer while it stands, and what a subscriber that has died costs; without DDS."""
+"""The plant's services while it is paused or waits, and waits for subscribers that have died; without DDS."""
 
 import time
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from lockstep_doubles import SCENE, ZERO, CountingPlant, QuietHost, QuietTopics, lockstep
+from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, CountingPlant, FakeHost, FakeTopics, make_lockstep
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant import braking
@@ -15,77 +15,78 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 
 
-def begun(topics: Any, events: list[str] | None = None) -> SimulationRun:
-    """Return a stepper in the midst of a run in which nothing moves; events are what it reports."""
+def start_run(topics: Any, events: list[str] | None = None) -> SimulationRun:
+    """Return a run that has begun and in which nothing moves; `events` gets its reports."""
     plant: Any = CountingPlant()
     plant.applied = ZERO
     pipes: Any = SimpleNamespace(report=lambda event, **_: (events if events is not None else []).append(event))
-    stepper = SimulationRun(SCENE, plant, topics, pipes, (1e9,) * len(ZERO))
-    stepper.begin()
-    return stepper
+    simulation = SimulationRun(SCENE, plant, topics, pipes, (1e9,) * len(ZERO))
+    simulation.start()
+    return simulation
 
 
 class Services:
-    """The services of a plant in lockstep that nobody commands."""
+    """The services of a plant in lockstep without a controller."""
 
     def __init__(self) -> None:
-        """Begin the run."""
-        host: Any = QuietHost()
-        host.active, host.poll = True, lambda: None
-        self._served: dict[str, Any] = {}
-        host.node.create_service = lambda _kind, name, callback: self._served.update({name: callback})
-        self.stepper = begun(QuietTopics())
-        PlantServices(host, self.stepper, lockstep(host, self.stepper), SimpleNamespace(step_count=1))
+        """Start the run."""
+        host: Any = FakeHost()
+        host.active = True
+        self._callbacks: dict[str, Any] = {}
+        host.node.create_service = lambda _kind, name, callback: self._callbacks.update({name: callback})
+        self.simulation = start_run(FakeTopics())
+        lockstep = make_lockstep(host, self.simulation)
+        PlantServices(host, self.simulation, lockstep, SimpleNamespace(step_count=1))
 
     def call(self, name: str, **request: Any) -> tuple[bool, str]:
         """Return success and message of an answer."""
         response = SimpleNamespace(success=False, message="")
-        self._served[f"~/{name}"](SimpleNamespace(**request), response)
+        self._callbacks[f"~/{name}"](SimpleNamespace(**request), response)
         return response.success, response.message
 
 
-def test_who_asks_a_waiting_plant_hears_what_it_waits_for() -> None:
-    """A plant that waits looks paused: who ends that pause or wants a step hears that it is none, and what it is."""
+def test_services_of_a_waiting_plant_say_what_it_waits_for() -> None:
+    """A plant that waits looks paused: the services that end a pause or step say that it is not, and why it waits."""
     services = Services()
     assert services.call("set_pause", data=False) == (True, "")
     assert services.call("step_simulation") == (False, "the simulation is not paused")
-    services.stepper.wait("no valid command for state 1")
-    told = "the simulation is not paused, it waits: no valid command for state 1"
-    assert services.call("set_pause", data=False) == (True, told)
-    assert services.call("step_simulation") == (False, told)
+    services.simulation.set_waiting("no valid command for state 1")
+    waits = "the simulation is not paused, it waits: no valid command for state 1"
+    assert services.call("set_pause", data=False) == (True, waits)
+    assert services.call("step_simulation") == (False, waits)
     assert services.call("set_pause", data=True) == (True, "")
     assert services.call("step_simulation") == (False, "the command for state 1 has not come yet")
 
 
-def test_a_paused_plant_complains_of_nobody() -> None:
-    """While the user has it stand nobody need answer; the patience begins anew when he lets it go on."""
-    host: Any = QuietHost()
+def test_a_paused_plant_does_not_report_waiting() -> None:
+    """While the run is paused no command need come; the time-out begins anew when it is resumed."""
+    host: Any = FakeHost()
     events: list[str] = []
-    stepper = begun(QuietTopics(), events)
-    pace = lockstep(host, stepper)  # complains after 0.3 s
+    simulation = start_run(FakeTopics(), events)
+    lockstep = make_lockstep(host, simulation)
     began = time.monotonic()
-    released: list[float] = []
+    resumed: list[float] = []
 
     def spin(timeout: float = 0.01) -> None:
         time.sleep(timeout)
-        host.stopping = stepper.waiting
-        if not released and time.monotonic() - began > 0.6:
-            released.append(time.monotonic())
+        host.stop_reason = simulation.waiting
+        if not resumed and time.monotonic() - began > 2.0 * TIMEOUT:
+            resumed.append(time.monotonic())
             assert "waiting" not in events
-            stepper.pause(False, "user")
-            pace.go_on()
+            simulation.pause(False, "user")
+            lockstep.resume()
 
     host.spin = spin
-    stepper.pause(True, "user")
-    pace.run()
-    assert "waiting" in events and time.monotonic() - released[0] >= 0.3
+    simulation.pause(True, "user")
+    lockstep.run()
+    assert "waiting" in events and time.monotonic() - resumed[0] >= TIMEOUT
 
 
-class DeadEar:
+class UnacknowledgedPublisher:
     """A publisher with a subscriber that acknowledges nothing."""
 
     def wait_for_all_acked(self, timeout: Any) -> bool:
-        """Wait in vain."""
+        """Wait for the time-out."""
         time.sleep(timeout.nanoseconds / 1e9)
         return False
 
@@ -93,23 +94,23 @@ class DeadEar:
 @pytest.fixture
 def topics() -> PlantTopics:
     """Return the topics of a plant, whose subscriber has died."""
-    node: Any = SimpleNamespace(create_publisher=lambda *_: DeadEar(), get_namespace=lambda: "/knuckle")
+    node: Any = SimpleNamespace(create_publisher=lambda *_: UnacknowledgedPublisher(), get_namespace=lambda: "/knuckle")
     return PlantTopics(node, SCENE.joint_names, SCENE.actuated)
 
 
-def test_a_dead_subscriber_keeps_no_signal_waiting(topics: PlantTopics) -> None:
-    """Whoever waits for him asks again and again whether to go on, and leaves at once when not."""
-    looks = iter([False, False, True])
+def test_a_wait_for_a_dead_subscriber_can_be_interrupted(topics: PlantTopics) -> None:
+    """The wait polls whether to stop, and then ends at once."""
+    polls = iter([False, False, True])
     began = time.monotonic()
-    topics.flush(lambda: next(looks))
-    assert time.monotonic() - began < 0.5  # s; three looks 20 ms apart, on a busy machine
-    assert next(looks, None) is None
+    topics.flush(lambda: next(polls))
+    assert time.monotonic() - began < 0.5  # s; three polls 20 ms apart, on a busy machine
+    assert next(polls, None) is None
 
 
-def test_a_dead_subscriber_is_waited_for_as_long_as_he_may_live(
+def test_a_dead_subscriber_is_waited_for_until_its_lease_ends(
     topics: PlantTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On both topics together it is the time after which the middleware counts him no longer."""
+    """The wait on both topics together ends with the liveliness lease of the middleware."""
     monkeypatch.setattr(messages, "LEASE", 0.2)
     began = time.monotonic()
     topics.flush()
@@ -117,18 +118,18 @@ def test_a_dead_subscriber_is_waited_for_as_long_as_he_may_live(
 
 
 @pytest.mark.parametrize(("period", "waits"), [(1e-4, 0), (0.0, 1)])
-def test_brakes_in_real_time_wait_for_no_subscriber(period: float, waits: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the wall clock's pace a crane that brakes stops for nobody; as fast as it goes it lets a recorder catch up."""
+def test_brakes_in_real_time_wait_for_no_recorder(period: float, waits: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the pace of the wall clock a crane that brakes waits for no recorder; at full speed it lets one catch up."""
     monkeypatch.setattr(braking, "BLOCK", 10)
-    host: Any = QuietHost()
-    host.brake, host.poll = "nobody commands", lambda: None
-    heard: Any = QuietTopics()
-    asked: list[bool] = []
-    heard.look_around = lambda: setattr(heard, "effort_heard", True)
-    heard.publish_effort = lambda *_: None
-    heard.flush = lambda given_up: asked.append(given_up())
-    stepper = begun(heard)
-    pace: Any = SimpleNamespace(level=lambda: True)
-    brake_to_rest(host, stepper, pace, period)
-    assert stepper.plant.k == 20
-    assert asked == [False] * (2 * waits)
+    host: Any = FakeHost()
+    host.brake_reason = "controller: it was killed"
+    topics: Any = FakeTopics()
+    polls: list[bool] = []
+    topics.update_subscribers = lambda: setattr(topics, "effort_subscribed", True)
+    topics.publish_effort = lambda *_: None
+    topics.flush = lambda should_stop: polls.append(should_stop())
+    simulation = start_run(topics)
+    scheduler: Any = SimpleNamespace(in_sync=lambda: True)
+    brake_to_rest(host, simulation, scheduler, period)
+    assert simulation.plant.k == STEPS_TO_REST
+    assert polls == [False] * (2 * waits)

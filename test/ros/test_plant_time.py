@@ -1,4 +1,4 @@
-"""The plant's time: it stands, goes step by step, begins anew, and everybody knows what time it is."""
+"""The plant's time over ROS: waiting, single steps, resets, and the clock."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,7 +26,7 @@ def endless(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[NodeProcess, Remote]]:
-    """Yield a plant in lockstep that sends its first state to a node of ours, which is silent so far."""
+    """Yield a plant in lockstep that publishes its first state, and a node of the test, which is silent so far."""
     with (
         pytest.MonkeyPatch.context() as monkeypatch,
         graph(tmp_path_factory.mktemp("log"), monkeypatch) as (domain, env),
@@ -41,7 +41,7 @@ def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tu
 
 @pytest.fixture
 def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
-    """Yield the node of ours beside a plant that stands at its first state."""
+    """Yield the node of the test, beside a plant that is paused at its first state."""
     _, ours = bench
     ours.answers = None
     ours.pause(True)
@@ -51,8 +51,8 @@ def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
     ours.pause(False)
 
 
-def test_what_takes_numbers_says_so(bench: tuple[NodeProcess, Remote]) -> None:
-    """Before it is set, and after it was set to what ROS takes for other types, it is described as doubles."""
+def test_arrays_of_numbers_are_described_as_doubles(bench: tuple[NodeProcess, Remote]) -> None:
+    """So is the parameter before it is set, and after it was set to an empty array, or one of integers."""
     _, ours = bench
     about = DescribeParameters.Request(names=["reset_positions"])
     odd = [
@@ -64,13 +64,13 @@ def test_what_takes_numbers_says_so(bench: tuple[NodeProcess, Remote]) -> None:
         if value is not None:
             request = SetParametersAtomically.Request(parameters=[Message(name="reset_positions", value=value)])
             assert ours.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.successful
-        found = ours.request(DescribeParameters, "plant/describe_parameters", about).descriptors
-        assert found[0].type == ParameterType.PARAMETER_DOUBLE_ARRAY
+        descriptors = ours.request(DescribeParameters, "plant/describe_parameters", about).descriptors
+        assert descriptors[0].type == ParameterType.PARAMETER_DOUBLE_ARRAY
     assert "parameter reset_positions is 1; it must be an array of finite numbers" in ours.set(reset_positions=1)
 
 
-def test_a_plant_that_nobody_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:
-    """Without commands lockstep says that it waits, serves everyone, and goes on with the first valid command."""
+def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:
+    """Without commands lockstep reports that it waits, serves calls, and resumes with the first valid command."""
     plant, ours = bench
     why = plant.await_event("waiting")["why"]
     assert why.startswith("no valid command for state 1 within 0.6 s")
@@ -85,7 +85,7 @@ def test_a_plant_that_nobody_answers_waits(bench: tuple[NodeProcess, Remote]) ->
 
 
 def test_many_steps_in_one_call(paused: Remote) -> None:
-    """A paused plant takes as many steps as `step_count` says, and says so when the commands do not come."""
+    """A paused plant takes `step_count` steps, and answers how many it took when the commands do not come."""
     ours = paused
     assert ours.step() == "the command for state 1 has not come yet"
     assert "step_count out of range" in ours.set(step_count=0)
@@ -98,12 +98,12 @@ def test_many_steps_in_one_call(paused: Remote) -> None:
 
 
 def test_reset_to_a_state(paused: Remote) -> None:
-    """A reset goes to the state that the parameters name, to the scene's own without one, and refuses nonsense."""
+    """A reset goes to the state of the parameters, to the scene's own without one, and refuses an incomplete one."""
     ours = paused
     first, elsewhere = ours.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
     assert ours.set(reset_positions=elsewhere) == ""
     assert ours.reset() == "ok"
-    wait_until(lambda: ours.positions[-1] == pytest.approx(elsewhere, abs=1e-12))  # to and fro between coordinates
+    wait_until(lambda: ours.positions[-1] == pytest.approx(elsewhere, abs=1e-12))  # converted to and fro
     assert ours.set(reset_positions=[1.0]) == ""
     assert ours.reset() != "ok"
     assert ours.set(reset_positions=[]) == ""
@@ -112,8 +112,8 @@ def test_reset_to_a_state(paused: Remote) -> None:
     assert ours.states[-1] == PERIOD
 
 
-def test_the_clock_is_there_from_the_start(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A node on simulation time that comes before the run has a clock, and its timer follows the simulation."""
+def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node on simulation time that starts before the run has a clock, and its timer follows the simulation."""
     sim_time = {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, **sim_time) as ours:
         ticks: list[int] = []
@@ -129,14 +129,14 @@ def test_the_clock_is_there_from_the_start(endless: str, tmp_path: Path, monkeyp
     assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(10 * PERIOD, rel=0.5)  # the executor may come late
 
 
-@pytest.mark.parametrize("pace", ["realtime", "open loop"])
-def test_nobody_commands(pace: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In real time and open loop, too, a paused plant takes the steps asked for, begins anew, and goes on."""
+@pytest.mark.parametrize("mode", ["realtime", "open loop"])
+def test_single_steps_without_a_controller(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In real time and open loop, too, a paused plant can be reset, stepped and resumed."""
     document = load_scene("knuckle_setpoint", {"duration": 1e5}).to_dict()
-    if pace == "open loop":
+    if mode == "open loop":
         del document["control"]
     load_scene(document).dump(tmp_path / "scene.yaml")
-    options = (f"scene:={tmp_path / 'scene.yaml'}", f"mode:={'realtime' if pace == 'realtime' else 'lockstep'}")
+    options = (f"scene:={tmp_path / 'scene.yaml'}", f"mode:={'realtime' if mode == 'realtime' else 'lockstep'}")
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
         with NodeProcess(PLANT, env, *options, "step_count:=7") as plant:
             plant.await_event("ready")

@@ -41,7 +41,7 @@ def test_ros_reads_our_commands(data: st.DataObject, names: list[str], stamp: in
 
 
 @given(st.data(), NAMES, NAMES, st.sampled_from([(1, 1, 0), (0, 0, 1), (1, 1, 1), (1, 0, 1), (0, 0, 0)]), st.booleans())
-def test_we_read_whatever_ros_writes(
+def test_messages_of_any_layout_are_read(
     data: st.DataObject, ours: list[str], theirs: list[str], present: tuple[int, int, int], effort: bool
 ) -> None:
     """A message of the expected layout and one of any other are both read as the generated class wrote them."""
@@ -55,6 +55,6 @@ def test_we_read_whatever_ros_writes(
 
 
 def test_not_a_number_survives() -> None:
-    """NaN comes through unchanged: it is the gate that refuses it, with a count."""
+    """NaN comes through unchanged: validation refuses it, with a count."""
     wire = JointWire(["slew"], effort=True)
     assert math.isnan(wire.decode(wire.encode(1, [math.nan])).effort[0])

@@ -1,4 +1,4 @@
-"""A law that takes its time in lockstep: it lives, and so it keeps the crane."""
+"""A slow law in lockstep: it is alive, and so its lease does not expire."""
 
 import time
 from pathlib import Path
@@ -14,8 +14,8 @@ FIRST, SECOND = [1.0] * len(JOINTS), [2.0] * len(JOINTS)
 
 
 @pytest.mark.slow
-def test_a_slow_law_keeps_the_crane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Answers that take several leases are taken in lockstep, and those of somebody quicker who came later are not."""
+def test_a_slow_law_keeps_its_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers that take several leases are accepted in lockstep, and those of a faster, later publisher are refused."""
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(tmp_path / "scene.yaml")
     options = (f"scene:={tmp_path / 'scene.yaml'}", "commanded:=true", "expected_controllers:=2")
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, "slow") as slow, remote(domain) as quick:
@@ -26,13 +26,13 @@ def test_a_slow_law_keeps_the_crane(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             for step in range(STEPS):
                 stamp = slow.states[-1]
 
-                def heard(stamp: int = stamp, step: int = step) -> bool:
-                    """Answer until that is heard: the plant's ears for several publishers may still be unknown."""
+                def send_answer(stamp: int = stamp, step: int = step) -> bool:
+                    """Answer, and return whether it was applied: the plant's subscription may not be matched yet."""
                     slow.send(stamp, FIRST)
                     time.sleep(0.05)
                     return len(slow.efforts) > step
 
-                wait_until(heard)
+                wait_until(send_answer, f"the answer to state {step + 1}")
                 quick.answers = SECOND
                 time.sleep(TIME)
             assert [effort[0] for effort in slow.efforts] == FIRST[:1] * STEPS

@@ -11,7 +11,7 @@ from crane_sim.evaluation.soak.determinism import soak as determinism_soak
 SCENE = determinism_scene(3.0)
 
 
-def expected() -> str:
+def hash_in_process() -> str:
     """Return the hash of the run in this process."""
     return simulate(SCENE).summary["state_sha256"]
 
@@ -19,27 +19,28 @@ def expected() -> str:
 @pytest.mark.parametrize(("processes", "executor"), [(2, "single"), (3, "events")])
 def test_processes_and_executors_change_no_bit(processes: int, executor: str) -> None:
     """Two processes or three, one executor or the other: the states are those of a run in one process."""
-    assert state_sha256(Setup(processes, executor), SCENE) == expected()
+    assert state_sha256(Setup(processes, executor), SCENE) == hash_in_process()
 
 
 def test_a_loaded_machine_changes_no_bit() -> None:
     """Two busy loops beside the nodes make the run slower, and nothing else."""
     with busy(2):
-        assert state_sha256(Setup(), SCENE) == expected()
+        assert state_sha256(Setup(), SCENE) == hash_in_process()
 
 
 @pytest.mark.skipif(not KILTED, reason="CRANE_SIM_KILTED_PYTHON names no Python with ROS 2 Kilted")
 @pytest.mark.parametrize("executor", ["events", "single"])
-@pytest.mark.parametrize("who", ["plant", "controller", "both"])
-def test_another_distribution_changes_no_bit(who: str, executor: str) -> None:
+@pytest.mark.parametrize("foreign", ["plant", "controller", "both"])
+def test_another_distribution_changes_no_bit(foreign: str, executor: str) -> None:
     """Plant or controller or both on ROS 2 Kilted: still the same states."""
-    here, there = sys.executable, KILTED
-    plant, controller = {"plant": (there, here), "controller": (here, there), "both": (there, there)}[who]
-    assert state_sha256(Setup(2, executor, plant, controller), SCENE) == expected()
+    jazzy, kilted = sys.executable, KILTED
+    pythons = {"plant": (kilted, jazzy), "controller": (jazzy, kilted), "both": (kilted, kilted)}
+    plant, controller = pythons[foreign]
+    assert state_sha256(Setup(2, executor, plant, controller), SCENE) == hash_in_process()
 
 
 def test_every_mixture_is_planned() -> None:
-    """All of processes and executors are tried, and every place of another interpreter where there is one."""
+    """All numbers of processes and executors are tried, and another interpreter, if there is one, for each node."""
     assert {(each.processes, each.executor) for each in setups("")} == {
         (processes, executor) for processes in (2, 3) for executor in ("events", "single")
     }

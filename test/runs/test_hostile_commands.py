@@ -1,4 +1,4 @@
-"""Hostile commands by the thousand: none moves the crane, every one is counted, and the run goes on undisturbed."""
+"""Invalid commands by the thousand: none moves the crane, every one is counted, and no state changes."""
 
 import json
 import math
@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from bench_graph import NodeProcess
-from hostility import JOINTS, Hostility, message
+from invalid_commands import JOINTS, InvalidCommands, command_message
 from process_helpers import started_program
 
 from crane_sim import load_scene, orchestration, simulate
@@ -21,72 +21,72 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 
 PROGRAMS = Path(__file__).parents[1] / "programs"
-LONGEST = 1800.0  # s for the slow test's 320 000 commands, only so that a failure ends
+LIMIT = 1800.0  # s for the slow test's 320 000 commands, only so that a failure ends
 
 
-def besieged(scene: Scene, number: int) -> tuple[Plant, CommandValidator, Counter[str]]:
-    """Run a scene in lockstep on the plant's own ways in, with `number` hostile commands spread over its states.
+def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, CommandValidator, Counter[str]]:
+    """Run a scene in lockstep by the plant's decoder and validator, with `number` invalid commands over its states.
 
     Returns:
-        the plant, its gate, and how many commands are to be refused for which reason.
+        the plant, its validator, and the expected refusals by reason.
     """
-    gate, hostility = CommandValidator(JOINTS, largest_efforts(scene)), Hostility(1)
+    validator, invalid = CommandValidator(JOINTS, largest_efforts(scene)), InvalidCommands(1)
     plant, wire = Plant(scene), JointWire(JOINTS, effort=True)
     expected: Counter[str] = Counter()
     for k in range(1, scene.steps + 1):
         now = k * scene.period_ns
-        batch = [hostility.command(now) for _ in range(number * k // scene.steps - number * (k - 1) // scene.steps)]
+        batch = [invalid.generate(now) for _ in range(number * k // scene.steps - number * (k - 1) // scene.steps)]
         expected += Counter(reason for reason, _ in batch)
-        answer = message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
+        answer = command_message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
         for data in (*(data for _, data in batch), answer):
-            frame = gate.decode(wire.decode, data)
-            effort = frame and gate.validate(frame.stamp, frame.names, frame.effort, now=now, oldest=now)
+            frame = validator.decode(wire.decode, data)
+            effort = frame and validator.validate(frame.stamp, frame.names, frame.effort, now=now, oldest=now)
             if effort:
                 plant.advance(effort)
-    return plant, gate, expected
+    return plant, validator, expected
 
 
-def check_siege(number: int) -> None:
-    """Check that hostile commands are counted exactly and change no bit of a run."""
+def check_invalid_commands(number: int) -> None:
+    """Check that invalid commands are counted exactly and change no bit of a run."""
     scene = load_scene("knuckle_setpoint", {"duration": 4.0})
-    plant, gate, expected = besieged(scene, number)
+    plant, validator, expected = run_with_invalid_commands(scene, number)
     assert sum(expected.values()) == number
-    assert gate.refused == expected
-    assert gate.received == number + scene.steps
+    assert validator.refused == expected
+    assert validator.received == number + scene.steps
     assert all(map(math.isfinite, (*plant.q, *plant.v)))
     assert plant.summary()["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
-def test_ten_thousand_hostile_commands() -> None:
-    """Every hostile command is refused for the reason for which it is hostile, and none changes a bit of the run."""
-    check_siege(10_000)
+def test_ten_thousand_invalid_commands() -> None:
+    """Every invalid command is refused for its reason, and none changes a bit of the run."""
+    check_invalid_commands(10_000)
 
 
 @pytest.mark.slow
-def test_a_million_hostile_commands() -> None:
+def test_a_million_invalid_commands() -> None:
     """The same with a million of them."""
-    check_siege(1_000_000)
+    check_invalid_commands(1_000_000)
 
 
-def controlled(
+def run_over_dds(
     scene: Scene, domain: int, environment: dict[str, str], each: int, folder: Path
 ) -> tuple[dict, Counter[str]]:
-    """Run a scene over DDS with a controller that sends `each` hostile commands before every right one, recorded.
+    """Run a scene over DDS, recorded, with a controller that sends `each` invalid commands before every valid one.
 
     Returns:
-        the run's summary, and how many commands are to be refused for which reason.
+        the run's summary, and the expected refusals by reason.
     """
     command = [sys.executable, PROGRAMS / "hostile_controller.py", str(each), str(scene.steps)]
-    with started_program(command, limit=LONGEST, env=environment, stdout=subprocess.PIPE) as process:
+    with started_program(command, limit=LIMIT, env=environment, stdout=subprocess.PIPE) as process:
         files = {"record": folder / "run.rrd", "mcap": folder / "run.mcap"}
         summary = orchestration.run(scene, **files, controller=False, domain_id=domain)
         return summary, Counter(json.loads(process.communicate(timeout=60.0)[0]))
 
 
-def check_controlled(duration: float, each: int, domain: int, environment: dict[str, str], folder: Path) -> None:
-    """Check the books of a run whose controller is hostile."""
+def check_over_dds(duration: float, each: int, domain: int, environment: dict[str, str], folder: Path) -> None:
+    """Check the counters of a run with a hostile controller."""
     scene = load_scene("knuckle_setpoint", {"duration": duration})
-    summary, sent = controlled(scene, domain, environment, each, folder)
+    summary, sent = run_over_dds(scene, domain, environment, each, folder)
     assert "error" not in summary
     assert summary["recorded_steps"] == scene.steps and summary["lost_steps"] == 0
     assert sum(sent.values()) == each * scene.steps
@@ -101,27 +101,27 @@ def check_controlled(duration: float, each: int, domain: int, environment: dict[
 
 
 def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """Over the wire, too, hostile commands are counted to the last one, change no bit and harm no recording."""
-    check_controlled(
+    """Over DDS, too, invalid commands are counted to the last one, change no bit and no recording."""
+    check_over_dds(
         10.0, 8, domain_id, ros_environment, tmp_path
-    )  # with the right one 9: the queue of a subscription holds 10
+    )  # with the valid one 9: the queue of a subscription holds 10
 
 
 @pytest.mark.slow
 def test_a_hostile_controller_for_long(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """The same for 320 000 hostile commands."""
-    check_controlled(400.0, 8, domain_id, ros_environment, tmp_path)
+    """The same for 320 000 invalid commands."""
+    check_over_dds(400.0, 8, domain_id, ros_environment, tmp_path)
 
 
-def flooded(scene: Scene, mode: str, env: dict[str, str], file: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    """Run plant and controller beside a flood of commands; return the plant's summary, and what the flood tells."""
+def run_with_flood(scene: Scene, mode: str, env: dict[str, str], file: Path) -> tuple[dict[str, Any], dict[str, float]]:
+    """Run plant and controller beside a flood of commands; return the plant's summary and the flood's counters."""
     scene.dump(file)
     common = (f"scene:={file}", f"mode:={mode}")
-    # On a busy machine controller and flood may both stand still for longer than the usual lease of 0.3 s.
-    patient = (f"command_lease:={LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
+    # On a busy machine controller and flood may both stall for longer than the usual lease of 0.3 s.
+    long_lease = (f"command_lease:={LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
     flood = [sys.executable, PROGRAMS / "hostile_flood.py"]
     with (
-        NodeProcess("crane_sim.ros.plant_node", env, *common, *patient) as plant,
+        NodeProcess("crane_sim.ros.plant_node", env, *common, *long_lease) as plant,
         NodeProcess("crane_control.nodes.controller_node", env, *common) as controller,
         started_program(flood, env=env, stdout=subprocess.PIPE) as process,
     ):
@@ -133,10 +133,10 @@ def flooded(scene: Scene, mode: str, env: dict[str, str], file: Path) -> tuple[d
 
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
-def test_a_flood_from_somebody_else(mode: str, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """A stranger's commands at 20 kHz, some of them good, leave the crane to its own controller, and are counted."""
+def test_a_flood_from_another_publisher(mode: str, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """Another publisher's commands at 20 kHz, some of them valid, are refused and counted; the owner stays."""
     scene = load_scene("knuckle_setpoint", {"duration": 4.0})
-    summary, sent = flooded(scene, mode, ros_environment, tmp_path / "scene.yaml")
+    summary, sent = run_with_flood(scene, mode, ros_environment, tmp_path / "scene.yaml")
     print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")  # fewer where the machine is busy; shown by -rP
     commands = summary["commands"]
     refused = commands["rejected"] + commands["late"] + commands["duplicate"]

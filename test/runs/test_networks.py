@@ -1,4 +1,4 @@
-"""What the network hears of a run: nothing by default, everything with the profile made for it."""
+"""Network interfaces of a run: loopback only by default, others with the profile for them."""
 
 import json
 import os
@@ -30,7 +30,7 @@ PROFILES = ("fastdds_loopback.xml", "fastdds_network.xml")
 DURATION = 3.0  # s of simulated time
 
 
-def isolated() -> bool:
+def can_isolate() -> bool:
     """Return whether this user may make network namespaces."""
     tools = all(shutil.which(tool) for tool in ("unshare", "nsenter", "ip"))
     return tools and completed(["unshare", "-Urn", "true"]).returncode == 0
@@ -40,35 +40,35 @@ def sockets(pid: int) -> list[tuple[str, str]]:
     """Return (table, local address) of every internet socket that a process has open."""
     links = [os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir() if file.is_symlink()]
     inodes = {link[8:-1] for link in links if link.startswith("socket:[")}
-    found = []
+    addresses = []
     for table in ("udp", "udp6", "tcp", "tcp6"):
         for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
             fields = line.split()
             if fields[9] in inodes:
-                found.append((table, fields[1].partition(":")[0]))
-    return found
+                addresses.append((table, fields[1].partition(":")[0]))
+    return addresses
 
 
 @contextmanager
-def node(module: str, env: dict[str, str], python: str = sys.executable) -> Iterator[int]:
+def started_node(module: str, env: dict[str, str], python: str = sys.executable) -> Iterator[int]:
     """Run a node of the default scene until it has opened its sockets; yield its process id."""
     command = [python, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
     with started_program(command, env=env, stderr=subprocess.DEVNULL) as process:
         wait_until(lambda: len(sockets(process.pid)) >= 2, "the sockets of a node")
-        time.sleep(0.5)  # for more of them
+        time.sleep(0.5)  # s, in which it opens the others
         yield process.pid
 
 
 @pytest.mark.parametrize("module", ["crane_sim.ros.plant_node", "crane_control.nodes.controller_node"])
-def test_by_default_nothing_listens_beyond_this_machine(module: str, ros_environment: dict[str, str]) -> None:
+def test_sockets_are_bound_to_loopback_by_default(module: str, ros_environment: dict[str, str]) -> None:
     """Every socket of a node is bound to the loopback interface."""
-    with node(module, ros_environment) as pid:
-        found = sockets(pid)
-    assert len(found) >= 2  # discovery and data
-    assert {address for _, address in found} == {LOOPBACK}, found
+    with started_node(module, ros_environment) as pid:
+        addresses = sockets(pid)
+    assert len(addresses) >= 2  # discovery and data
+    assert {address for _, address in addresses} == {LOOPBACK}, addresses
 
 
-def test_a_profile_that_is_not_there_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_profile_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mistyped profile would open every interface: it is an error instead."""
     monkeypatch.setenv("CRANE_SIM_DDS", str(tmp_path / "none.xml"))
     with pytest.raises(RuntimeError, match="none.xml: there is no such file"):
@@ -80,8 +80,8 @@ def test_the_profiles_differ_by_their_interfaces_only() -> None:
     leaves = []
     for name in PROFILES:
         root = ET.parse(config_folder() / name).getroot()
-        found = {(leaf.tag, (leaf.text or "").strip()) for leaf in root.iter() if not len(leaf)}
-        leaves.append({(tag, text) for tag, text in found if text not in ("loopback", "network", "127.0.0.1")})
+        elements = {(leaf.tag, (leaf.text or "").strip()) for leaf in root.iter() if not len(leaf)}
+        leaves.append({(tag, text) for tag, text in elements if text not in ("loopback", "network", "127.0.0.1")})
     assert leaves[0] == leaves[1]
 
 
@@ -97,19 +97,19 @@ def test_newer_versions_have_the_same_profiles(name: str, tmp_path: Path, monkey
 
 
 @pytest.mark.skipif(not KILTED, reason="CRANE_SIM_KILTED_PYTHON names no Python with ROS 2 Kilted")
-def test_nothing_of_a_newer_version_listens_beyond_this_machine(tmp_path: Path) -> None:
+def test_sockets_of_a_newer_version_are_bound_to_loopback(tmp_path: Path) -> None:
     """Every socket of a node of ROS 2 Kilted is bound to the loopback interface, too."""
     with (
         reserve_domain() as domain,
-        node("crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED) as pid,
+        started_node("crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED) as pid,
     ):
-        found = sockets(pid)
-    assert len(found) >= 2  # discovery and data
-    assert {address for _, address in found} == {LOOPBACK}, found
+        addresses = sockets(pid)
+    assert len(addresses) >= 2  # discovery and data
+    assert {address for _, address in addresses} == {LOOPBACK}, addresses
 
 
-def driven_by_the_example(scene: Scene) -> str:
-    """Return the hash of the states through which the example's law leads in this process."""
+def hash_of_example(scene: Scene) -> str:
+    """Return the hash of the states of the example's law in this process."""
     sys.path.insert(0, str(EXAMPLES))
     from my_law import effort  # pyright: ignore[reportMissingImports]
 
@@ -119,19 +119,19 @@ def driven_by_the_example(scene: Scene) -> str:
     return plant.summary()["state_sha256"]
 
 
-def allowed(name: str) -> dict[str, list[str]]:
+def allowed_names(name: str) -> dict[str, list[str]]:
     """Return the full names that the SROS2 policy allows a node, by what it does with them."""
-    found: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}
     for profile in ET.parse(config_folder() / "sros2_policy.xml").getroot().iter("profile"):
         if profile.get("node") == name:
             for group in profile:
                 ((what, rule),) = group.attrib.items()
                 assert rule == "ALLOW"
-                found[what] = [in_full(entry.text or "", profile.get("ns", ""), name) for entry in group]
-    return found
+                names[what] = [full_name(entry.text or "", profile.get("ns", ""), name) for entry in group]
+    return names
 
 
-def in_full(name: str, namespace: str, node: str) -> str:
+def full_name(name: str, namespace: str, node: str) -> str:
     """Return the full name of a topic or service."""
     if name.startswith("/"):
         return name
@@ -139,7 +139,9 @@ def in_full(name: str, namespace: str, node: str) -> str:
 
 
 @pytest.mark.slow
-def test_the_policy_allows_what_the_nodes_do(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+def test_the_policy_allows_the_topics_and_services_of_the_nodes(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
     """Everything that plant, controller and recorder publish, subscribe to and serve is in the SROS2 policy."""
     modules = ["crane_sim.ros.plant_node", "crane_control.nodes.controller_node", "crane_sim.ros.recorder_node"]
     own = {modules[0]: ["-p", "expected_controllers:=2"], modules[2]: ["-p", f"path:={tmp_path / 'run.rrd'}"]}
@@ -152,12 +154,14 @@ def test_the_policy_allows_what_the_nodes_do(tmp_path: Path, ros_environment: di
         shown = completed(lister, env=ros_environment, check=True)
     for node, does in json.loads(shown.stdout).items():
         for what, names in does.items():
-            beyond = [name for name in names if not any(fnmatch(name, rule) for rule in allowed(node).get(what, []))]
+            beyond = [
+                name for name in names if not any(fnmatch(name, rule) for rule in allowed_names(node).get(what, []))
+            ]
             assert not beyond, f"{node} {what}"
 
 
-def test_without_security_nothing_runs_that_wants_it(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A node that is told to be secure and cannot be ends with an error, instead of speaking openly."""
+def test_a_secure_node_needs_valid_keys(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """A node with enforced security and invalid keys exits with an error, instead of communicating openly."""
     folder = tmp_path / "enclaves"
     folder.mkdir()
     for name in "identity_ca.cert.pem cert.pem key.pem permissions_ca.cert.pem governance.p7s permissions.p7s".split():
@@ -169,9 +173,9 @@ def test_without_security_nothing_runs_that_wants_it(tmp_path: Path, ros_environ
     assert "Traceback" not in run.stderr
 
 
-@pytest.mark.skipif(not isolated(), reason="this user may not make network namespaces")
+@pytest.mark.skipif(not can_isolate(), reason="this user may not make network namespaces")
 def test_a_controller_on_another_machine() -> None:
-    """With the network profile, a controller at the other end of a cable drives the crane, bit for bit as at home."""
+    """With the network profile, a controller in another network namespace drives the crane, bit for bit as locally."""
     env = os.environ | {"CRANE_SIM_DDS": str(config_folder() / "fastdds_network.xml")}
     command = ["unshare", "-Urn", "sh", PROGRAMS / "two_machines.sh", sys.executable, EXAMPLES, str(DURATION)]
     run = completed(command, env=env)
@@ -179,4 +183,4 @@ def test_a_controller_on_another_machine() -> None:
     assert "error" not in summary
     scene = load_scene("knuckle_setpoint", {"duration": DURATION})
     check_answers(summary, scene.steps)
-    assert summary["state_sha256"] == driven_by_the_example(scene)
+    assert summary["state_sha256"] == hash_of_example(scene)

@@ -27,7 +27,7 @@ def test_a_run_that_the_model_ends_keeps_its_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("scene", ["overhead_friction", pytest.param("overhead_drum", marks=pytest.mark.slow)])
-def test_a_reset_forgets_the_run(scene: str) -> None:
+def test_a_reset_repeats_the_run(scene: str) -> None:
     """A plant that is reset in mid-run repeats it bit for bit, events included."""
     plant = Plant(load_scene(scene))
     summaries = []
@@ -67,7 +67,7 @@ def test_forward_dynamics_break_a_resting_trolley_loose() -> None:
 
 
 @pytest.mark.slow
-def test_what_happens_after_the_end_is_not_part_of_the_run() -> None:
-    """Steps that follow the solution may look beyond the end of a run; events found there are not reported."""
+def test_events_after_the_end_are_not_reported() -> None:
+    """Adaptive steps may extend beyond the end of a run; events there are not reported."""
     run = simulate(load_scene("overhead_drop", {"duration": 0.995}))
     assert run.events == [] and run.summary["event_count"] == 0

@@ -1,4 +1,4 @@
-"""Plain DDS without ROS on the other side: what an example promises, tried against a real plant."""
+"""The example of plain DDS without ROS, against a real plant."""
 
 import importlib
 import os
@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from example_helpers import EXAMPLES, check_arrival, check_lockstep, example, run
+from example_helpers import EXAMPLES, check_arrival, check_lockstep, run, started_example
 
 PYTHON = os.environ.get("CRANE_SIM_CYCLONE_PYTHON", sys.executable if find_spec("cyclonedds") else "")
 needs_python = pytest.mark.skipif(
@@ -17,7 +17,7 @@ needs_python = pytest.mark.skipif(
 
 
 def test_plain_dds_outlasts_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However long nothing comes, the example answers what comes then, and ends only when the plant has left."""
+    """However long no state comes, the example answers the next one, and exits only when the plant is gone."""
     pytest.importorskip("cyclonedds", reason="no cyclonedds in this Python")
     monkeypatch.syspath_prepend(str(EXAMPLES))
     plain_dds = importlib.import_module("plain_dds")
@@ -28,25 +28,25 @@ def test_plain_dds_outlasts_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
         position_=[0.0] * 4,
         velocity_=[0.0] * 4,
     )
-    coming = iter([[], [], [state], [], [SimpleNamespace(sample_info=SimpleNamespace(valid_data=False))]])
+    batches = iter([[], [], [state], [], [SimpleNamespace(sample_info=SimpleNamespace(valid_data=False))]])
     written: list[Any] = []
-    reader = SimpleNamespace(take=lambda _: next(coming))
+    reader = SimpleNamespace(take=lambda _: next(batches))
     writer = SimpleNamespace(write=written.append)
-    waits = SimpleNamespace(attach=lambda _: None, wait=lambda _: 0)  # every time its time is up
+    waits = SimpleNamespace(attach=lambda _: None, wait=lambda _: 0)  # timed out each time
     fakes = {"DataReader": reader, "DataWriter": writer, "WaitSet": waits}
     for name in ("DomainParticipant", "Topic", "ReadCondition"):
         monkeypatch.setattr(plain_dds, name, lambda *_, **__: None)
     for name, fake in fakes.items():
-        monkeypatch.setattr(plain_dds, name, lambda *_, found=fake, **__: found)
-    monkeypatch.setenv("CYCLONEDDS_URI", "")  # so that what main() sets is taken back
+        monkeypatch.setattr(plain_dds, name, lambda *_, fake=fake, **__: fake)
+    monkeypatch.setenv("CYCLONEDDS_URI", "")  # so that it is restored after main() has set it
     plain_dds.main(7)
     assert [command.header_ for command in written] == [state.header_]
 
 
 @needs_python
 def test_plain_dds_drives_the_crane(domain_id: int) -> None:
-    """A participant of Cyclone DDS without any ROS reads states, answers them, and no bit is lost on the way."""
-    with example("plain_dds.py", domain_id, PYTHON):
+    """A participant of Cyclone DDS without ROS answers all states, with the same bits as in one process."""
+    with started_example("plain_dds.py", domain_id, PYTHON):
         summary = run(domain_id)
     check_lockstep(summary)
 
@@ -55,5 +55,5 @@ def test_plain_dds_drives_the_crane(domain_id: int) -> None:
 @pytest.mark.slow
 def test_plain_dds_in_real_time(domain_id: int) -> None:
     """The same in real time, where a command may be late and the newest one holds."""
-    with example("plain_dds.py", domain_id, PYTHON):
+    with started_example("plain_dds.py", domain_id, PYTHON):
         check_arrival(run(domain_id, mode="realtime", rate=2.0))

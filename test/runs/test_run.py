@@ -1,4 +1,4 @@
-"""Whole runs: real processes that exchange real messages."""
+"""Whole runs over ROS with real processes."""
 
 import json
 import os
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from process_helpers import children, completed, ends_soon, gone, next_line, started_program
+from process_helpers import children, completed, has_exited, next_line, started_program, wait_exited
 from run_helpers import check_answers
 
 from crane_sim import load_scene, orchestration
@@ -19,7 +19,7 @@ from crane_sim.simulation.rollout import simulate
 
 ENDLESS = {"duration": 1e5}  # s of simulated time: far more than a test waits for
 PERIOD = 10_000_000  # ns, of the default scene
-ORCHESTRATOR = """
+SUPERVISOR = """
 import json, sys
 from crane_sim import load_scene, orchestration
 scene = load_scene("knuckle_setpoint", {overrides})
@@ -28,16 +28,16 @@ print(json.dumps(orchestration.run(scene, record=None, on_progress=lambda step, 
 
 
 def run(overrides: dict | None = None, record: Path | None = None, **options) -> dict:
-    """Run the default scene, 2 s of it, without a recorder where none is asked for."""
+    """Run 2 s of the default scene, by default without a recorder."""
     scene = load_scene("knuckle_setpoint", {"duration": 2.0} | (overrides or {}))
     return orchestration.run(scene, record=record, **options)
 
 
 @contextmanager
-def orchestrator(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
+def started_run(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
     """Yield a process that is in the middle of an endless run, and its children."""
-    script = ORCHESTRATOR.replace("{overrides}", repr(ENDLESS))
-    env = os.environ | {"TMPDIR": str(folder)}  # a killed orchestrator cannot remove its temporary files
+    script = SUPERVISOR.replace("{overrides}", repr(ENDLESS))
+    env = os.environ | {"TMPDIR": str(folder)}  # a killed supervisor cannot remove its temporary files
     with started_program([sys.executable, "-c", script], stdout=subprocess.PIPE, env=env) as process:
         while int(next_line(process)) < 10:
             pass
@@ -45,7 +45,7 @@ def orchestrator(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str
 
 
 def summary_of(process: subprocess.Popen[str]) -> dict:
-    """Return the summary that the orchestrator prints at its end."""
+    """Return the summary that the supervisor prints at its end."""
     return json.loads(process.communicate()[0].splitlines()[-1])
 
 
@@ -63,14 +63,14 @@ def test_lockstep_changes_no_bit() -> None:
     assert "error" not in summary
 
 
-def test_only_right_commands_move_the_crane(domain_id: int, ros_environment: dict[str, str]) -> None:
-    """A foreign controller's mistakes are counted and move nothing; a state that it missed is sent again."""
+def test_only_valid_commands_move_the_crane(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """A controller's invalid commands are counted and move nothing; a state that it does not answer is sent again."""
     scene = load_scene("knuckle_setpoint", {"duration": 0.5})
     plant = Plant(scene)
     for _ in range(scene.steps):
         plant.advance((0.0,) * 4)
-    foreign = [sys.executable, Path(__file__).parents[1] / "programs" / "foreign_controller.py"]
-    with started_program(foreign, env=ros_environment):
+    controller = [sys.executable, Path(__file__).parents[1] / "programs" / "faulty_controller.py"]
+    with started_program(controller, env=ros_environment):
         summary = run({"duration": 0.5}, controller=False, domain_id=domain_id)
     assert "error" not in summary
     assert summary["commands"] == {"received": scene.steps + 5, "rejected": 3, "late": 1, "duplicate": 1}
@@ -78,24 +78,24 @@ def test_only_right_commands_move_the_crane(domain_id: int, ros_environment: dic
 
 
 def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """A paused run moves only by the steps asked for, and after a reset it goes the same way as an undisturbed one.
+    """A paused run moves only by single steps, and after a reset it has the states of an uninterrupted one.
 
-    Its summary names what was recorded before the reset.
+    Its summary lists the file from before the reset.
     """
-    command = [sys.executable, Path(__file__).parents[1] / "programs" / "remote_control.py"]
-    with started_program(command, env=ros_environment, stdout=subprocess.PIPE) as remote:
+    command = [sys.executable, Path(__file__).parents[1] / "programs" / "service_client.py"]
+    with started_program(command, env=ros_environment, stdout=subprocess.PIPE) as client:
         summary = run({"duration": 100.0}, domain_id=domain_id, record=tmp_path / "run.rrd")
-        seen = json.loads(remote.communicate(timeout=60.0)[0])
-    assert seen["step while playing"] == "the simulation is not paused"
-    assert (seen["pause"], seen["mode"], seen["steps"], seen["reset"], seen["go on"]) == (
+        results = json.loads(client.communicate(timeout=60.0)[0])
+    assert results["step while playing"] == "the simulation is not paused"
+    assert (results["pause"], results["mode"], results["steps"], results["reset"], results["go on"]) == (
         "ok",
         2,
         ["ok"] * 3,
         "ok",
         "ok",
     )
-    assert seen["stepped to"] - seen["paused at"] == 3 * PERIOD
-    assert seen["reset to"] == PERIOD
+    assert results["stepped to"] - results["paused at"] == 3 * PERIOD
+    assert results["reset to"] == PERIOD
     assert summary["before_reset"] == [str(tmp_path / "run.before_reset_1.rrd")]
     assert summary["state_sha256"] == run({"duration": 100.0})["state_sha256"]
 
@@ -119,56 +119,56 @@ def test_realtime_takes_every_step() -> None:
 
 @pytest.mark.parametrize("victim", ["plant", "controller"])
 def test_a_killed_node_ends_the_run(victim: str, tmp_path: Path) -> None:
-    """When a node is killed the others end, the error names it, and the summary says how far the run came."""
-    with orchestrator(tmp_path) as (process, nodes):
+    """When a node is killed the others exit, the error names it, and the summary has the number of steps."""
+    with started_run(tmp_path) as (process, nodes):
         os.kill(nodes[victim], signal.SIGKILL)
         summary = summary_of(process)
     assert summary["error"] == f"{victim}: it was killed by SIGKILL"
     assert summary["steps"] > 0
-    assert all(map(gone, nodes.values()))
+    assert all(map(has_exited, nodes.values()))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_still_reports(number: signal.Signals, tmp_path: Path) -> None:
+def test_an_interrupted_run_reports(number: signal.Signals, tmp_path: Path) -> None:
     """SIGINT and SIGTERM end a run early, with the summary of what was done and no process left."""
-    with orchestrator(tmp_path) as (process, nodes):
+    with started_run(tmp_path) as (process, nodes):
         process.send_signal(number)
         summary = summary_of(process)
     assert summary["error"] == "interrupted"
     assert summary["commands"]["received"] >= summary["steps"] > 0  # more where a state was sent and answered again
-    assert all(map(gone, nodes.values()))
+    assert all(map(has_exited, nodes.values()))
 
 
-def test_nodes_outlive_no_orchestrator(tmp_path: Path) -> None:
-    """When the orchestrator itself is killed its nodes notice, and end."""
-    with orchestrator(tmp_path) as (process, nodes):
+def test_nodes_exit_when_their_supervisor_is_killed(tmp_path: Path) -> None:
+    """Nodes detect that their supervisor has been killed, and exit."""
+    with started_run(tmp_path) as (process, nodes):
         process.kill()
         for pid in nodes.values():
-            ends_soon(pid)
+            wait_exited(pid)
 
 
 @pytest.mark.parametrize(
-    ("setting", "complaint"),
+    ("setting", "message"),
     [
         ("sceen:=knuckle_setpoint", "unknown parameter sceen"),
         ("mode:=fast", "parameter mode is 'fast'"),
         ("rate:=0.0", "parameter rate is 0.0"),
         ("resends:=many", "parameter resends is 'many'"),
         ("control_fd:=none", "parameter control_fd is 'none'"),
-        ("on_silence:=pray", "parameter on_silence is 'pray'"),
+        ("on_silence:=wait", "parameter on_silence is 'wait'"),
         ("scene:=knukle_setpoint", "knukle_setpoint"),
     ],
 )
-def test_bad_parameters_are_refused(setting: str, complaint: str, ros_environment: dict[str, str]) -> None:
-    """A node that is given a parameter it cannot use ends with exit code 2 and one line that names it."""
+def test_bad_parameters_are_refused(setting: str, message: str, ros_environment: dict[str, str]) -> None:
+    """A node with an invalid parameter exits with code 2 and one line that names it."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", setting]
     ended = completed(command, env=ros_environment)
     assert ended.returncode == 2
-    assert complaint in ended.stderr
+    assert message in ended.stderr
     assert len(ended.stderr.splitlines()) == 1
 
 
-def test_ten_runs_in_a_row_are_one() -> None:
+def test_ten_runs_have_one_hash() -> None:
     """Ten runs over ROS, one after the other, and the run in one process end with one and the same hash."""
     hashes = {run({"duration": 0.5})["state_sha256"] for _ in range(10)}
     assert hashes == {simulate("knuckle_setpoint", duration=0.5).summary["state_sha256"]}

@@ -1,4 +1,4 @@
-"""Several cranes at once: on one clock in one domain, or side by side without ever hearing each other."""
+"""Several cranes at once: on one clock in one domain, or side by side in domains of their own."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from process_helpers import completed, gone, started_program, wait_until
+from process_helpers import completed, has_exited, started_program, wait_until
 from run_helpers import check_answers
 
 from crane_sim import load_scene, simulate
@@ -20,34 +20,34 @@ CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # as the ex
 
 def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
     """Two cranes step together, never more than a period apart, /clock is one, and each moves as it does alone."""
-    watcher = [sys.executable, PROGRAMS / "clock_watcher.py", *CRANES]
+    monitor = [sys.executable, PROGRAMS / "clock_monitor.py", *CRANES]
     example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
-    with started_program(watcher, env=ros_environment, stdout=subprocess.PIPE) as watch:
+    with started_program(monitor, env=ros_environment, stdout=subprocess.PIPE) as monitoring:
         run = completed(example, env=ros_environment)
-        seen = json.loads(watch.communicate(timeout=60.0)[0])
+        counters = json.loads(monitoring.communicate(timeout=60.0)[0])
     summaries = json.loads(run.stdout)
     for crane, scene in CRANES.items():
         assert summaries[crane]["state_sha256"] == simulate(scene).summary["state_sha256"]
-    assert seen["hasty"] == 0
-    # All states of the shorter run, the first one too, but for what went by before the watcher was known.
-    assert seen["common"] > 0.9 * load_scene("overhead_energy").steps
-    assert seen["leaders"] == 1 and seen["times"] > 0
+    assert counters["early"] == 0
+    # All states of the shorter run, the first one too, but for those before the monitor was matched.
+    assert counters["common"] > 0.9 * load_scene("overhead_energy").steps
+    assert counters["clock_publishers"] == 1 and counters["clock_messages"] > 0
 
 
 def test_two_cranes_end_together(ros_environment: dict[str, str]) -> None:
-    """When one plant of the example is killed, it ends all nodes, says whose it was, and returns 1."""
+    """When one plant of the example is killed, it ends all nodes, names the crane, and returns 1."""
     example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
     with started_program(example, env=ros_environment, stdout=subprocess.PIPE) as run:
         children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
-        wait_until(lambda: gone(run.pid) or len(children.read_text().split()) == 2 * len(CRANES), "all nodes")
+        wait_until(lambda: has_exited(run.pid) or len(children.read_text().split()) == 2 * len(CRANES), "all nodes")
         os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
-        told = json.loads(run.communicate(timeout=120.0)[0])
+        summaries = json.loads(run.communicate(timeout=120.0)[0])
     assert run.returncode == 1
-    assert set(told) == set(CRANES) and told["harbour"]["error"]
+    assert set(summaries) == set(CRANES) and summaries["harbour"]["error"]
 
 
-def together(*runs: dict) -> list[dict]:
-    """Run several orchestrators at once, each as `crane run` in a process of its own; return the summaries."""
+def run_side_by_side(*runs: dict) -> list[dict]:
+    """Run `crane run` several times at once; return the summaries."""
     script = "import sys; from crane_sim.cli import main; sys.exit(main())"
 
     def run(options: dict) -> dict:
@@ -59,10 +59,10 @@ def together(*runs: dict) -> list[dict]:
         return list(pool.map(run, runs))
 
 
-def test_two_runs_side_by_side_never_hear_each_other() -> None:
+def test_two_runs_side_by_side_are_independent() -> None:
     """Two `crane run` of the same scene at once: each in a domain of its own, exact, and with its own commands only."""
-    wanted = [{"scene": "knuckle_setpoint", "duration": duration} for duration in (20.0, 18.0)]
-    for options, summary in zip(wanted, together(*wanted), strict=True):
+    runs = [{"scene": "knuckle_setpoint", "duration": duration} for duration in (20.0, 18.0)]
+    for options, summary in zip(runs, run_side_by_side(*runs), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
         assert "error" not in summary
         check_answers(summary, scene.steps)
@@ -72,15 +72,15 @@ def test_two_runs_side_by_side_never_hear_each_other() -> None:
 @pytest.mark.slow
 def test_six_runs_side_by_side() -> None:
     """The same with six of them on however few cores."""
-    wanted = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
-    for options, summary in zip(wanted, together(*wanted), strict=True):
+    runs = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
+    for options, summary in zip(runs, run_side_by_side(*runs), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
         check_answers(summary, scene.steps)
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
-def test_only_lockstep_can_wait_for_another_crane(ros_environment: dict[str, str]) -> None:
-    """A plant that cannot wait says so in one line."""
+def test_only_lockstep_can_share_a_clock(ros_environment: dict[str, str]) -> None:
+    """A plant in real time refuses the parameter in one line."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", "beside:=other"]
     run = completed([*command, "-p", "mode:=realtime"], env=ros_environment)
     assert run.returncode == 2

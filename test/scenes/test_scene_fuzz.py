@@ -1,4 +1,4 @@
-"""Scene files, overrides and parameters, mutilated at random: what was meant, or an error of one line; nothing else."""
+"""Scene files, overrides and parameters, mutated at random: each is a scene, or an error of one line."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from document_mutations import DOCUMENTS, MUTATION, NAMES, TEXTS, Compilations, list_entries, make_nested, mutate
 from fuzz_settings import LONG, QUICK
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mutilation import DOCUMENTS, MUTATION, NAMES, TEXTS, Compilations, mutilated, nested, places
 from numba.core import event
 
 import crane_control.linearisation
@@ -51,9 +51,9 @@ def outcome(load: Callable[[], Any]) -> str:
     return line
 
 
-def check_mutilated(which: int, mutations: list[Any]) -> None:
-    """Check one mutilated scene; one that still is a scene is the same after it was written and read again."""
-    document = mutilated(DOCUMENTS[which], mutations)
+def check_mutated(which: int, mutations: list[Any]) -> None:
+    """Check one mutated scene; one that is still a scene is the same after it was written and read again."""
+    document = mutate(DOCUMENTS[which], mutations)
     if not outcome(lambda: load_scene(document)):
         scene = load_scene(document)
         assert load_scene(yaml.safe_load(yaml.safe_dump(scene.to_dict()))) == scene
@@ -86,7 +86,7 @@ KEY = st.sampled_from(
             f"{group}.{key}"
             for document in DOCUMENTS
             for group, inner in document.items()
-            for _, key in places({0: inner})
+            for _, key in list_entries({0: inner})
             if isinstance(key, str)
         }
     )
@@ -104,9 +104,9 @@ EDITS = st.lists(st.tuples(st.integers(0, 10**4), st.integers(0, 40), PASTED), m
 
 @settings(**QUICK)
 @given(WHICH, MUTATIONS)
-def test_a_mutilated_scene(which: int, mutations: list[Any]) -> None:
-    """Whatever is deleted, doubled, replaced or transplanted in a scene: it is a scene or an error of one line."""
-    check_mutilated(which, mutations)
+def test_a_mutated_scene(which: int, mutations: list[Any]) -> None:
+    """Whatever is deleted, duplicated, replaced or transplanted in a scene: it is a scene or an error of one line."""
+    check_mutated(which, mutations)
 
 
 @settings(**QUICK)
@@ -126,9 +126,9 @@ def test_a_torn_file(tmp_path: Path, text: str, edits: list[Any]) -> None:
 @pytest.mark.slow
 @settings(**LONG)
 @given(WHICH, MUTATIONS)
-def test_ten_thousand_mutilated_scenes(which: int, mutations: list[Any]) -> None:
+def test_ten_thousand_mutated_scenes(which: int, mutations: list[Any]) -> None:
     """The same, ten thousand times."""
-    check_mutilated(which, mutations)
+    check_mutated(which, mutations)
 
 
 @pytest.mark.slow
@@ -181,7 +181,7 @@ def test_what_was_a_hole_once(text: str, tmp_path: Path) -> None:
         b"x",
         "a" * 5000,
         "\0",
-        {"crane": "knuckle", "boom": nested(5000)},
+        {"crane": "knuckle", "boom": make_nested(5000)},
         {"crane": "knuckle", "seed": 10**5000},
     ],
     ids=range(8),

@@ -144,18 +144,18 @@ def test_trajectories_from_the_topic() -> None:
     """A message becomes the law's path, once; the node's own, and what does not fit, change nothing."""
     node, law, own = OneTopicNode(), Follower(OLD, None), reference_message(SCENE.actuated, ())
     orders = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
-    assert orders.applied(law, 1.0) is law
+    assert orders.apply_to(law, 1.0) is law
     for ignored in (own, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
         node.callback(ignored)
-        assert orders.applied(law, 1.0) is law
+        assert orders.apply_to(law, 1.0) is law
     assert len(node.lines) == 3 and all(line.startswith("joint_trajectory: refused: ") for line in node.lines)
     node.callback(message([[3.0, 4.0], [5.0, 6.0]]))
-    new = orders.applied(law, 1.0).inner
+    new = orders.apply_to(law, 1.0).inner
     assert isinstance(new, Path)
     found = values(pieces_of(new), np.array([1.0, 2.0, 3.0, 9.0]))
     start = values(pieces_of(OLD), np.array([1.0]))[0]
     assert found == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
-    assert orders.applied(Follower(new, None), 1.1).inner is new
+    assert orders.apply_to(Follower(new, None), 1.1).inner is new
 
 
 def test_a_law_without_a_path_hears_nothing() -> None:

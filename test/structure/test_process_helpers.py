@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from process_helpers import completed, ends_soon, gone, next_line, started_program, wait_until
+from process_helpers import completed, has_exited, next_line, started_program, wait_exited, wait_until
 
 TEST = Path(__file__).parents[1]
 STUBBORN = """
@@ -41,12 +41,12 @@ def test_a_program_ends_with_its_block() -> None:
     """One that ignores SIGTERM, and the child it has started, are gone behind the block, whatever is raised there."""
     with (
         pytest.raises(ZeroDivisionError),
-        started_program([sys.executable, "-c", STUBBORN], patience=0.2, stdout=subprocess.PIPE) as process,
+        started_program([sys.executable, "-c", STUBBORN], grace=0.2, stdout=subprocess.PIPE) as process,
     ):
         both = {int(next_line(process)), int(next_line(process))}
         raise ZeroDivisionError
     for pid in both:
-        ends_soon(pid)
+        wait_exited(pid)
     assert process.pid in both and process.returncode == -signal.SIGKILL
 
 
@@ -80,12 +80,14 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
     """When pytest is killed in a test, its workers end, and so does what they started, even in a session of its own."""
     said = tmp_path / "said"
     with started_program(nested(tmp_path, ESCAPED, "-n", workers), env=environment(), cwd=tmp_path) as session:
-        wait_until(lambda: gone(session.pid) or (said.exists() and said.read_text().endswith("\n")), "the nested test")
+        wait_until(
+            lambda: has_exited(session.pid) or (said.exists() and said.read_text().endswith("\n")), "the nested test"
+        )
         tester, escaped = map(int, said.read_text().split())
-        assert not gone(tester) and not gone(escaped) and (tester == session.pid) == (workers == "0")
+        assert not has_exited(tester) and not has_exited(escaped) and (tester == session.pid) == (workers == "0")
         session.kill()
-        ends_soon(tester)
-        ends_soon(escaped)
+        wait_exited(tester)
+        wait_exited(escaped)
 
 
 @pytest.mark.parametrize(

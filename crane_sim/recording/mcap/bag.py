@@ -43,7 +43,7 @@ class Bag:
 
         Args:
             path: the complete file.
-            topics: by the name that `takers` uses; `joint_states` and `applied_effort` are among them.
+            topics: by the name that `callbacks` uses; `joint_states` and `applied_effort` are among them.
             period_ns: control period; state k carries k times this as its stamp.
             after: step behind which the messages begin.
             passes: resets before that.
@@ -60,7 +60,7 @@ class Bag:
         self.broken, self.last_step, self._after = "", after, after
         self._older = 0  # steps in a file that could not be written further, from before a reset
 
-    def takers(self) -> dict[str, Callable[[bytes], None]]:
+    def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
         return {name: partial(self._take, track) for name, track in self._tracks.items()}
 

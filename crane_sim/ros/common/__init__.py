@@ -1,1 +1,1 @@
-"""What nodes share: parameters, lifecycle, messages, serialization, timing."""
+"""Parts of all nodes: parameters, lifecycle, messages, serialization, timing."""

@@ -1,87 +1,101 @@
-"""What the plant lets in: every command is screened before it can move the crane, every refusal is counted.
+"""Validation of commands before they reach the plant, with a count of every refusal, and the bounds on efforts.
 
-The largest efforts that a plant takes: far beyond what any law needs, and no burden to any method.
+The bounds are far beyond what any law needs, and no burden to any integrator.
 """
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from enum import StrEnum
 from math import isfinite
 from operator import gt
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive
 
-_HARD = 1e5  # rad/s² or m/s², for a joint with all that it carries; in other units than N m and N, as it stands
+_ACCELERATION = 1e5  # rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
+_LOAD_FACTOR = 1e3  # times the effort that holds a joint against gravity
+_HALF_DIFFERENCE = 1e-3  # rad or m, of the central difference of the potential energy
+_LINE_LENGTH = 200  # characters of a refusal's line
+
+Decoded = TypeVar("Decoded")
 
 
-_LOADS = 1e3  # times what holds a joint against gravity
+class _RequiredEfforts(NamedTuple):
+    inertia: np.ndarray  # (nu,) of each joint with its load
+    gravity: np.ndarray  # (nu,) the effort that holds it
 
 
-_APART = 1e-3  # rad or m, between postures whose potential energies are compared
-
-
-def largest_efforts(scene: Scene, given: float = 0.0) -> tuple[float, ...]:
+def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
     """Return bounds (nu,) on the efforts of commands, in the units of the scene's efforts.
 
     Args:
-        scene: its initial posture tells what inertia and gravity ask of a joint.
-        given: the same bound for all joints instead; 0 for none.
+        scene: its initial posture determines inertia and gravity of a joint.
+        bound: the same bound for all joints instead; 0 for none.
     """
-    if given:
-        return (given,) * len(scene.actuated)
+    if bound:
+        return (bound,) * len(scene.actuated)
     if not scene.actuated:
         return ()
-    inertia, load = _required_efforts(scene)
-    bounds = np.where(np.isin(scene.effort_units, ("N m", "N")), _HARD * inertia + _LOADS * load, _HARD)
+    inertia, gravity = _required_efforts(scene)
+    bounds = np.where(
+        np.isin(scene.effort_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * gravity, _ACCELERATION
+    )
     return tuple(bounds.tolist())
 
 
-def _required_efforts(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the inertia of each joint with all that it carries (nu,), and what gravity asks of it (nu,), at first."""
+def _required_efforts(scene: Scene) -> _RequiredEfforts:
+    """Return what unit accelerations and gravity require in the initial posture, from differences of energies."""
     joints = [scene.joint_names.index(joint) for joint in scene.actuated]
     n = len(joints)
     q, v = np.tile(scene.initial_q, (4, n, 1)), np.zeros((4, n, len(scene.joint_names)))
     each = range(n)
-    q[0, each, joints] += _APART
-    q[1, each, joints] -= _APART
+    q[0, each, joints] += _HALF_DIFFERENCE
+    q[1, each, joints] -= _HALF_DIFFERENCE
     v[2, each, joints] = 1.0
-    known = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
-    up, down, _, _ = known.potential_relative.reshape(4, n)
-    _, _, moving, still = known.kinetic_relative.reshape(4, n)
-    return 2.0 * np.abs(moving - still), np.abs(up - down) / (2.0 * _APART)
+    derived = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
+    up, down, _, _ = derived.potential_relative.reshape(4, n)
+    _, _, moving, still = derived.kinetic_relative.reshape(4, n)
+    return _RequiredEfforts(2.0 * np.abs(moving - still), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
 
 
-Opened = TypeVar("Opened")
+class Refusal(StrEnum):
+    """Reasons for which a command is refused."""
+
+    NAMES = "names"
+    LENGTH = "length"
+    NOT_FINITE = "not finite"
+    HUGE = "huge"
+    UNSTAMPED = "unstamped"
+    FUTURE = "future"
+    UNREADABLE = "unreadable"
+    COMMANDER = "commander"  # another publisher owns the crane
+    LATE = "late"  # older than the last accepted command
+    STALE = "stale"
+    DUPLICATE = "duplicate"
 
 
-_BAD = (
-    "names",
-    "length",
-    "not finite",
-    "huge",
-    "unstamped",
-    "future",
-    "unreadable",
-    "commander",
-)  # refusals that are the sender's mistake
-
-
-_LATE = ("late", "stale")
-
-
-_TOLD = 200  # characters of a refusal
+_REJECTED = (
+    Refusal.NAMES,
+    Refusal.LENGTH,
+    Refusal.NOT_FINITE,
+    Refusal.HUGE,
+    Refusal.UNSTAMPED,
+    Refusal.FUTURE,
+    Refusal.UNREADABLE,
+    Refusal.COMMANDER,
+)  # mistakes of the publisher
+_TOO_OLD = (Refusal.LATE, Refusal.STALE)
 
 
 class CommandValidator:
-    """Screens the commands of one run; knows stamps [ns], joint names and numbers, but no ROS.
+    """Validator of the commands of one run by their stamps [ns], joint names and efforts; independent of ROS.
 
     Attributes:
-        received: commands that arrived, good or bad.
-        refused: number of refusals by reason (`names`, `length`, `not finite`, `huge`, `unreadable`, `owner`,
-            `unstamped`, `future`, `late`, `stale`, `duplicate`).
+        received: commands that arrived, accepted or refused.
+        refused: number of refusals by reason.
         last_refusal: one line on the latest refusal, empty while there is none.
     """
 
@@ -92,7 +106,7 @@ class CommandValidator:
         """
         self._largest = tuple(largest)
         self.received = 0
-        self.refused: Counter[str] = Counter()
+        self.refused: Counter[Refusal] = Counter()
         self.last_refusal = ""
         self._actuated = list(actuated)
         self._newest = 0  # stamp of the last accepted command
@@ -107,10 +121,10 @@ class CommandValidator:
             names: its joints, in any order.
             efforts: N m or N, in the order of `names`.
             now: stamp of the newest published state, ns.
-            oldest: the oldest stamp still welcome, ns; equal to `now` in lockstep.
+            oldest: the oldest stamp that is accepted, ns; equal to `now` in lockstep.
         """
         self.received += 1
-        if reason := self._untimely(stamp, now, oldest):
+        if reason := self._check_stamp(stamp, now, oldest):
             return self.refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
         ordered = self.match_joints(names, efforts)
         if ordered is not None:
@@ -119,65 +133,67 @@ class CommandValidator:
 
     def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command in joint order, or None when it is refused, whatever its stamp."""
-        return self._numbers(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
+        return self._check_efforts(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
 
     def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command without names and stamp, in joint order, or None when refused."""
         self.received += 1
-        return self._numbers(efforts)
+        return self._check_efforts(efforts)
 
     def summary(self) -> dict[str, int]:
         """Return the counters of the run's summary."""
         return {
             "received": self.received,
-            "rejected": sum(self.refused[reason] for reason in _BAD),
-            "late": sum(self.refused[reason] for reason in _LATE),
-            "duplicate": self.refused["duplicate"],
+            "rejected": sum(self.refused[reason] for reason in _REJECTED),
+            "late": sum(self.refused[reason] for reason in _TOO_OLD),
+            "duplicate": self.refused[Refusal.DUPLICATE],
         }
 
-    def decode(self, decode: Callable[[bytes], Opened], data: bytes) -> Opened | None:
-        """Return what a message says, or None when it is refused because it says nothing."""
+    def decode(self, decode: Callable[[bytes], Decoded], data: bytes) -> Decoded | None:
+        """Return a decoded message, or None when it is refused as unreadable."""
         try:
             return decode(data)
         except ValueError as error:
-            self.reject("unreadable", f"command {error}")
+            self.reject(Refusal.UNREADABLE, f"command {error}")
             return None
 
-    def reject(self, reason: str, line: str) -> None:
+    def reject(self, reason: Refusal, line: str) -> None:
         """Count a command that is refused unread."""
         self.received += 1
         self.refuse(reason, line)
 
-    def refuse(self, reason: str, line: str) -> None:
+    def refuse(self, reason: Refusal, line: str) -> None:
         """Count a refusal and keep the line on it."""
         self.refused[reason] += 1
-        self.last_refusal = f"{line[:_TOLD]} ({reason})"
+        self.last_refusal = f"{line[:_LINE_LENGTH]} ({reason})"
 
-    def _untimely(self, stamp: int, now: int, oldest: int) -> str:
+    def _check_stamp(self, stamp: int, now: int, oldest: int) -> Refusal | None:
         if not stamp:
-            return "unstamped"
+            return Refusal.UNSTAMPED
         if stamp > now:
-            return "future"
+            return Refusal.FUTURE
         if stamp == self._newest:
-            return "duplicate"
+            return Refusal.DUPLICATE
         if stamp < self._newest:
-            return "late"
-        return "stale" if stamp < oldest else ""
+            return Refusal.LATE
+        return Refusal.STALE if stamp < oldest else None
 
     def _sort_by_joint(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
         if sorted(names) != sorted(self._actuated):
-            return self.refuse("names", f"command for joints {list(names)}, the actuated ones are {self._actuated}")
+            line = f"command for joints {list(names)}, the actuated ones are {self._actuated}"
+            return self.refuse(Refusal.NAMES, line)
         if len(efforts) != len(names):
-            return self._numbers(efforts)
+            return self._check_efforts(efforts)
         by_name = dict(zip(names, efforts, strict=True))
-        return self._numbers([by_name[name] for name in self._actuated])
+        return self._check_efforts([by_name[name] for name in self._actuated])
 
-    def _numbers(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
+    def _check_efforts(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         if len(efforts) != len(self._actuated):
-            return self.refuse("length", f"command with {len(efforts)} efforts for {len(self._actuated)} joints")
+            line = f"command with {len(efforts)} efforts for {len(self._actuated)} joints"
+            return self.refuse(Refusal.LENGTH, line)
         if not all(map(isfinite, efforts)):
-            return self.refuse("not finite", f"command with efforts {list(efforts)}")
+            return self.refuse(Refusal.NOT_FINITE, f"command with efforts {list(efforts)}")
         if any(map(gt, map(abs, efforts), self._largest)):
             most = [float(f"{largest:.3g}") for largest in self._largest]
-            return self.refuse("huge", f"command with efforts {list(efforts)}, the largest are {most}")
+            return self.refuse(Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}")
         return tuple(efforts)

@@ -1,4 +1,4 @@
-"""A node that others may manage: inactive it is there and matched, but does nothing."""
+"""Lifecycle nodes that external managers activate and deactivate; an inactive node is matched, but does nothing."""
 
 from collections.abc import Callable
 
@@ -12,24 +12,24 @@ ENDINGS = ("cleanup", "shutdown")
 """Transitions that end the node, and are no fault."""
 
 
-class Managed(LifecycleNode):
-    """Is configured as soon as it is built: what is still to be decided is when it is active.
+class ManagedNode(LifecycleNode):
+    """A lifecycle node that is configured as soon as it is built: only its activation is left to a manager.
 
-    Publishers are plain ones: what an inactive node does not do, its owner leaves out.
+    Publishers are plain ones: the owner of the node does not publish while it is inactive.
 
     Attributes:
         active: it may work.
     """
 
     def __init__(self, name: str) -> None:
-        """Create the node, still without an owner."""
+        """Create the node, still without callbacks."""
         super().__init__(name, automatically_declare_parameters_from_overrides=True)
         self.active = False
         self._on_change: Callable[[bool], None] = lambda active: None
         self._on_end: Callable[[str], None] = lambda why: None
 
     def manage(self, autostart: bool, on_change: Callable[[bool], None], on_end: Callable[[str], None]) -> None:
-        """Be configured, and active with `autostart`; from here on the owner hears of every transition.
+        """Configure the node, activate it with `autostart`, and call back at every later transition.
 
         Args:
             autostart: activate at once.
@@ -47,27 +47,27 @@ class Managed(LifecycleNode):
             self.trigger_activate()
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Go on."""
+        """Resume work."""
         return self._set_active(True)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Pause, be silent."""
+        """Suspend work."""
         return self._set_active(False)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End: what was built is given up with the process."""
-        return self._ended("cleanup")
+        """End the node: its resources are released with the process."""
+        return self._end("cleanup")
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End."""
-        return self._ended("shutdown")
+        """End the node."""
+        return self._end("shutdown")
 
     def _set_active(self, active: bool) -> TransitionCallbackReturn:
         self.active = active
         self._on_change(active)
         return TransitionCallbackReturn.SUCCESS
 
-    def _ended(self, why: str) -> TransitionCallbackReturn:
+    def _end(self, transition: str) -> TransitionCallbackReturn:
         self.active = False
-        self._on_end(why)
+        self._on_end(transition)
         return TransitionCallbackReturn.SUCCESS

@@ -1,6 +1,7 @@
 """Topic names, QoS profiles and message helpers that the nodes share."""
 
 from collections.abc import Mapping, Sequence
+from enum import IntEnum
 from typing import Any, cast
 
 from builtin_interfaces.msg import Time
@@ -12,31 +13,39 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-STOPPED, PLAYING, PAUSED, QUITTING = range(4)  # values of simulation_state
 
-STREAM = QoSProfile(depth=10)  # reliable, volatile: what a subscriber or a slow writer needs
-DEEP_STREAM = QoSProfile(depth=10_000)  # the same to a peer, but a recorder that lags for seconds loses nothing
+class SimulationState(IntEnum):
+    """Values of the topic simulation_state."""
+
+    STOPPED = 0
+    PLAYING = 1
+    PAUSED = 2
+    QUITTING = 3
+
+
+STREAM = QoSProfile(depth=10)  # reliable, volatile
+DEEP_STREAM = QoSProfile(depth=10_000)  # for publishers: a recorder that lags for seconds loses nothing
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = qos_profile_sensor_data
 
 SECOND = 1_000_000_000  # ns
 LEASE = 2.0
-"""s after which the middleware no longer counts a dead peer, as the profile in `config/` has it."""
+"""Liveliness lease of the middleware [s], after which a dead peer is removed, as in the profile in `config/`."""
 
 
 def take_message(subscription: Subscription, kind: Any) -> bytes:
-    """Return a serialized message that waits, taken without the executor, empty where there is none."""
+    """Take a serialized message from a subscription without the executor; return it, empty where there is none."""
     with subscription.handle:
-        found = subscription.handle.take_message(kind, True)
-    return found[0] if found else b""
+        taken = subscription.handle.take_message(kind, True)
+    return taken[0] if taken else b""
 
 
-def mode(data: bytes) -> int | None:
+def decode_simulation_state(data: bytes) -> int | None:
     """Return the value of a serialized message of simulation_state, None where it is no such message."""
     try:
         return deserialize_message(data, UInt8).data
-    except RuntimeError:  # the middleware's: anybody may publish anything
+    except RuntimeError:  # the middleware's: a topic may carry anything
         return None
 
 
@@ -46,18 +55,18 @@ def nanoseconds(stamp: Time) -> int:
 
 
 def set_stamp(stamp: Time, ns: int) -> None:
-    """Write `ns` nanoseconds into a stamp that is used again and again."""
+    """Write `ns` nanoseconds into a stamp."""
     stamp.sec, stamp.nanosec = divmod(ns, SECOND)
 
 
 def state_message(names: Sequence[str]) -> JointState:
-    """Return a joint state with room for the position and velocity of `names`."""
+    """Return a joint state with zero position and velocity of `names`."""
     zeros = [0.0] * len(names)
     return JointState(name=list(names), position=zeros, velocity=zeros)
 
 
 def effort_message(names: Sequence[str]) -> JointState:
-    """Return a joint state with room for the effort of `names`."""
+    """Return a joint state with zero effort of `names`."""
     return JointState(name=list(names), effort=[0.0] * len(names))
 
 
@@ -68,12 +77,12 @@ def reference_message(names: Sequence[str], positions: Sequence[float]) -> Joint
 
 
 def demand_message(names: Sequence[str]) -> JointTrajectory:
-    """Return a trajectory of one point: what the named coordinates should do now."""
+    """Return a trajectory of one point: the demand on the named coordinates."""
     return JointTrajectory(joint_names=list(names), points=[JointTrajectoryPoint()])
 
 
 def set_demand(message: JointTrajectory, ns: int, demand: Sequence[float]) -> None:
-    """Write positions, velocities, accelerations (3 n,) and their stamp into a demand's message."""
+    """Write positions, velocities, accelerations (3 n,) and their stamp into the message of a demand."""
     n = len(demand) // 3
     point = cast(Sequence[JointTrajectoryPoint], message.points)[0]
     point.positions, point.velocities, point.accelerations = demand[:n], demand[n : 2 * n], demand[2 * n :]

@@ -1,4 +1,4 @@
-"""What every node of the simulator shares: parameters, pipes to an orchestrator, signals and the spin loop."""
+"""The host of a node: its parameters, pipes to a supervisor, signals and spin loop."""
 
 import json
 import os
@@ -8,7 +8,6 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
-from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,18 +19,22 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from crane_sim.ros.common.lifecycle import MANAGED, Managed
+from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 
-_POLL = 0.05  # s between looks at the control pipe
+_POLL = 0.05  # s between two reads of the control pipe
 
 
 class Fault(RuntimeError):
-    """A run cannot go on; the message is one line that names the culprit."""
+    """A run cannot go on; the message is one line that names the cause."""
 
 
 class Pipes:
-    """The two inherited pipe ends to an orchestrator; -1 where a user started the node by hand."""
+    """The two inherited pipe ends to a supervisor; -1 where a user started the node by hand.
+
+    Attributes:
+        attached: there is a supervisor.
+    """
 
     def __init__(self, control_fd: int, report_fd: int) -> None:
         """Take over both ends."""
@@ -40,7 +43,7 @@ class Pipes:
         self._rest = b""
 
     def report(self, event: str, **fields: Any) -> None:
-        """Send one event; an orchestrator that is gone is noticed by `orders`."""
+        """Send one event; a supervisor that has exited is detected by `read_orders`."""
         if self._report < 0:
             return
         line = memoryview((json.dumps({"event": event, **fields}) + "\n").encode())
@@ -50,7 +53,7 @@ class Pipes:
         except BrokenPipeError:
             self._report = -1
 
-    def orders(self) -> list[str]:
+    def read_orders(self) -> list[str]:
         """Return the lines that have arrived since the last call; "orphaned" where the other end is closed."""
         if self._control < 0 or not select.select([self._control], [], [], 0)[0]:
             return []
@@ -66,17 +69,17 @@ class NodeHost:
     """A node with its executor and pipes.
 
     Attributes:
-        started: the orchestrator said "go", or there is none.
-        told: what it said behind that.
-        brake: why nobody will command any more and the plant is to brake to rest, empty while it is not.
-        stopping: why the node is to end ("interrupted", "orphaned", "finish …", "shutdown"), empty while it is not.
+        started: the supervisor has sent "go", or there is none.
+        resume_state: the argument of that order.
+        brake_reason: why there will be no more commands and the plant is to brake to rest, empty while it is not.
+        stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "shutdown"), empty while it is not.
     """
 
     def __init__(self, node: Node, pipes: Pipes, executor: str = "events") -> None:
         """Serve `node` with an `executor` as of the parameter; from here on SIGINT and SIGTERM ask it to end."""
         self.node, self.pipes = node, pipes
         self.started = not pipes.attached
-        self.told = self.brake = self.stopping = ""
+        self.resume_state = self.brake_reason = self.stop_reason = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
         self._next_poll = 0.0
@@ -84,58 +87,64 @@ class NodeHost:
             signal.signal(number, lambda *_: self._stop("interrupted"))
 
     def manage(self, autostart: bool, on_change: Callable[[bool], None]) -> None:
-        """Let others activate and end the node, as `Managed.manage`; a node that nobody manages is always active."""
-        if isinstance(self.node, Managed):
+        """Offer lifecycle transitions, as `ManagedNode.manage`; a node that is not managed is always active."""
+        if isinstance(self.node, ManagedNode):
             self.node.manage(autostart, on_change, self._stop)
 
     @property
     def active(self) -> bool:
         """Whether the node may work."""
-        return self.node.active if isinstance(self.node, Managed) else True
+        return self.node.active if isinstance(self.node, ManagedNode) else True
 
     def spin(self, timeout: float = _POLL) -> None:
-        """Serve callbacks for at most about `timeout` seconds, and look at the pipe now and then."""
+        """Serve callbacks for at most about `timeout` seconds, and read the control pipe every 50 ms."""
         self._executor.spin_once(timeout_sec=timeout)  # never spin(): it does not return on a signal
         if (now := time.monotonic()) >= self._next_poll:
             self._next_poll = now + _POLL
             self.poll()
 
     def poll(self) -> None:
-        """Take the orchestrator's orders."""
-        for line in self.pipes.orders():
-            word, _, rest = line.partition(" ")
+        """Read and apply the supervisor's orders."""
+        for line in self.pipes.read_orders():
+            word, _, argument = line.partition(" ")
             if word == "go":
-                self._go(rest)
+                self._start(argument)
             elif word == "brake":
-                self.brake = self.brake or rest or "nobody commands"
+                self.brake_reason = self.brake_reason or argument or "no controller is left"
             else:
                 self._stop(line)
 
-    def wait(self, obstacle: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
-        """Spin until `obstacle` returns nothing, or the node is to stop; log what it waits for every 5 s.
+    def wait(self, missing: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Spin until `missing` returns nothing, or the node is to stop; log what it waits for every 5 s.
 
         `meanwhile` is called again and again, some milliseconds apart.
         """
         next_log = time.monotonic() + 5.0
-        while not self.stopping and (why := obstacle()):
+        while not self.stop_reason and (what := missing()):
             self.spin(0.005)
             meanwhile()
             if time.monotonic() >= next_log:
                 next_log += 5.0
-                self.node.get_logger().info(f"waiting for {why}")
+                self.node.get_logger().info(f"waiting for {what}")
 
     def close(self) -> None:
         """Release the node."""
         self._executor.shutdown()
         self.node.destroy_node()
 
-    def _go(self, told: str) -> None:
-        self.started, self.told = True, told
-        if isinstance(self.node, Managed):
+    def _start(self, resume_state: str) -> None:
+        self.started, self.resume_state = True, resume_state
+        if isinstance(self.node, ManagedNode):
             self.node.activate()
 
-    def _stop(self, why: str) -> None:
-        self.stopping = self.stopping or why
+    def _stop(self, reason: str) -> None:
+        self.stop_reason = self.stop_reason or reason
+
+
+def _make_node(name: str, managed: bool) -> Node:
+    if managed:
+        return ManagedNode(name)
+    return rclpy.create_node(name, automatically_declare_parameters_from_overrides=True)
 
 
 def main(
@@ -147,8 +156,8 @@ def main(
     """Run one node as a process of its own and return its exit code.
 
     The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both errors go as one line
-    to the orchestrator, or to the log where there is none. Any other error counts as a fault of this process alone: the
-    line goes to the orchestrator, the traceback to the log.
+    to the supervisor, or to the log where there is none. Any other error counts as a fault of this process alone: the
+    line goes to the supervisor, the traceback to the log.
 
     Args:
         name: of the node.
@@ -158,9 +167,8 @@ def main(
     """
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-        make = Managed if managed else partial(rclpy.create_node, automatically_declare_parameters_from_overrides=True)
-        node = make(name)
-    except (ValueError, RuntimeError) as error:  # arguments that ROS cannot read, a name that is none
+        node = _make_node(name, managed)
+    except (ValueError, RuntimeError) as error:  # arguments that ROS cannot parse, or an invalid name
         print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
         return 2
     common = common_parameters(node)
@@ -173,7 +181,7 @@ def main(
             node.get_logger().fatal(str(error))
         host.pipes.report("fault", why=str(error))
         return 1 if isinstance(error, Fault) else 2
-    except Exception as error:  # nobody foresaw it: the run's last line is to name it, too
+    except Exception as error:  # unforeseen: the run's last line is to name it, too
         node.get_logger().fatal(traceback.format_exc())
         host.pipes.report("failed", why=traceback.format_exception_only(error)[-1].splitlines()[0])
         return 1

@@ -1,8 +1,9 @@
-"""Parameters of a node: declared once, with a description and what is possible; what does not fit is one line."""
+"""Parameters of a node: declared once, with description and range; other values are errors of one line."""
 
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from enum import StrEnum
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -11,11 +12,21 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 _KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
-_OF_ROS = {"use_sim_time", "start_type_description_service"}  # declared by rclpy itself
+_ROS_PARAMETERS = {"use_sim_time", "start_type_description_service"}  # declared by rclpy itself
+
+
+class RunMode(StrEnum):
+    """Values of the parameter `mode`: when the plant takes its steps."""
+
+    LOCKSTEP = "lockstep"
+    REALTIME = "realtime"
+
+
+RUN_MODES = tuple(mode.value for mode in RunMode)
 
 
 class Option(NamedTuple):
-    """One parameter: its default, and what it may be.
+    """One parameter: its default, range and choices.
 
     A default of type tuple stands for an array of numbers; `live` ones may be set while the node runs.
     """
@@ -29,25 +40,25 @@ class Option(NamedTuple):
 
 
 COMMON = {
-    "control_fd": Option(-1, "pipe end with the orchestrator's orders; -1: there is no orchestrator", -1, 1 << 20),
-    "report_fd": Option(-1, "pipe end for reports to the orchestrator; -1: there is none", -1, 1 << 20),
+    "control_fd": Option(-1, "pipe end with the orders of a supervisor; -1: there is none", -1, 1 << 20),
+    "report_fd": Option(-1, "pipe end for reports to the supervisor; -1: there is none", -1, 1 << 20),
     "executor": Option("events", "what serves callbacks: events is quicker", choices=("events", "single")),
 }
 
 
 def read_overrides(node: Node) -> dict[str, Any]:
     """Return the parameters that a node was started with; it declares them from overrides."""
-    names = [name for name in node.get_parameters_by_prefix("") if name not in _OF_ROS]
+    names = [name for name in node.get_parameters_by_prefix("") if name not in _ROS_PARAMETERS]
     return {parameter.name: parameter.value for parameter in node.get_parameters(names)}
 
 
 def common_parameters(node: Node) -> SimpleNamespace:
-    """Return what all nodes need before they can complain: where a value is not possible, its default."""
-    found = {name: option.default for name, option in COMMON.items()}
+    """Return the parameters that a node needs to report errors; the default in place of a value that does not fit."""
+    values = {name: option.default for name, option in COMMON.items()}
     for name, value in read_overrides(node).items():
         with suppress(ValueError):
-            found |= {name: check_value(name, value, COMMON[name])} if name in COMMON else {}
-    return SimpleNamespace(**found)
+            values |= {name: check_value(name, value, COMMON[name])} if name in COMMON else {}
+    return SimpleNamespace(**values)
 
 
 def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
@@ -60,17 +71,19 @@ def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNames
     Raises:
         ValueError: a parameter is unknown, or its value is not possible; one line.
     """
-    found, known = read_overrides(node), COMMON | dict(options)
-    if unknown := sorted(found.keys() - known.keys()):
+    overrides, known = read_overrides(node), COMMON | dict(options)
+    if unknown := sorted(overrides.keys() - known.keys()):
         raise ValueError(f"unknown parameter {', '.join(unknown)}; this node has {', '.join(sorted(known))}")
-    for name in found:
+    for name in overrides:
         node.undeclare_parameter(name)
-    values = {name: check_value(name, found.get(name, option.default), option) for name, option in known.items()}
+    values = {name: check_value(name, overrides.get(name, option.default), option) for name, option in known.items()}
     for name, option in known.items():
         node.declare_parameter(name, values[name], _descriptor(option), ignore_override=True)
     settings = SimpleNamespace(**values)
-    node.add_pre_set_parameters_callback(lambda parameters: [_with_type(parameter, known) for parameter in parameters])
-    node.add_on_set_parameters_callback(lambda parameters: _set(parameters, known, settings))
+    node.add_pre_set_parameters_callback(
+        lambda parameters: [_coerce_type(parameter, known) for parameter in parameters]
+    )
+    node.add_on_set_parameters_callback(lambda parameters: _apply(parameters, known, settings))
     for name, option in known.items():
         if isinstance(option.default, tuple):  # declared empty, it would be described as an array of bytes
             node.set_parameters([Parameter(name, Parameter.Type.DOUBLE_ARRAY, list(values[name]))])
@@ -98,46 +111,47 @@ def check_value(name: str, value: Any, option: Option) -> Any:
 
 
 def _number_array(name: str, value: Any) -> tuple[float, ...]:
-    """Return an array of numbers; an empty one comes as whatever type ROS takes it for."""
+    """Return an array of numbers; the value may be of any type that ROS gives to an empty one."""
     try:
-        found = tuple(map(float, value))
+        numbers = tuple(map(float, value))
     except (TypeError, ValueError, OverflowError):
-        found = (math.nan,)
-    if not all(map(math.isfinite, found)):
+        numbers = (math.nan,)
+    if not all(map(math.isfinite, numbers)):
         raise ValueError(f"parameter {name} is {value!r}; it must be an array of finite numbers")
-    return found
+    return numbers
 
 
 def _descriptor(option: Option) -> ParameterDescriptor:
-    array = isinstance(option.default, tuple)  # of dynamic type: an empty array tells ROS nothing of its numbers
-    found = ParameterDescriptor(description=option.description, read_only=not option.live, dynamic_typing=array)
+    array = isinstance(option.default, tuple)  # of dynamic type: an empty array has no type of its numbers
+    descriptor = ParameterDescriptor(description=option.description, read_only=not option.live, dynamic_typing=array)
     if option.choices:
-        found.additional_constraints = "one of " + ", ".join(option.choices)
+        descriptor.additional_constraints = "one of " + ", ".join(option.choices)
     if option.low is not None and option.high is not None:
         if isinstance(option.default, float):
-            found.floating_point_range = [FloatingPointRange(from_value=option.low, to_value=option.high)]
+            descriptor.floating_point_range = [FloatingPointRange(from_value=option.low, to_value=option.high)]
         else:
-            found.integer_range = [IntegerRange(from_value=int(option.low), to_value=int(option.high), step=1)]
-    return found
+            descriptor.integer_range = [IntegerRange(from_value=int(option.low), to_value=int(option.high), step=1)]
+    return descriptor
 
 
-def _with_type(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
-    """Return the parameter; an array of numbers as one, whatever type an empty one, or one of integers, came with."""
+def _coerce_type(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
+    """Return the parameter; an array of numbers as doubles: ROS has another type for empty ones and for integers."""
     if parameter.name not in known or not isinstance(known[parameter.name].default, tuple):
         return parameter
     try:
         numbers = list(_number_array(parameter.name, parameter.value))
     except ValueError:
-        return parameter  # `_set` refuses it
+        return parameter  # `_apply` refuses it
     return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
 
 
-def _set(parameters: Sequence[Parameter], known: Mapping[str, Option], settings: SimpleNamespace) -> Any:
-    """Take over what is set while the node runs, all of it or nothing."""
-    ours = [parameter for parameter in parameters if parameter.name in known]
+def _apply(parameters: Sequence[Parameter], known: Mapping[str, Option], settings: SimpleNamespace) -> Any:
+    """Apply parameters that are set while the node runs, all of them or none."""
+    declared = [parameter for parameter in parameters if parameter.name in known]
     try:
         values = {
-            parameter.name: check_value(parameter.name, parameter.value, known[parameter.name]) for parameter in ours
+            parameter.name: check_value(parameter.name, parameter.value, known[parameter.name])
+            for parameter in declared
         }
     except ValueError as error:
         return SetParametersResult(successful=False, reason=str(error))

@@ -1,17 +1,17 @@
-"""How punctually the steps of a real-time run were taken; no rclpy here."""
+"""Timing of real-time runs: distributions of durations, and lateness of steps; no rclpy here."""
 
 from array import array
 
-_BIN = 1e-6  # s, what quantiles are rounded up to
-_BINS = 100_000  # 0.1 s; what is longer counts as this long, but for the largest value
+_BIN = 1e-6  # s; quantiles are rounded up to it
+_BINS = 100_000  # 0.1 s; a longer duration counts in the last bin, but exactly for the largest value
 _QUANTILES = {"p50": 0.50, "p99": 0.99}
 
 
-class Errors:
-    """Counts durations in bins: memory does not grow with the run."""
+class DurationHistogram:
+    """Durations counted in bins: memory does not grow with the run."""
 
     def __init__(self) -> None:
-        """Begin with none."""
+        """Create it empty."""
         self._counts, self._total, self._largest = array("Q", bytes(8 * _BINS)), 0, 0.0
 
     def add(self, seconds: float) -> None:
@@ -25,34 +25,34 @@ class Errors:
         return {name: self._quantile(part) for name, part in _QUANTILES.items()} | {"max": self._largest * 1e6}
 
     def _quantile(self, part: float) -> float:
-        wanted, passed = part * self._total, 0
+        rank, passed = part * self._total, 0
         for i, count in enumerate(self._counts if self._total else ()):
             passed += count
-            if passed >= wanted:
+            if passed >= rank:
                 return min((i + 1) * _BIN, self._largest) * 1e6
         return 0.0
 
 
 class StepTiming:
-    """Compares the instants at which steps were taken with their deadlines, one period apart."""
+    """Lateness of steps against their deadlines, which are one period apart, and errors of their periods."""
 
     def __init__(self) -> None:
-        """Begin with no step."""
-        self._late, self._period = Errors(), Errors()
-        self._before: float | None = None
+        """Create it without a step."""
+        self._lateness, self._period_error = DurationHistogram(), DurationHistogram()
+        self._previous: float | None = None
 
     def note(self, due: float, now: float) -> None:
-        """Take the deadline of a step and the instant at which it is taken, s on one clock."""
-        late = now - due
-        self._late.add(late)
-        if self._before is not None:
-            self._period.add(abs(late - self._before))  # deadlines are equally far apart
-        self._before = late
+        """Record the deadline of a step and the instant at which it is taken, s on one clock."""
+        lateness = now - due
+        self._lateness.add(lateness)
+        if self._previous is not None:
+            self._period_error.add(abs(lateness - self._previous))  # deadlines are equally far apart
+        self._previous = lateness
 
     def pause(self) -> None:
-        """Forget the step before: the next deadline is not one period later."""
-        self._before = None
+        """Drop the previous step: the next deadline is not one period later."""
+        self._previous = None
 
     def figures(self) -> dict[str, dict[str, float]]:
-        """Return what a run's summary says, µs: lateness, and how far periods are from their nominal length."""
-        return {"lateness_us": self._late.figures(), "period_error_us": self._period.figures()}
+        """Return the entries of a run's summary, µs: lateness, and deviations of periods from their nominal length."""
+        return {"lateness_us": self._lateness.figures(), "period_error_us": self._period_error.figures()}

@@ -1,4 +1,4 @@
-"""Trajectories that arrive on the topic `joint_trajectory` as new paths of a law at work."""
+"""Trajectories on the topic `joint_trajectory`, which become new paths of a running law."""
 
 from typing import Any
 
@@ -19,32 +19,33 @@ _FORM = TypeAdapter(Trajectory)
 
 
 class TrajectoryInput:
-    """The newest trajectory that somebody sent, until the law has it.
+    """The newest trajectory that was received, until the law follows it.
 
     A stamp of zero is now; any other is on the clock of the joint states. Coordinates are the actuated joints, or x, y
-    (and z) of the payload in the base frame, whatever the law follows; what does not fit is refused in one line.
+    (and z) of the payload in the base frame, whichever the law follows; others are refused in one line.
     """
 
     def __init__(self, node: Node, scene: Scene, law: Any) -> None:
-        """Listen where the law follows a path. What the controller says of the scene's target is no order."""
+        """Subscribe where the law follows a path. The controller's own messages of the scene's target are ignored."""
         self._node, self._scene = node, scene
-        self._own = messages.reference_message(scene.actuated, scene.reference or ())
-        self._waiting: JointTrajectory | None = None
+        self._own_reference = messages.reference_message(scene.actuated, scene.reference or ())
+        self._pending: JointTrajectory | None = None
         path = path_of_law(law)
         if path is None:
             return
         self._names = _coordinate_names(path, scene)
-        here = tuple(values(pieces_of(path), path.starts[:1])[0].tolist())
-        join_path(Trajectory(self._names, (Point(here, 1.0),)), path, self._names, 0.0)  # imports what takes long
+        start = tuple(values(pieces_of(path), path.starts[:1])[0].tolist())
+        join_path(Trajectory(self._names, (Point(start, 1.0),)), path, self._names, 0.0)  # imports slow packages
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
     def _on_message(self, message: JointTrajectory) -> None:
-        if (message.joint_names, message.points) != (self._own.joint_names, self._own.points):
-            self._waiting = message
+        own = self._own_reference
+        if (message.joint_names, message.points) != (own.joint_names, own.points):
+            self._pending = message
 
-    def applied(self, law: Any, t: float) -> Any:
-        """Return the law, from time t [s] on with its new path if one has arrived."""
-        message, self._waiting = self._waiting, None
+    def apply_to(self, law: Any, t: float) -> Any:
+        """Return the law, with its new path from time t [s] on if one was received."""
+        message, self._pending = self._pending, None
         path = path_of_law(law) if message is not None else None
         if message is None or path is None:
             return law

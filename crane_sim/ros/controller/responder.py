@@ -1,4 +1,4 @@
-"""The life of a node that answers messages: it meets its peers, answers, and tells at the end what it has to tell."""
+"""Nodes that answer messages: matched with their peers, activated, and finished with a summary."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -7,7 +7,7 @@ from crane_sim.ros.common.node_host import Fault, NodeHost
 
 
 class Responder(Protocol):
-    """A node that answers.
+    """A node that answers messages.
 
     Attributes:
         fault: one line on why it cannot go on, empty while it can.
@@ -20,7 +20,7 @@ class Responder(Protocol):
         ...
 
     def missing(self) -> str:
-        """Return one line on the peers still missing, empty when all are there."""
+        """Return one line on the peers still missing, empty when all are matched."""
         ...
 
     def heartbeat(self) -> None:
@@ -33,31 +33,31 @@ class Responder(Protocol):
 
 
 class ActivationBuffer:
-    """Hands messages on while its node is active; of those that come before, only the newest, as soon as it is."""
+    """Buffer of the newest message of an inactive node, which it gets when it is activated; later ones pass through."""
 
-    def __init__(self, take: Callable[[bytes], None]) -> None:
-        """Be inactive; `take` is handed the serialized messages."""
-        self._take, self._active, self._kept = take, False, b""
+    def __init__(self, callback: Callable[[bytes], None]) -> None:
+        """Create it inactive; `callback` is called with the serialized messages."""
+        self._callback, self._active, self._newest = callback, False, b""
 
     def activate(self, active: bool) -> None:
-        """Hand on from now on, beginning with what was kept, or keep."""
-        self._active, kept = active, self._kept
-        self._kept = b""
-        if active and kept:
-            self._take(kept)
+        """Pass messages on from now on, beginning with the buffered one, or buffer them."""
+        self._active, newest = active, self._newest
+        self._newest = b""
+        if active and newest:
+            self._callback(newest)
 
-    def hear(self, data: bytes) -> None:
-        """Take a serialized message."""
+    def receive(self, data: bytes) -> None:
+        """Pass on or buffer a serialized message."""
         if self._active:
-            self._take(data)
+            self._callback(data)
         else:
-            self._kept = data
+            self._newest = data
 
 
 def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
-    """Let a node answer until it is told to finish; raises Fault when it cannot go on.
+    """Serve a node until the order to finish; raises Fault when it cannot go on.
 
-    Without `autostart` it is a spare: matched and ready, but silent until it is activated.
+    Without `autostart` it is a standby: matched and ready, but silent until it is activated.
     """
 
     def activate(active: bool) -> None:
@@ -67,7 +67,7 @@ def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
     host.manage(autostart, activate)
     host.wait(node.missing)
     host.pipes.report("ready")
-    while not host.stopping:
+    while not host.stop_reason:
         host.spin()
         node.heartbeat()
         if node.fault:

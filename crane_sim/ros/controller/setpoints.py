@@ -1,8 +1,8 @@
-"""What the fast half of a law hears of the slow half, which is a process of its own: the topic `tip_demand`."""
+"""Demands of the slow half of a law on its fast half, which is a process of its own: the topic `tip_demand`."""
 
 from collections.abc import Callable, Sequence
 from math import isfinite
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -11,76 +11,81 @@ from crane_sim.laws import SlowHalf
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.states import State
 
-_MISSED = 3.0  # intervals without a demand that call for a warning
+_WARNING_INTERVALS = 3.0  # intervals without a demand after which there is a warning
+
+
+class _Demand(NamedTuple):
+    stamp: int  # ns, of the state that it was made for
+    values: tuple[float, ...]  # (3 n,) positions, velocities, accelerations
 
 
 class Setpoints:
-    """The newest demand: waited for in lockstep, in real time held until the next one comes, however late.
+    """The newest demand: awaited in lockstep, in real time held until the next one comes, however late.
 
     A demand is late when it misses the control step after the one that it was made for.
     """
 
-    def __init__(self, node: Node, names: Sequence[str], patient: bool, answer: Callable[[State], None]) -> None:
-        """Listen.
+    def __init__(self, node: Node, names: Sequence[str], lockstep: bool, answer: Callable[[State], None]) -> None:
+        """Subscribe.
 
         Args:
-            node: whose topic it is.
+            node: with the topic.
             names: the coordinates that demands are of.
-            patient: wait for the demand of every state that asks for one.
-            answer: is called with the state that has waited, once its demand is there.
+            lockstep: wait for the demand of every state that requires one.
+            answer: is called with the state that has waited, once its demand has come.
         """
-        self._node, self._names, self._patient, self._answer = node, list(names), patient, answer
-        self._newest: tuple[int, tuple[float, ...]] | None = None
-        self._anew = False  # the newest one is of a run whose states have not come yet
+        self._node, self._names, self._lockstep, self._answer = node, list(names), lockstep, answer
+        self._newest: _Demand | None = None
+        self._ahead_of_reset = False  # the newest one is of a run whose states have not come yet
         self._waiting: State | None = None
         self._now = 0  # ns, of the newest state
         self._received = self._late = self._held = self._longest = 0
-        self._ear = node.create_subscription(JointTrajectory, "tip_demand", self._on_message, messages.STREAM)
+        self._subscription = node.create_subscription(JointTrajectory, "tip_demand", self._on_message, messages.STREAM)
 
     def missing(self) -> str:
-        """Return one line on the peer still missing, empty when it is there."""
-        return "" if self._ear.get_publisher_count() else f"a publisher of {self._ear.topic_name}"
+        """Return one line on the peer still missing, empty when it is matched."""
+        return "" if self._subscription.get_publisher_count() else f"a publisher of {self._subscription.topic_name}"
 
-    def forget(self) -> None:
-        """Drop the demand of a run that is over: the plant began anew; one that is of the new run stays."""
-        if not self._anew:
+    def reset(self) -> None:
+        """Drop the demand of the run before a reset of the plant; one that is of the new run stays."""
+        if not self._ahead_of_reset:
             self._newest = None
-        self._anew = False
+        self._ahead_of_reset = False
 
-    def given_to(self, half: SlowHalf, state: State) -> bool:
-        """Give the half what holds at a state; False where that is still to come, and the state waits."""
+    def apply_to(self, half: SlowHalf, state: State) -> bool:
+        """Give the half the demand that holds at a state; False where it has not come yet, and the state waits."""
         self._now, self._waiting = state.stamp, None
-        stamp, demand = self._newest or (state.stamp + 1, ())  # one from the future is from before a reset
-        if stamp > state.stamp or (self._patient and stamp < state.stamp and half.due(state.t)):
+        stamp, values = self._newest or _Demand(state.stamp + 1, ())  # one from the future is from before a reset
+        if stamp > state.stamp or (self._lockstep and stamp < state.stamp and half.due(state.t)):
             self._waiting = state
             return False
         self._held = state.stamp - stamp
         self._longest = max(self._longest, self._held)
-        half.take(demand)
+        half.take(values)
         return True
 
     def warning(self, half: SlowHalf) -> str:
         """Return one line where demands fail to come, empty while they do."""
         held = self._held / messages.SECOND
-        return f"no demand for {held:.3g} s: the last one holds" if held > _MISSED * half.interval else ""
+        return f"no demand for {held:.3g} s: the last one holds" if held > _WARNING_INTERVALS * half.interval else ""
 
     def figures(self) -> dict[str, Any]:
-        """Return what a run's summary says: demands that came and came late, the longest that one held [s]."""
+        """Return the entries of a run's summary: numbers of demands and of late ones, the longest hold [s]."""
         return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.SECOND}
 
     def _on_message(self, message: JointTrajectory) -> None:
-        demand = self._read(message)
-        if demand is None:
+        values = self._read(message)
+        if values is None:
             line = f"demand for {list(message.joint_names)} is not one point of numbers for {self._names}: ignored"
             self._node.get_logger().warning(line, throttle_duration_sec=1.0)
             return
-        stamp = messages.nanoseconds(message.header.stamp)
-        if self._newest and (stamp, demand) != self._newest and stamp <= self._newest[0]:
-            self._anew = True  # the slow half saw it first
-        if (stamp, demand) != self._newest:  # else it answers a state that lockstep sent again
-            self._newest = stamp, demand
+        demand = _Demand(messages.nanoseconds(message.header.stamp), values)
+        if self._newest and demand != self._newest and demand.stamp <= self._newest.stamp:
+            self._ahead_of_reset = True  # the slow half has received the state after the reset first
+        if demand != self._newest:  # else it answers a state that lockstep sent again
+            self._newest = demand
             self._received += 1
-            self._late += stamp < self._now
+            self._late += demand.stamp < self._now
         if self._waiting is not None:
             self._answer(self._waiting)
 

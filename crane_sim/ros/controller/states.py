@@ -1,7 +1,4 @@
-"""Joint states as laws take them: in the scene's order of joints, at the plant's own time.
-
-How long a law takes for a step, measured in its node.
-"""
+"""States for laws, in the scene's order of joints and at the plant's own time, and the execution time of a law."""
 
 import time
 from collections.abc import Mapping
@@ -13,12 +10,14 @@ from rclpy.node import Node
 from crane_sim.laws import Law, ask_law
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import Frame, JointWire
-from crane_sim.ros.common.timing import Errors
+from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.scenes.scene import Scene
+
+_DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
 
 
 class State(NamedTuple):
-    """What a law is asked about."""
+    """The state at which a law is evaluated."""
 
     stamp: int  # ns
     t: float  # s, exactly the plant's own time
@@ -27,16 +26,16 @@ class State(NamedTuple):
 
 
 class StateReader:
-    """Reads the messages of the topic `joint_states`, in whatever order they name the joints."""
+    """Decoder of the topic `joint_states`, whatever the order of joints in its messages."""
 
     def __init__(self, node: Node, scene: Scene) -> None:
-        """Expect the joints of a scene; `node` logs what does not fit."""
+        """Expect the joints of a scene; `node` logs messages that do not fit."""
         self._node, self._scene = node, scene
         self._names = list(scene.joint_names)
         self._wire = JointWire(scene.joint_names, effort=False)
 
     def read(self, data: bytes) -> State | None:
-        """Return what a message says, None where joints are missing or it is no such message."""
+        """Return a decoded state, None where joints are missing or it is no such message."""
         try:
             frame = self._wire.decode(data)
         except ValueError as error:
@@ -57,42 +56,39 @@ class StateReader:
         return tuple(frame.position[i] for i in order), tuple(frame.velocity[i] for i in order)
 
 
-_DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
-
-
 class ExecutionTime:
-    """Asks a law, takes the time, and tells the diagnostics."""
+    """The execution time of a law, measured at each evaluation and published as diagnostics."""
 
     def __init__(self, node: Node) -> None:
-        """Begin with no step."""
+        """Create the publisher of diagnostics."""
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
         self._source = f"{node.get_namespace().strip('/')}/{node.get_name()}"
-        self._durations, self._told, self._stamp = Errors(), 0.0, 0
+        self._durations, self._last_published, self._stamp = DurationHistogram(), 0.0, 0
 
-    def asked(self, law: Law, state: State, nu: int) -> tuple[float, ...]:
-        """Return the efforts (nu,) that the law demands.
+    def evaluate(self, law: Law, state: State, nu: int) -> tuple[float, ...]:
+        """Return the efforts (nu,) of the law at a state, and record the time.
 
         Raises:
-            LawError: as `laws.asked`.
+            LawError: as `laws.ask_law`.
         """
-        began = time.perf_counter()
+        start = time.perf_counter()
         effort = ask_law(law, state.t, state.q, state.v, nu)
-        self._durations.add(time.perf_counter() - began)
+        self._durations.add(time.perf_counter() - start)
         self._stamp = state.stamp
         return effort
 
-    def silent(self) -> bool:
+    def is_due(self) -> bool:
         """Return whether the last diagnostics are a second old."""
-        return time.monotonic() - self._told >= _DIAGNOSTICS
+        return time.monotonic() - self._last_published >= _DIAGNOSTICS
 
-    def tell(self, warning: str, values: Mapping[str, object]) -> None:
-        """Publish diagnostics: what the law takes, and `values` besides; a warning where there is one."""
-        self._told = time.monotonic()
-        taken = {f"law {name} [us]": f"{value:.1f}" for name, value in self.figures().items()}
-        message = messages.diagnostics(self._source, warning, taken | dict(values))
+    def publish(self, warning: str, values: Mapping[str, object]) -> None:
+        """Publish diagnostics: the execution time and further `values`; a warning where there is one."""
+        self._last_published = time.monotonic()
+        durations = {f"law {name} [us]": f"{value:.1f}" for name, value in self.figures().items()}
+        message = messages.diagnostics(self._source, warning, durations | dict(values))
         messages.set_stamp(message.header.stamp, self._stamp)
         self._diagnostics.publish(message)
 
     def figures(self) -> dict[str, float]:
-        """Return median, 99 % quantile and largest time of a step, µs."""
+        """Return median, 99 % quantile and largest execution time, µs."""
         return self._durations.figures()

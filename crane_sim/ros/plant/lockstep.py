@@ -10,57 +10,58 @@ from sensor_msgs.msg import JointState
 
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.plant.acknowledgement import Acknowledgement
-from crane_sim.ros.plant.command_arbiter import CommandArbiter
+from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
+from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.peers import ClockPeers
 from crane_sim.ros.plant.scheduler import should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
-_AGAIN = 0.05  # s between two messages of the same state while nobody answers, or it is not clear who does
-_COMPANY = 0.5  # s between two messages of the same state while another crane on the same clock is behind
-_TURN = 0.005  # s between two looks at services while messages come through inboxes
+_RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
+_RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
+_POLL = 0.005  # s between two polls of services while there are several publishers
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
 class Lockstep:
-    """Publishes state k, waits for the command with exactly its stamp, steps; wall time changes no number."""
+    """Scheduler that publishes state k, waits for the command with its stamp, and steps; wall time has no effect."""
 
-    def __init__(self, host: NodeHost, stepper: SimulationRun, settings: SimpleNamespace) -> None:
-        """Listen to `joint_commands`."""
-        self._host, self._stepper, self._settings = host, stepper, settings
-        self._wire = JointWire(stepper.scene.actuated, effort=True)
-        self._called_away = partial(should_stop, host)
-        self._companions = ClockPeers(host.node, settings.beside)
-        self._answer: tuple[float, ...] | None = None  # to the present state, while something keeps it waiting
-        self._since = self._sent = 0.0  # when the present state left for the first time, and the last
-        takers = {"joint_commands": (JointState, self._on_command)}
-        self._commands = CommandArbiter(host, stepper, takers, settings.command_lease, self._excused)
-        self._acknowledgement = Acknowledgement(settings.command_lease)
+    def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
+        """Subscribe to `joint_commands`."""
+        self._host, self._simulation, self._settings = host, simulation, settings
+        self._wire = JointWire(simulation.scene.actuated, effort=True)
+        self._should_stop = partial(should_stop, host)
+        self._peers = ClockPeers(host.node, settings.beside)
+        self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
+        self._first_sent = self._last_sent = 0.0  # s, when the present state was published
+        topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
+        lease = settings.command_lease
+        self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_suspended)
+        self._acknowledgements = AcknowledgementMonitor(lease)
 
     def missing(self) -> str:
         """See `StepScheduler`."""
-        number = self._settings.expected_controllers - self._commands.count()
-        return f"{number} more publisher(s) of {self._commands.topics}" if number > 0 else self._companions.missing()
+        number = self._settings.expected_controllers - self._commands.count_publishers()
+        return f"{number} more publisher(s) of {self._commands.topic_names}" if number > 0 else self._peers.missing()
 
     def run(self) -> None:
-        """See `StepScheduler`; a state that stays without a valid answer is sent again and again, and nothing moves."""
-        stepper = self._stepper
-        self._commands.begin()
-        stepper.begin()
-        self._since = self._sent = time.monotonic()
-        while stepper.running and not self._host.stopping and not self._host.brake:
+        """See `StepScheduler`; a state without a valid answer is sent again and again, and nothing moves."""
+        simulation = self._simulation
+        self._commands.start()
+        simulation.start()
+        self._first_sent = self._last_sent = time.monotonic()
+        while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
             self._serve()
-            self._proceed()
-            stepper.heartbeat()
-            if time.monotonic() - self._sent > self._patience():
-                self._complain()
-                self._repeat()
+            self._step_if_possible()
+            simulation.heartbeat()
+            if time.monotonic() - self._last_sent > self._resend_period():
+                self._report_waiting()
+                self._resend()
 
-    def level(self) -> bool:
-        """See `StepScheduler`; a crane that is behind may have missed this state, which is sent again now and then."""
-        behind = self._companions.behind(self._stepper.stamp)
-        if behind and time.monotonic() - self._sent > _COMPANY:
-            self._repeat()
+    def in_sync(self) -> bool:
+        """See `StepScheduler`; the present state is sent again to a crane that is behind and may have missed it."""
+        behind = self._peers.behind(self._simulation.stamp)
+        if behind and time.monotonic() - self._last_sent > _RESEND_TO_PEERS:
+            self._resend()
         return not behind
 
     def step_once(self) -> str:
@@ -69,99 +70,99 @@ class Lockstep:
         while obstacle := self._obstacle():
             if time.monotonic() > deadline:
                 return obstacle
-            if time.monotonic() - self._sent > _AGAIN:  # whoever should answer may have come since
-                self._repeat()
-            self._commands.look()
-            if not (self._commands.fetch() or self._companions.fetch()):
+            if time.monotonic() - self._last_sent > _RESEND:  # a subscriber may have been matched since
+                self._resend()
+            self._commands.update()
+            if not (self._commands.take_one() or self._peers.take_one()):
                 time.sleep(1e-4)
         self._step()
         return ""
 
-    def go_on(self) -> None:
+    def resume(self) -> None:
         """See `StepScheduler`."""
-        self._since = self._sent = time.monotonic()
-        self._proceed()
+        self._first_sent = self._last_sent = time.monotonic()
+        self._step_if_possible()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """See `StepScheduler`."""
-        self._answer = None
-        self._since = self._sent = time.monotonic()
+        self._effort = None
+        self._first_sent = self._last_sent = time.monotonic()
 
     def figures(self) -> dict[str, Any]:
-        """See `StepScheduler`; nothing is due at any time."""
+        """See `StepScheduler`; there are no deadlines."""
         return {}
 
     def _on_command(self, data: bytes) -> bool:
-        stepper = self._stepper
-        if not stepper.stamp or not stepper.running:
+        simulation = self._simulation
+        if not simulation.stamp or not simulation.running:
             return False  # the answer to the final state moves nothing
-        gate, now = stepper.gate, stepper.stamp
-        command = gate.decode(self._wire.decode, data)
-        effort = command and gate.validate(command.stamp, command.names, command.effort, now=now, oldest=now)
+        validator, now = simulation.validator, simulation.stamp
+        command = validator.decode(self._wire.decode, data)
+        effort = command and validator.validate(command.stamp, command.names, command.effort, now=now, oldest=now)
         if effort is None:
             return False
-        if stepper.waiting:
-            stepper.wait("")
-        self._answer = effort
-        self._proceed()
+        if simulation.waiting:
+            simulation.set_waiting("")
+        self._effort = effort
+        self._step_if_possible()
         return True
 
     def _serve(self) -> None:
-        """Serve everyone until something has come; commands move the crane on the way."""
-        self._commands.look()
-        if self._commands.several:
-            self._commands.wait(_TURN)
-            self._commands.poll()
+        """Serve callbacks until a message has come; commands move the crane on the way."""
+        self._commands.update()
+        if self._commands.contested:
+            self._commands.wait(_POLL)
+            self._commands.take_all()
             self._host.spin(0.0)
         else:
             self._host.spin()
 
-    def _proceed(self) -> None:
-        """Take the step whose command is at hand, unless the run is paused or a crane on the same clock is behind."""
-        if not self._stepper.paused and not self._obstacle():
+    def _step_if_possible(self) -> None:
+        """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
+        if not self._simulation.paused and not self._obstacle():
             self._step()
 
     def _obstacle(self) -> str:
         """Return why the present step cannot be taken, empty where it can."""
-        if self._answer is None:
-            return f"the command for state {self._stepper.plant.k + 1} has not come yet"
-        behind = self._companions.behind(self._stepper.stamp)
+        if self._effort is None:
+            return f"the command for state {self._simulation.plant.k + 1} has not come yet"
+        behind = self._peers.behind(self._simulation.stamp)
         return f"{behind}, on the same clock, is behind" if behind else ""
 
     def _step(self) -> None:
-        if self._commands.several:
-            self._note_acknowledgement()
-        effort, self._answer = self._answer, None
-        self._stepper.step(effort)
-        self._stepper.throttle_for_recorder(_BLOCK, self._called_away)
-        self._since = self._sent = time.monotonic()
+        if self._commands.contested:
+            self._update_acknowledgements()
+        effort, self._effort = self._effort, None
+        self._simulation.step(effort)
+        self._simulation.throttle_for_recorder(_BLOCK, self._should_stop)
+        self._first_sent = self._last_sent = time.monotonic()
 
-    def _patience(self) -> float:
-        """Return the time [s] until the present state is sent again."""
+    def _resend_period(self) -> float:
+        """Return the time [s] after which the present state is sent again."""
         timeout = self._settings.step_timeout
-        if self._answer is not None:
-            return inf if self._stepper.paused else _COMPANY  # a crane that is behind may have missed this one's state
-        return min(_AGAIN, timeout) if self._stepper.waiting or self._commands.several else timeout
+        if self._effort is not None:  # a crane that is behind may have missed this one's state
+            return inf if self._simulation.paused else _RESEND_TO_PEERS
+        return min(_RESEND, timeout) if self._simulation.waiting or self._commands.contested else timeout
 
-    def _complain(self) -> None:
-        """Say that nobody answers, as soon as that has lasted; where somebody paused the run, nobody has to."""
-        stepper, settings = self._stepper, self._settings
+    def _report_waiting(self) -> None:
+        """Report that no command has come for the time-out; not while the run is paused, when none need come."""
+        simulation, settings = self._simulation, self._settings
         limit = settings.step_timeout * (settings.resends + 1)
-        settled = self._answer is not None or stepper.waiting or stepper.paused
-        if not settled and time.monotonic() - self._since >= limit:
-            refusal = stepper.gate.last_refusal or "none"
-            state = stepper.plant.k + 1
-            stepper.wait(f"no valid command for state {state} within {limit:g} s; last refusal: {refusal}")
+        settled = self._effort is not None or simulation.waiting or simulation.paused
+        if not settled and time.monotonic() - self._first_sent >= limit:
+            refusal = simulation.validator.last_refusal or "none"
+            state = simulation.plant.k + 1
+            simulation.set_waiting(f"no valid command for state {state} within {limit:g} s; last refusal: {refusal}")
 
-    def _repeat(self) -> None:
-        self._stepper.publish_state()
-        self._sent = time.monotonic()
+    def _resend(self) -> None:
+        self._simulation.publish_state()
+        self._last_sent = time.monotonic()
 
-    def _excused(self) -> bool:
-        """Return whether the commander has nothing to answer, or may be alive and at work on its answer."""
-        self._note_acknowledgement()
-        nothing = self._stepper.paused or self._answer is not None
-        return nothing or self._acknowledgement.excuses(self._since)
+    def _is_lease_suspended(self) -> bool:
+        """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""
+        self._update_acknowledgements()
+        nothing_to_answer = self._simulation.paused or self._effort is not None
+        return nothing_to_answer or self._acknowledgements.may_be_alive(self._first_sent)
 
-    def _note_acknowledgement(self) -> None:
-        self._acknowledgement.note(self._stepper.acknowledged, time.monotonic())
+    def _update_acknowledgements(self) -> None:
+        self._acknowledgements.update(self._simulation.acknowledged, time.monotonic())

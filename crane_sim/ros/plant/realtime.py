@@ -11,171 +11,178 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import JointWire, decode_array
 from crane_sim.ros.common.timing import StepTiming
-from crane_sim.ros.plant.command_arbiter import CommandArbiter
+from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.scheduler import should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, Watchdog
+from crane_sim.ros.plant.watchdog import TimeoutAction, Watchdog
 
 ACCEPTED = "accepted_command"  # each command that was not refused, with the stamp of the state that it answers
 _ARRAYS = "effort_controller/commands"
-_SERVED = 0.05  # s between two looks at who commands
-_TURN = 0.001  # s between two looks into the inboxes, where there are some
+_UPDATE_PERIOD = 0.05  # s between two updates of the publishers of commands
+_POLL = 0.001  # s between two polls of commands while there are several publishers
 _MARGIN = 0.0004  # s; spin_once comes back up to 0.3 ms late, a plain sleep does not
-_MOST = 100  # messages taken before a single step: somebody who floods the topic does not hold it up
-_NAP = 1e-4  # s between two looks for the answer to a single step
+_BATCH = 100  # messages taken before a single step: a flood on the topic does not hold it up
+_STEP_POLL = 1e-4  # s between two polls for the answer to a single step
 
 
 class Realtime:
-    """Steps at absolute wall-clock deadlines with the newest valid command held."""
+    """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held."""
 
-    def __init__(self, host: NodeHost, stepper: SimulationRun, settings: SimpleNamespace) -> None:
-        """Listen to `joint_commands` and `effort_controller/commands`, if the scene takes commands at all."""
-        self._host, self._stepper, self._settings = host, stepper, settings
-        self._zero = (0.0,) * len(stepper.scene.actuated)
+    def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
+        """Subscribe to `joint_commands` and `effort_controller/commands`, if the scene takes commands at all."""
+        self._host, self._simulation, self._settings = host, simulation, settings
+        self._zero = (0.0,) * len(simulation.scene.actuated)
         self._held, self._answered = self._zero, False  # the newest command, and whether it came after the last step
-        self._period = stepper.scene.period / settings.rate  # s of wall time
+        self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
-        self._silent, self._silences = False, 0
-        self._punctuality = StepTiming()
-        self._wire = JointWire(stepper.scene.actuated, effort=True)
-        takers = {"joint_commands": (JointState, self._on_command), _ARRAYS: (Float64MultiArray, self._on_array)}
-        sampled = stepper.scene.sampled
-        lease = settings.command_lease
-        self._commands = CommandArbiter(host, stepper, takers, lease, lambda: stepper.paused) if sampled else None
+        self._timed_out, self._timeouts = False, 0
+        self._timing = StepTiming()
+        self._wire = JointWire(simulation.scene.actuated, effort=True)
+        topics = {
+            "joint_commands": CommandTopic(JointState, self._on_command),
+            _ARRAYS: CommandTopic(Float64MultiArray, self._on_array),
+        }
+        sampled, lease = simulation.scene.sampled, settings.command_lease
+        self._commands = CommandArbiter(host, simulation, topics, lease, lambda: simulation.paused) if sampled else None
         self._accepted = host.node.create_publisher(JointState, ACCEPTED, messages.STREAM) if sampled else None
 
     def missing(self) -> str:
         """See `StepScheduler`."""
-        number = self._settings.expected_controllers - self._commands.count() if self._commands else 0
-        return f"{number} more publisher(s) of {self._commands.topics}" if self._commands and number > 0 else ""
+        if not self._commands:
+            return ""
+        number = self._settings.expected_controllers - self._commands.count_publishers()
+        return f"{number} more publisher(s) of {self._commands.topic_names}" if number > 0 else ""
 
     def run(self) -> None:
         """See `StepScheduler`; a late step is counted, and the next ones catch up with the schedule."""
-        stepper, period = self._stepper, self._period
+        simulation, period = self._simulation, self._period
         if self._commands:
-            self._commands.begin()
-        stepper.begin()
+            self._commands.start()
+        simulation.start()
         due = time.monotonic()
-        self._watchdog.heard()
-        while stepper.running and not self._host.stopping and not self._host.brake:
+        self._watchdog.reset()
+        while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
             due += period
             self._serve_until(due)
-            if stepper.paused:
+            if simulation.paused:
                 self._host.spin()
                 due = time.monotonic()
-                self._punctuality.pause()
+                self._timing.pause()
                 self._watchdog.skip()
             else:
-                self._punctuality.note(due, time.monotonic())
+                self._timing.note(due, time.monotonic())
                 self._step()
-                stepper.deadline_misses += time.monotonic() > due + period
-            stepper.heartbeat()
+                simulation.deadline_misses += time.monotonic() > due + period
+            simulation.heartbeat()
 
-    def level(self) -> bool:
-        """See `StepScheduler`; the wall clock waits for nobody."""
+    def in_sync(self) -> bool:
+        """See `StepScheduler`; the wall clock is shared by all."""
         return True
 
     def step_once(self) -> str:
         """See `StepScheduler`; the controller has a period for its answer, as in the run, and then the last one holds.
 
-        What is waited for in vain counts as silence, as in the run; where `on_silence` acts, nobody is waited for.
+        The wait for an answer counts towards the time-out, as in the run; after the time-out there is none.
         """
         if self._commands:
             self._watchdog.skip()
-            self._await_answer(self._commands)
+            self._wait_for_answer(self._commands)
         self._step()
         return ""
 
-    def go_on(self) -> None:
-        """See `StepScheduler`; a pause ends no silence, and is none."""
+    def resume(self) -> None:
+        """See `StepScheduler`; the time of the pause does not count, and the time-out goes on where it was."""
         self._watchdog.skip()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """See `StepScheduler`."""
         self._held, self._answered = self._zero, False
-        self._watchdog.heard()
-        self._note_silence(False)
-        self._punctuality = StepTiming()
+        self._watchdog.reset()
+        self._set_timed_out(False)
+        self._timing = StepTiming()
 
     def figures(self) -> dict[str, Any]:
-        """See `StepScheduler`; how punctual the steps were, and how often nobody commanded."""
-        return self._punctuality.figures() | {"silences": self._silences}
+        """See `StepScheduler`; the timing of steps, and the number of time-outs of commands."""
+        return self._timing.figures() | {"silences": self._timeouts}
 
     def _serve_until(self, due: float) -> None:
         self._host.spin(0.0)
-        turn = self._listen()
-        while (left := due - time.monotonic()) > _MARGIN and not self._host.stopping:
-            self._host.spin(min(left - _MARGIN, turn))
-            turn = self._listen()
-        if left > 0.0 and not self._host.stopping:
-            time.sleep(left)
+        poll = self._take_commands()
+        while (remaining := due - time.monotonic()) > _MARGIN and not self._host.stop_reason:
+            self._host.spin(min(remaining - _MARGIN, poll))
+            poll = self._take_commands()
+        if remaining > 0.0 and not self._host.stop_reason:
+            time.sleep(remaining)
 
-    def _listen(self) -> float:
-        """Take what waits in inboxes; returns the time [s] until that is due again."""
+    def _take_commands(self) -> float:
+        """Take the commands of several publishers; return the time [s] until that is due again."""
         if self._commands is None:
-            return _SERVED
-        self._commands.look()
-        if not self._commands.several:
-            return _SERVED
-        self._commands.poll()
-        return _TURN
+            return _UPDATE_PERIOD
+        self._commands.update()
+        if not self._commands.contested:
+            return _UPDATE_PERIOD
+        self._commands.take_all()
+        return _POLL
 
-    def _await_answer(self, commands: CommandArbiter) -> None:
-        """Take the commands that wait; where none has come since the last step, give the controller time for one."""
+    def _wait_for_answer(self, commands: CommandArbiter) -> None:
+        """Take the commands that are there; where none has come since the last step, wait for one for a period."""
         deadline = time.monotonic() + self._period
-        commands.look()
-        for _ in range(_MOST):
-            if not commands.fetch():
+        commands.update()
+        for _ in range(_BATCH):
+            if not commands.take_one():
                 break
-        while not (self._answered or self._silent or time.monotonic() >= deadline or should_stop(self._host)):
-            if not commands.fetch():
-                time.sleep(_NAP)
+        while not (self._answered or self._timed_out or time.monotonic() >= deadline or should_stop(self._host)):
+            if not commands.take_one():
+                time.sleep(_STEP_POLL)
 
     def _step(self) -> None:
-        effort, self._answered = self._effort(), False
-        self._stepper.step(effort)
+        effort, self._answered = self._next_effort(), False
+        self._simulation.step(effort)
 
-    def _effort(self) -> tuple[float, ...] | None:
+    def _next_effort(self) -> tuple[float, ...] | None:
         if not self._commands:
             return None
-        self._watchdog.count()
-        self._note_silence(self._watchdog.silent)
-        return self._zero if self._silent and self._settings.on_silence == "zero" else self._held
+        self._watchdog.update()
+        self._set_timed_out(self._watchdog.expired)
+        return self._zero if self._timed_out and self._settings.on_silence == TimeoutAction.ZERO else self._held
 
-    def _note_silence(self, silent: bool) -> None:
-        """Do and tell what follows where a silence begins or ends."""
-        if silent == self._silent:
+    def _set_timed_out(self, timed_out: bool) -> None:
+        """Begin or end the action at a time-out of commands, with its warning."""
+        if timed_out == self._timed_out:
             return
-        timeout, way = self._watchdog.timeout, self._settings.on_silence
-        self._silent = silent
-        self._silences += silent
-        self._stepper.plant.braking = silent and way == "brake"
-        self._stepper.warn(
-            f"no valid command for {timeout:g} s: {COMMAND_TIMEOUT_ACTIONS[way]}" if silent else "", "commands"
+        timeout, action = self._watchdog.timeout, TimeoutAction(self._settings.on_silence)
+        self._timed_out = timed_out
+        self._timeouts += timed_out
+        self._simulation.plant.braking = timed_out and action == TimeoutAction.BRAKE
+        self._simulation.warn(
+            f"no valid command for {timeout:g} s: {action.description}" if timed_out else "", "commands"
         )
 
     def _on_command(self, data: bytes) -> bool:
-        stepper = self._stepper
-        command = stepper.gate.decode(self._wire.decode, data) if stepper.stamp and stepper.running else None
+        simulation = self._simulation
+        validator = simulation.validator
+        command = validator.decode(self._wire.decode, data) if simulation.stamp and simulation.running else None
         if command is None:
             return False
+        now = simulation.stamp
         timeout = round(self._watchdog.timeout * self._settings.rate * messages.SECOND)  # in simulated time
-        oldest = stepper.stamp - timeout if timeout else 0
-        effort = stepper.gate.validate(command.stamp, command.names, command.effort, now=stepper.stamp, oldest=oldest)
+        oldest = now - timeout if timeout else 0
+        effort = validator.validate(command.stamp, command.names, command.effort, now=now, oldest=oldest)
         return self._hold(command.stamp, effort)
 
     def _on_array(self, data: bytes) -> bool:
-        stepper = self._stepper
-        efforts = stepper.gate.decode(decode_array, data) if stepper.stamp and stepper.running else None
-        return efforts is not None and self._hold(stepper.stamp, stepper.gate.validate_array(efforts))
+        simulation = self._simulation
+        validator = simulation.validator
+        efforts = validator.decode(decode_array, data) if simulation.stamp and simulation.running else None
+        return efforts is not None and self._hold(simulation.stamp, validator.validate_array(efforts))
 
     def _hold(self, stamp: int, effort: tuple[float, ...] | None) -> bool:
-        """Hold what the gate has accepted in answer to the state of a stamp [ns], and tell a recorder of it."""
+        """Hold an accepted command that answers the state of a stamp [ns], and publish it for a recorder."""
         if effort is None:
             return False
         if self._accepted and self._accepted.get_subscription_count():
             self._accepted.publish(self._wire.encode(stamp, effort))
         self._held, self._answered = effort, True
-        self._watchdog.heard()
-        self._note_silence(False)
+        self._watchdog.reset()
+        self._set_timed_out(False)
         return True

@@ -1,8 +1,6 @@
-"""A subscription that says who sent a message: rclpy takes messages without their publisher's identifier, rcl with it.
+"""Subscriptions with senders, which rcl has and rclpy has not, and the publishers of a topic in the ROS graph.
 
-No executor serves it: whoever owns it waits for messages, and takes them one by one.
-
-Who publishes a topic, as the graph knows it.
+No executor serves such a subscription: its owner waits for messages, and takes them one by one.
 """
 
 import ctypes
@@ -15,31 +13,32 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.type_support import check_for_type_support
 
-_UNKNOWN = "_NODE_NAME_UNKNOWN_"  # rmw's word
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of rmw
+_UNNAMED = "a node without a name"  # none of ROS, or one whose name has not arrived yet
+_OK = 0  # return code of rcl
+_CAPACITY = 4096  # bytes of a message at first; rcl reallocates for larger ones
 
 
-_UNNAMED = "a node without a name"  # none of ROS, or one whose name is still on its way
+class Publisher(NamedTuple):
+    """A publisher in the ROS graph."""
+
+    gid: bytes  # identifier
+    node: str  # full name
 
 
-def publishers(node: Node, topic: str) -> Iterator[tuple[bytes, str]]:
-    """Yield identifier and full node name of every publisher that a reliable subscription hears."""
+def publishers(node: Node, topic: str) -> Iterator[Publisher]:
+    """Yield every publisher that a reliable subscription is matched with."""
     for info in node.get_publishers_info_by_topic(topic):
         if info.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
-            yield bytes(info.endpoint_gid), _full_name(info)
+            yield Publisher(bytes(info.endpoint_gid), _full_name(info))
 
 
 def _full_name(info: TopicEndpointInfo) -> str:
     return _UNNAMED if info.node_name == _UNKNOWN else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
 
-_OK = 0  # return code of rcl
-
-
-_ROOM = 4096  # bytes for a message at first; rcl makes more where it needs more
-
-
 class MessageWithSender(NamedTuple):
-    """A message as it came over the wire, and the identifier of its publisher."""
+    """A serialized message, and the identifier of its publisher."""
 
     data: bytes
     sender: bytes
@@ -49,7 +48,7 @@ class _Allocator(ctypes.Structure):
     _fields_ = [(name, ctypes.c_void_p) for name in ("allocate", "deallocate", "reallocate", "zero_allocate", "state")]
 
 
-class _Bytes(ctypes.Structure):
+class _SerializedMessage(ctypes.Structure):
     _fields_ = [
         ("buffer", ctypes.c_void_p),
         ("length", ctypes.c_size_t),
@@ -58,7 +57,7 @@ class _Bytes(ctypes.Structure):
     ]
 
 
-class _About(ctypes.Structure):
+class _MessageInfo(ctypes.Structure):
     _fields_ = [
         ("sent", ctypes.c_int64),
         ("received", ctypes.c_int64),
@@ -71,7 +70,7 @@ class _About(ctypes.Structure):
 
 
 class SenderSubscription:
-    """The messages of one topic, each with its sender."""
+    """A subscription that takes the messages of one topic with their senders."""
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
         """Subscribe; arguments as of `Node.create_subscription`."""
@@ -80,35 +79,36 @@ class SenderSubscription:
             self._handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())
         context: Any = node.context.handle
         with context:
-            self._set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, context)
+            self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, context)
         self._take = ctypes.CDLL("librcl.so").rcl_take_serialized_message
         self._pointer = ctypes.c_void_p(self._handle.pointer)
-        self._bytes, self._about = _room(), _About()
-        self._arguments = (self._pointer, ctypes.byref(self._bytes), ctypes.byref(self._about), None)
+        self._message, self._info = _allocate_message(), _MessageInfo()
+        self._arguments = (self._pointer, ctypes.byref(self._message), ctypes.byref(self._info), None)
 
     def take(self) -> MessageWithSender | None:
-        """Return the oldest message that waits, None where there is none."""
+        """Take the oldest message, None where there is none."""
         if self._take(*self._arguments) != _OK:
             return None
-        return MessageWithSender(ctypes.string_at(self._bytes.buffer, self._bytes.length), bytes(self._about.sender))
+        return MessageWithSender(ctypes.string_at(self._message.buffer, self._message.length), bytes(self._info.sender))
 
     def close(self) -> None:
-        """Unsubscribe; what still waits is lost."""
+        """Unsubscribe; messages that were not taken are lost."""
         self._handle.destroy_when_not_in_use()
-        ctypes.CDLL("librcutils.so").rcutils_uint8_array_fini(ctypes.byref(self._bytes))
+        ctypes.CDLL("librcutils.so").rcutils_uint8_array_fini(ctypes.byref(self._message))
 
     def wait(self, seconds: float) -> None:
-        """Return as soon as a message waits, or after so many seconds."""
-        self._set.clear_entities()
-        self._set.add_subscription(self._handle)
-        self._set.wait(int(seconds * 1e9))
+        """Return as soon as there is a message, or after so many seconds."""
+        self._wait_set.clear_entities()
+        self._wait_set.add_subscription(self._handle)
+        self._wait_set.wait(int(seconds * 1e9))
 
 
-def _room() -> _Bytes:
-    """Return an array of bytes that rcl lets grow."""
-    rcutils, found = ctypes.CDLL("librcutils.so"), _Bytes()
+def _allocate_message() -> _SerializedMessage:
+    """Return an array of bytes that rcl can reallocate."""
+    rcutils, message = ctypes.CDLL("librcutils.so"), _SerializedMessage()
     rcutils.rcutils_get_default_allocator.restype = _Allocator
     allocator = rcutils.rcutils_get_default_allocator()
-    if rcutils.rcutils_uint8_array_init(ctypes.byref(found), ctypes.c_size_t(_ROOM), ctypes.byref(allocator)) != _OK:
+    arguments = ctypes.byref(message), ctypes.c_size_t(_CAPACITY), ctypes.byref(allocator)
+    if rcutils.rcutils_uint8_array_init(*arguments) != _OK:
         raise MemoryError("no room for a message")
-    return found
+    return message

@@ -1,7 +1,4 @@
-"""The plant's services, with the meanings of simulation_interfaces 2.1.
-
-The plant's services `~/faults/NAME`, one for each fault of the scene: true lets it be there, false ends it.
-"""
+"""The plant's services, with the meanings of simulation_interfaces 2.1, and those of the scene's faults."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -16,15 +13,15 @@ from crane_sim.simulation.plant import Plant
 
 
 class FaultServices:
-    """Serves `~/faults/NAME`; what is ordered holds from the next period on, whatever the scene's times say."""
+    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it, whatever its schedule."""
 
     def __init__(self, node: Node, plant: Plant) -> None:
         """Offer the services."""
         self._plant = plant
         for name in plant.faults:
-            node.create_service(SetBool, f"~/faults/{name}", partial(self._order, name))
+            node.create_service(SetBool, f"~/faults/{name}", partial(self._set_fault, name))
 
-    def _order(self, name: str, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    def _set_fault(self, name: str, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._plant.set_fault(name, request.data)
         response.success = True
         response.message = f"{name} is {'on' if request.data else 'off'} from t = {self._plant.t:g} s on"
@@ -32,77 +29,80 @@ class FaultServices:
 
 
 class PlantServices:
-    """Serves `~/set_pause`, `~/step_simulation` and `~/reset_simulation`.
+    """Services `~/set_pause`, `~/step_simulation` and `~/reset_simulation`.
 
-    How many steps, and which state, are the parameters `step_count`, `reset_positions` and `reset_velocities`.
+    The number of steps and the state are the parameters `step_count`, `reset_positions` and `reset_velocities`.
     """
 
-    def __init__(self, host: NodeHost, stepper: SimulationRun, pace: StepScheduler, settings: SimpleNamespace) -> None:
+    def __init__(
+        self, host: NodeHost, simulation: SimulationRun, scheduler: StepScheduler, settings: SimpleNamespace
+    ) -> None:
         """Offer the services; `settings` follow the parameters."""
-        self._host, self._stepper, self._pace, self._settings = host, stepper, pace, settings
+        self._host, self._simulation, self._scheduler, self._settings = host, simulation, scheduler, settings
         node = host.node
         node.create_service(SetBool, "~/set_pause", self._set_pause)
         node.create_service(Trigger, "~/step_simulation", self._step)
         node.create_service(Trigger, "~/reset_simulation", self._reset)
 
     def _set_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        response.message = self._idle()
+        response.message = self._why_not_running()
         response.success = not response.message
-        if response.success and request.data != self._stepper.paused:
-            self._stepper.pause(request.data, "user")
+        if response.success and request.data != self._simulation.paused:
+            self._simulation.pause(request.data, "user")
             if not request.data:
-                self._pace.go_on()
-        if response.success and not self._stepper.paused:
-            response.message = self._waits()  # what was asked for is done, and yet nothing moves
+                self._scheduler.resume()
+        if response.success and not self._simulation.paused:
+            response.message = self._why_waiting()  # the pause is over, and yet nothing moves
         return response
 
     def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = self._idle() or self._moving()
+        response.message = self._why_not_running() or self._why_not_paused()
         if not response.message:
-            response.message = self._steps(self._settings.step_count)
+            response.message = self._take_steps(self._settings.step_count)
         response.success = not response.message
         return response
 
-    def _steps(self, wanted: int) -> str:
-        """Take steps; returns why it were fewer than wanted, empty where it were not."""
-        stepper = self._stepper
-        for taken in range(wanted):
-            if obstacle := self._obstacle():
-                return f"{taken} of {wanted} steps: {obstacle}" if wanted > 1 else obstacle
-            stepper.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
-            stepper.heartbeat()
-        return stepper.fault
+    def _take_steps(self, number: int) -> str:
+        """Take steps; returns why there were fewer than this number, empty where there were not."""
+        simulation = self._simulation
+        for taken in range(number):
+            if obstacle := self._take_step():
+                return f"{taken} of {number} steps: {obstacle}" if number > 1 else obstacle
+            simulation.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
+            simulation.heartbeat()
+        return simulation.fault
 
-    def _obstacle(self) -> str:
+    def _take_step(self) -> str:
         """Take a step; returns why not, empty where it is done."""
-        if should_stop(self._host) or not self._stepper.running:
-            return self._stepper.fault or "the run is over"
-        return self._pace.step_once()
+        if should_stop(self._host) or not self._simulation.running:
+            return self._simulation.fault or "the run is over"
+        return self._scheduler.step_once()
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = self._idle()
+        response.message = self._why_not_running()
         if not response.message:
+            settings = self._settings
             try:
-                self._stepper.restart(self._settings.reset_positions or None, self._settings.reset_velocities or None)
-                self._pace.forget()
+                self._simulation.restart(settings.reset_positions or None, settings.reset_velocities or None)
+                self._scheduler.reset()
             except ValueError as error:
                 response.message = str(error)
         response.success = not response.message
         return response
 
-    def _moving(self) -> str:
-        """Return why no single step can be taken, empty where it is paused."""
-        return "" if self._stepper.paused else self._waits() or "the simulation is not paused"
+    def _why_not_paused(self) -> str:
+        """Return why no single step can be taken, empty where the run is paused."""
+        return "" if self._simulation.paused else self._why_waiting() or "the simulation is not paused"
 
-    def _waits(self) -> str:
-        waiting = self._stepper.waiting
+    def _why_waiting(self) -> str:
+        waiting = self._simulation.waiting
         return f"the simulation is not paused, it waits: {waiting}" if waiting else ""
 
-    def _idle(self) -> str:
-        if not self._stepper.stamp:
+    def _why_not_running(self) -> str:
+        if not self._simulation.stamp:
             return "the run has not begun"
         if not self._host.active:
             return "the node is inactive"
-        if self._stepper.ending:
-            return f"the run is ending: {self._stepper.ending}"
-        return "" if self._stepper.running else "the run is over"
+        if self._simulation.ending:
+            return f"the run is ending: {self._simulation.ending}"
+        return "" if self._simulation.running else "the run is over"

@@ -1,11 +1,11 @@
-"""One simulation run as the node `plant` sees it: steps, publishes, keeps the books; knows nothing of pace."""
+"""One simulation run of the node `plant`: its steps, publications and counters; schedulers decide when it steps."""
 
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import CommandValidator
+from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene
@@ -16,11 +16,12 @@ _DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
 
 
 class SimulationRun:
-    """Advances the plant and tells everyone about it.
+    """A run: advances the plant, and publishes its states, clock, mode and diagnostics.
 
     Attributes:
+        validator: of the run's commands.
         stamp: of the newest published state, ns; 0 before the run begins.
-        waiting: why nothing moves although the run is not paused: nobody commands; one line, or empty.
+        waiting: why nothing moves although the run is not paused: no command comes; one line, or empty.
         ending: why the run is on its way to its end, one line, or empty.
         fault: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
@@ -29,15 +30,15 @@ class SimulationRun:
     def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes, largest: Sequence[float]) -> None:
         """Prepare a run of `scene`, whose efforts are at most `largest` (nu,) [N m or N]; nothing is published yet."""
         self.scene, self.plant, self._largest = scene, plant, largest
-        self.gate = CommandValidator(scene.actuated, largest)
+        self.validator = CommandValidator(scene.actuated, largest)
         self.stamp, self.deadline_misses = 0, 0
         self.waiting = self.ending = self.fault = ""
-        self._pauses: set[str] = set()  # whose they are
+        self._pauses: set[str] = set()  # by what ordered them
         self._topics, self._pipes = topics, pipes
         self._warnings: dict[str, str] = {}
-        self._began = self._ended = 0.0
+        self._start_time = self._end_time = 0.0
         self._next_progress = self._next_diagnostics = 0.0
-        self._told = 0  # stamp of the clock's last message that came from here
+        self._last_clock = 0  # stamp at the last call of `publish_clock_if_due`
 
     @property
     def finished(self) -> bool:
@@ -51,7 +52,7 @@ class SimulationRun:
 
     @property
     def paused(self) -> bool:
-        """Whether commands and the wall clock move nothing for now."""
+        """Whether the run is paused: commands and the wall clock move nothing."""
         return bool(self._pauses)
 
     @property
@@ -59,26 +60,26 @@ class SimulationRun:
         """See `PlantTopics`."""
         return self._topics.acknowledged
 
-    def pause(self, paused: bool, whose: str) -> None:
-        """Begin or end the pause of somebody, and say what comes of it: the run stands while there is one."""
-        (self._pauses.add if paused else self._pauses.discard)(whose)
-        self._tell_mode()
+    def pause(self, paused: bool, source: str) -> None:
+        """Begin or end the pause of a source, and publish the mode: the run is paused while any source pauses it."""
+        (self._pauses.add if paused else self._pauses.discard)(source)
+        self._publish_mode()
 
-    def go_on(self) -> None:
-        """End all pauses, and say so."""
+    def resume(self) -> None:
+        """End all pauses, and publish the mode."""
         self._pauses.clear()
-        self._tell_mode()
+        self._publish_mode()
 
-    def wait(self, why: str) -> None:
-        """Say at once that the run waits for somebody, or with an empty line that it does no more."""
+    def set_waiting(self, why: str) -> None:
+        """Publish and report that the run waits for a command, or with an empty line that it does no more."""
         self.waiting = why
-        self._tell_mode()
+        self._publish_mode()
         self.warn(why, "commands")
         self._pipes.report("waiting" if why else "resumed", why=why)
 
     @property
     def warning(self) -> str:
-        """What the diagnostics warn of, one line, empty while there is nothing."""
+        """The warnings of the diagnostics, one line, empty while there is none."""
         return "; ".join(filter(None, self._warnings.values()))
 
     def warn(self, line: str, subject: str) -> None:
@@ -86,22 +87,22 @@ class SimulationRun:
         if line == self._warnings.get(subject, ""):
             return
         self._warnings[subject] = line
-        self._tell(time.monotonic())
+        self._publish_diagnostics(time.monotonic())
 
     def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
-        """Return to the scene's initial state, or to another one, with new books; arguments as of `Plant.reset`."""
+        """Return to the scene's initial state, or to another one, with new counters; arguments as of `Plant.reset`."""
         self.plant.reset(q, v)
-        self.gate = CommandValidator(self.scene.actuated, self._largest)
+        self.validator = CommandValidator(self.scene.actuated, self._largest)
         self.deadline_misses = 0
-        self.begin()
+        self.start()
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Publish the first state."""
-        self._tell_mode()
-        self._began = time.monotonic()
-        self._topics.look_around()
+        self._publish_mode()
+        self._start_time = time.monotonic()
+        self._topics.update_subscribers()
         self.publish_state()
-        self._publish_rest()
+        self._publish_clock_and_payload()
 
     def publish_state(self) -> None:
         """Publish the present state, for the first time or again."""
@@ -110,7 +111,7 @@ class SimulationRun:
         self._topics.publish_state(self.stamp, *plant.seen)
 
     def step(self, effort: Sequence[float] | None) -> None:
-        """Advance one period with `effort` (nu,) held; the state leaves first, so that the controller can go on."""
+        """Advance one period with `effort` (nu,) held; the state is published first: the controller waits for it."""
         stamp = self.stamp
         try:
             self.plant.advance(effort)
@@ -118,14 +119,14 @@ class SimulationRun:
             self.fault = str(error)
             return
         self.publish_state()
-        if self._topics.effort_heard:
+        if self._topics.effort_subscribed:
             self._topics.publish_effort(stamp, self.plant.applied)
-        self._publish_rest()
+        self._publish_clock_and_payload()
 
-    def throttle_for_recorder(self, block: int, given_up: Callable[[], bool]) -> None:
-        """Wait for a recorder every `block` steps, unless that is `given_up`: writers keep only so many messages."""
-        if self.plant.k % block == 0 and self._topics.effort_heard:
-            self._topics.flush(given_up)
+    def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
+        """Wait for a recorder every `block` steps, unless `should_stop`: publishers keep only so many messages."""
+        if self.plant.k % block == 0 and self._topics.effort_subscribed:
+            self._topics.flush(should_stop)
 
     def heartbeat(self) -> None:
         """Report progress, publish diagnostics and the clock when they are due."""
@@ -135,31 +136,31 @@ class SimulationRun:
         self.publish_clock_if_due()
         self._pipes.report("progress", step=self.plant.k)
         if now >= self._next_diagnostics:
-            self._tell(now)
+            self._publish_diagnostics(now)
 
     def publish_clock_if_due(self) -> None:
-        """Publish the clock now and then, also before the run begins and while it stands: somebody may have come."""
+        """Publish a clock that stands, before the run begins or in a pause, ten times a second for new subscribers."""
         now = time.monotonic()
         if now < self._next_progress:
             return
         self._next_progress = now + _PROGRESS
-        self._topics.look_around()
+        self._topics.update_subscribers()
         stamp = (self.plant.k + 1) * self.scene.period_ns
-        if stamp == self._told or not self.stamp:
+        if stamp == self._last_clock or not self.stamp:
             self._topics.publish_clock(stamp)
-        self._told = stamp
+        self._last_clock = stamp
 
     def end(self) -> None:
-        """Say that the run is over, with zero effort where it ends early."""
-        self._ended = time.monotonic()
-        self._topics.publish_simulation_state(messages.QUITTING)
-        if self.stamp and not self.finished:  # behind QUITTING: it belongs to no step
+        """Publish the end of the run, with zero effort where it ends early."""
+        self._end_time = time.monotonic()
+        self._topics.publish_simulation_state(SimulationState.QUITTING)
+        if self.stamp and not self.finished:  # after QUITTING: it belongs to no step
             self._topics.publish_effort(self.stamp, (0.0,) * len(self.scene.actuated))
-        self._topics.publish_simulation_state(messages.STOPPED)
+        self._topics.publish_simulation_state(SimulationState.STOPPED)
 
     def summary(self, mode: str) -> dict[str, Any]:
-        """Return the run's summary, without what only the recorder knows."""
-        wall = self._ended - self._began if self._began else 0.0
+        """Return the run's summary, without the recorder's entries."""
+        wall = self._end_time - self._start_time if self._start_time else 0.0
         steps = self.plant.k
         head = {"scene": self.scene.name, "law": self.scene.law_name, "mode": mode, "seed": self.scene.seed}
         speed = {
@@ -168,22 +169,22 @@ class SimulationRun:
             "steps_per_second": steps / wall if wall else 0.0,
             "deadline_misses": self.deadline_misses,
             "publish_us": self._topics.publishing.figures(),
-            "commands": self.gate.summary(),
+            "commands": self.validator.summary(),
         }
         return head | self.plant.summary() | speed
 
-    def _publish_rest(self) -> None:
-        if self._topics.clock_heard:
+    def _publish_clock_and_payload(self) -> None:
+        if self._topics.clock_subscribed:
             self._topics.publish_clock(self.stamp)
-        if self._topics.payload_heard:
+        if self._topics.payload_subscribed:
             self._topics.publish_payload(self.stamp, self.plant.payload)
 
-    def _tell_mode(self) -> None:
-        standing = self.paused or self.waiting
-        self._topics.publish_simulation_state(messages.PAUSED if standing else messages.PLAYING)
+    def _publish_mode(self) -> None:
+        stands = self.paused or self.waiting
+        self._topics.publish_simulation_state(SimulationState.PAUSED if stands else SimulationState.PLAYING)
         self._pipes.report("active", active=not self.paused)
 
-    def _tell(self, now: float) -> None:
+    def _publish_diagnostics(self, now: float) -> None:
         self._next_diagnostics = now + _DIAGNOSTICS
         self._topics.publish_diagnostics(self.stamp, self.warning, self._health(now))
 
@@ -191,10 +192,10 @@ class SimulationRun:
         physics = self.plant.summary()
         return {
             "step": self.plant.k,
-            "real_time_factor": self.plant.k * self.scene.period / max(now - self._began, 1e-9),
+            "real_time_factor": self.plant.k * self.scene.period / max(now - self._start_time, 1e-9),
             "deadline_misses": self.deadline_misses,
             "saturated_steps": physics["saturated_steps"],
             "min_rope_tension": physics["min_rope_tension"],
-            **{f"commands {name}": number for name, number in self.gate.summary().items()},
-            **{f"refused: {reason}": number for reason, number in self.gate.refused.items()},
+            **{f"commands {name}": number for name, number in self.validator.summary().items()},
+            **{f"refused: {reason}": number for reason, number in self.validator.refused.items()},
         }

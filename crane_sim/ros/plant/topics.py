@@ -1,4 +1,4 @@
-"""The plant's side of the ROS graph: its publishers, and what each needs to fill its message quickly."""
+"""The plant's publishers, with messages and serializers that are built once."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -13,21 +13,21 @@ from std_msgs.msg import String, UInt8
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import JointWire
-from crane_sim.ros.common.timing import Errors
+from crane_sim.ros.common.timing import DurationHistogram
 
-_SLICE = Duration(nanoseconds=20_000_000)  # of a wait in which no signal is heard
+_SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
 
 
 class PlantTopics:
-    """Publishes what the plant has to say; stamps are integer ns, vectors in the scene's joint order.
+    """The publishers of the node `plant`; stamps are integer ns, vectors in the scene's joint order.
 
     Attributes:
-        publishing: how long it took to hand each joint state to the middleware.
-        clock_heard, effort_heard, payload_heard: somebody subscribed to this topic when `look_around` last looked.
+        publishing: durations of the calls that hand joint states to the middleware.
+        clock_subscribed, effort_subscribed, payload_subscribed: the topic had subscribers at the last update.
     """
 
     def __init__(self, node: Node, joints: Sequence[str], actuated: Sequence[str], clock: bool = True) -> None:
-        """Create every publisher of the node `plant`; that of /clock only where `clock`."""
+        """Create every publisher of the node `plant`; that of /clock only with `clock`."""
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
         self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM)
         self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK) if clock else None
@@ -38,17 +38,17 @@ class PlantTopics:
         self._source = f"{node.get_namespace().strip('/')}/plant"
         self._state_wire = JointWire(joints, effort=False)
         self._effort_wire = JointWire(actuated, effort=True)
-        self._tick, self._payload = Clock(), PoseStamped()
+        self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
-        self.clock_heard = self.effort_heard = self.payload_heard = False
-        self.publishing = Errors()
+        self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = False
+        self.publishing = DurationHistogram()
 
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
-        """Publish the joint state; the first thing to leave in a step, since the controller waits for it."""
+        """Publish the joint state; first of all in a step, since the controller waits for it."""
         message = self._state_wire.encode(stamp, q, v)
-        began = time.perf_counter()
+        start = time.perf_counter()
         self._states.publish(message)
-        self.publishing.add(time.perf_counter() - began)
+        self.publishing.add(time.perf_counter() - start)
 
     def publish_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Publish the effort applied from `stamp` on, after limits and faults."""
@@ -57,8 +57,8 @@ class PlantTopics:
     def publish_clock(self, stamp: int) -> None:
         """Publish the simulation's time."""
         if self._clock:
-            messages.set_stamp(self._tick.clock, stamp)
-            self._clock.publish(self._tick)
+            messages.set_stamp(self._clock_message.clock, stamp)
+            self._clock.publish(self._clock_message)
 
     def publish_payload(self, stamp: int, position: Sequence[float]) -> None:
         """Publish the payload's position, m, in the world frame."""
@@ -68,11 +68,11 @@ class PlantTopics:
         self._pose.publish(self._payload)
 
     def publish_description(self, urdf: str) -> None:
-        """Publish the robot description for everyone who comes, now or later."""
+        """Publish the robot description, latched for later subscribers."""
         self._description.publish(String(data=urdf))
 
-    def publish_simulation_state(self, state: int) -> None:
-        """Publish STOPPED, PLAYING, PAUSED or QUITTING."""
+    def publish_simulation_state(self, state: messages.SimulationState) -> None:
+        """Publish the state of the simulation, latched."""
         self._simulation.publish(UInt8(data=state))
 
     def publish_diagnostics(self, stamp: int, warning: str, values: Mapping[str, object]) -> None:
@@ -81,32 +81,31 @@ class PlantTopics:
         messages.set_stamp(message.header.stamp, stamp)
         self._diagnostics.publish(message)
 
-    def look_around(self) -> None:
-        """Note who listens: what nobody hears need not be said, which saves a tenth of a lockstep step."""
-        self.clock_heard = self._clock is not None and self._clock.get_subscription_count() > 0
-        self.effort_heard = self._efforts.get_subscription_count() > 0
-        self.payload_heard = self._pose.get_subscription_count() > 0
+    def update_subscribers(self) -> None:
+        """Update which topics have subscribers: publishing no others saves a tenth of a lockstep step."""
+        self.clock_subscribed = self._clock is not None and self._clock.get_subscription_count() > 0
+        self.effort_subscribed = self._efforts.get_subscription_count() > 0
+        self.payload_subscribed = self._pose.get_subscription_count() > 0
 
     def missing(self, peers: int, recorders: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""
-        wanted = ((self._states, peers), (self._efforts, recorders))
-        for publisher, number in wanted:
-            if (found := publisher.get_subscription_count()) < number:
-                return f"{number - found} more subscriber(s) of {publisher.topic_name}"
+        for publisher, number in ((self._states, peers), (self._efforts, recorders)):
+            if (matched := publisher.get_subscription_count()) < number:
+                return f"{number - matched} more subscriber(s) of {publisher.topic_name}"
         return ""
 
     @property
     def acknowledged(self) -> bool:
-        """Whether all who hear the joint states have the newest one: the middleware of a dead process has it not."""
+        """Whether all subscribers have acknowledged the newest joint state, as a dead process does not."""
         return self._states.wait_for_all_acked(Duration(seconds=0))
 
-    def flush(self, given_up: Callable[[], bool] = lambda: False) -> None:
-        """Wait until every matched subscriber has received what was published, or `given_up`, asked now and then.
+    def flush(self, should_stop: Callable[[], bool] = lambda: False) -> None:
+        """Wait until every matched subscriber has acknowledged all messages, or until `should_stop`, which is polled.
 
-        Who does not acknowledge is waited for as long as the middleware may take him for alive.
+        The wait ends with the liveliness lease of the middleware, after which a dead subscriber is removed.
         """
         deadline = time.monotonic() + messages.LEASE
         for publisher in (self._states, self._efforts):
             while not publisher.wait_for_all_acked(_SLICE):
-                if given_up() or time.monotonic() >= deadline:
+                if should_stop() or time.monotonic() >= deadline:
                     return

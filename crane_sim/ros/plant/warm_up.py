@@ -1,4 +1,4 @@
-"""What needs compiling is compiled before a run, not in it."""
+"""Warm-up of a plant: what has to be compiled is compiled before the run, not in it."""
 
 from contextlib import suppress
 
@@ -6,12 +6,12 @@ from crane_sim.simulation.plant import Plant, SimulationError
 
 
 def warm_up(plant: Plant, braking: bool) -> None:
-    """Do once all that a step does, on a plant that is then reset.
+    """Take a step, and reset the plant.
 
-    Brakes are code of their own; `braking` says whether somebody may need them while the wall clock goes on.
+    Brakes are code of their own; `braking` says whether they may act while the wall clock goes on.
     """
     effort = (0.0,) * len(plant.scene.actuated) if plant.scene.sampled else None
-    with suppress(SimulationError):  # the run itself will meet it again, and report it
+    with suppress(SimulationError):  # the run itself will fail in the same way, and report it
         plant.advance(effort)
         if braking:
             plant.braking = True

@@ -1,40 +1,59 @@
-"""Command time-out in real time: how long no command has come, and what the plant then does.
+"""Watchdog of commands in real time: the time since the newest one, and the action at its time-out.
 
 Time in which the run is paused does not count.
 """
 
 import time
+from enum import StrEnum
 
-COMMAND_TIMEOUT_ACTIONS = {"zero": "zero effort", "hold": "the last effort holds", "brake": "the brakes act"}
-"""The ways to choose from, and what is told of each."""
+
+class TimeoutAction(StrEnum):
+    """Actions of the plant at the time-out of commands."""
+
+    ZERO = "zero"
+    HOLD = "hold"
+    BRAKE = "brake"
+
+    @property
+    def description(self) -> str:
+        """The action in words, for warnings and options."""
+        return COMMAND_TIMEOUT_ACTIONS[self.value]
+
+
+COMMAND_TIMEOUT_ACTIONS = {
+    TimeoutAction.ZERO.value: "zero effort",
+    TimeoutAction.HOLD.value: "the last effort holds",
+    TimeoutAction.BRAKE.value: "the brakes act",
+}
+"""Descriptions of the actions, by their names."""
 
 
 class Watchdog:
-    """Counts the wall time since the newest command, but for what is skipped.
+    """Timer of the wall time since the newest command, without the time that is skipped.
 
     Attributes:
-        timeout: silence after which a commander counts as silent, s; 0: never.
+        timeout: time without a command after which the watchdog expires, s; 0: never.
     """
 
     def __init__(self, timeout: float, period: float) -> None:
-        """Be patient for `timeout` s, in slow motion for two periods [s] of wall time: states come no faster."""
+        """Expire after `timeout` s, in slow motion after two periods [s] of wall time: states come no faster."""
         self.timeout = max(timeout, 2.0 * period) if timeout else 0.0
-        self._quiet, self._counted = 0.0, time.monotonic()
+        self._elapsed, self._last_update = 0.0, time.monotonic()
 
     @property
-    def silent(self) -> bool:
-        """Whether what was counted is too long."""
-        return 0.0 < self.timeout < self._quiet
+    def expired(self) -> bool:
+        """Whether the elapsed time is beyond the time-out."""
+        return 0.0 < self.timeout < self._elapsed
 
-    def heard(self) -> None:
+    def reset(self) -> None:
         """Begin anew: a command has come, or a run begins."""
-        self._quiet, self._counted = 0.0, time.monotonic()
+        self._elapsed, self._last_update = 0.0, time.monotonic()
 
-    def count(self) -> None:
-        """Count the time since the last call of any of these."""
+    def update(self) -> None:
+        """Add the time since the last call of any of these."""
         now = time.monotonic()
-        self._quiet, self._counted = self._quiet + now - self._counted, now
+        self._elapsed, self._last_update = self._elapsed + now - self._last_update, now
 
     def skip(self) -> None:
-        """Leave that time out: the crane stood."""
-        self._counted = time.monotonic()
+        """Leave that time out: the run was paused."""
+        self._last_update = time.monotonic()

@@ -1,4 +1,4 @@
-"""Reads the messages of a run to a recorder, which knows stamps and numbers but no ROS."""
+"""Decoder of a run's messages for a recorder, which takes stamps and numbers and is independent of ROS."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, cast
@@ -8,6 +8,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
+from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.serialization import Frame, JointWire
 
 if TYPE_CHECKING:
@@ -22,21 +23,21 @@ TOPICS = (
     "joint_trajectory",
     "simulation_state",
 )
-MODES = ("stopped", "playing", "paused", "quitting")
+MODES = tuple(state.name.lower() for state in SimulationState)
 
 
 class MessageDecoder:
-    """Decodes serialized messages and passes their numbers on to a recorder."""
+    """Callbacks of serialized messages that pass their numbers on to a recorder."""
 
     def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
         """Expect the joints of a scene."""
-        self._recorder, self._scene, self._over = recorder, scene, False
+        self._recorder, self._scene, self._quitting = recorder, scene, False
         self._state_wire = JointWire(scene.joint_names, effort=False)
         self._effort_wire = JointWire(scene.actuated, effort=True)
-        self._gate = CommandValidator(scene.actuated, largest_efforts(scene))  # as the plant's own
+        self._validator = CommandValidator(scene.actuated, largest_efforts(scene))  # as the plant's own
 
-    def takers(self) -> dict[str, Callable[[bytes], None]]:
-        """Return one function of a serialized message per topic."""
+    def callbacks(self) -> dict[str, Callable[[bytes], None]]:
+        """Return one callback of a serialized message per topic."""
         return {
             "joint_states": self._on_state,
             "applied_effort": self._on_effort,
@@ -52,28 +53,28 @@ class MessageDecoder:
             self._recorder.state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
-        if self._over:
-            return  # the drives are switched off behind the last step: that is none itself
+        if self._quitting:
+            return  # the zero effort after the last step belongs to no step
         applied = _decode(self._effort_wire, data)
         if applied is not None:
             self._recorder.effort(applied.stamp, applied.effort)
 
     def _on_command(self, data: bytes) -> None:
         command = _decode(self._effort_wire, data)
-        effort = self._gate.match_joints(command.names, command.effort) if command is not None else None
+        effort = self._validator.match_joints(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
             self._recorder.command(command.stamp, effort)
 
     def _on_accepted(self, data: bytes) -> None:
         command = _decode(self._effort_wire, data)
-        effort = self._gate.match_joints(command.names, command.effort) if command is not None else None
+        effort = self._validator.match_joints(command.names, command.effort) if command is not None else None
         if command is not None and effort is not None:
             self._recorder.accept_effort(command.stamp, effort)
 
     def _on_reference(self, data: bytes) -> None:
         try:
             message = deserialize_message(data, JointTrajectory)
-        except RuntimeError:  # the middleware's: these bytes are no such message
+        except RuntimeError:  # the middleware's: the bytes are no such message
             return
         if message.points:
             point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
@@ -82,10 +83,10 @@ class MessageDecoder:
                 self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
 
     def _on_mode(self, data: bytes) -> None:
-        mode = messages.mode(data)
+        mode = messages.decode_simulation_state(data)
         if mode is None:
             return
-        self._over = mode == messages.QUITTING or (self._over and mode == messages.STOPPED)
+        self._quitting = mode == SimulationState.QUITTING or (self._quitting and mode == SimulationState.STOPPED)
         self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
 
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
@@ -97,7 +98,7 @@ class MessageDecoder:
 
 
 def _decode(wire: JointWire, data: bytes) -> Frame | None:
-    """Return what a message says, None where it is no such message: anybody may publish anything."""
+    """Return a decoded message, None where it is none of joint states: a topic may carry anything."""
     try:
         return wire.decode(data)
     except ValueError:

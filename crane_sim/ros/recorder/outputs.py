@@ -1,4 +1,4 @@
-"""The files that a recorder writes: opened at the start of a run, or where another recorder died."""
+"""The files of a recorder: opened at the start of a run, or to resume after another recorder's failure."""
 
 import json
 import time
@@ -21,103 +21,108 @@ if TYPE_CHECKING:
 
 
 class Output(Protocol):
-    """A file in the making."""
+    """A file being written.
+
+    Attributes:
+        broken: why it cannot be written any more, one line, or empty.
+        passes: resets of the plant that it has recorded.
+    """
 
     broken: str
     passes: int
 
     def idle(self) -> None:
-        """Write what waits, when its time has come."""
+        """Write what is buffered, when that is due."""
         ...
 
     def save(self) -> None:
-        """Write all that waits."""
+        """Write all that is buffered."""
         ...
 
     def has_all(self, steps: int | None) -> bool:
-        """Whether everything of `steps` steps has come in, or nothing more is coming."""
+        """Return whether all messages of `steps` steps have come, or none has come for long."""
         ...
 
 
 class ResumeState(NamedTuple):
-    """What a recorder is told that goes on for another one."""
+    """The state from which a recorder resumes after the failure of another one."""
 
-    after: int = 0  # the last step that the other one is known to have written
+    after: int = 0  # the last step that the failed one is known to have written
     recorded: int = 0  # steps that it, and those before it, have written
     bagged: int = 0  # the last step whose messages are known to be in their bags
-    passes: int = 0  # resets of the plant that they have taken in
+    passes: int = 0  # resets of the plant that they have recorded
     since: float = 0.0  # s of the system's clock: older files are another run's
-    number: int = 1  # of the part that now begins
+    number: int = 1  # of the part that begins here
 
 
 class Outputs:
     """The Rerun recording and the bag of one run, or one of them.
 
     Attributes:
-        files: those in the making.
-        takers: functions of a serialized message per topic, by what takes them.
-        behind: stamp [ns] behind which each of them begins.
+        files: those being written.
+        callbacks: of a serialized message per topic, for each file.
+        resume_after: stamp [ns] after which each file begins.
     """
 
     def __init__(
-        self, node: Node, scene: "Scene", settings: SimpleNamespace, kept: list[object], before: ResumeState
+        self, node: Node, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
     ) -> None:
-        """Open the files; raises Fault where one cannot be written. What must outlive a failure goes into `kept`."""
-        self._bag = bag = _opened_bag(node, scene, settings, before)
-        self.recorder = _opened_recorder(scene, settings, kept, bag, before)
+        """Open the files; raises Fault where one cannot be written. `keep_alive` gets what must outlive a failure."""
+        self._bag = bag = _open_bag(node, scene, settings, resume)
+        self.recorder = _open_recorder(scene, settings, keep_alive, bag, resume)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
-        readers = [bag, self.recorder and MessageDecoder(scene, self.recorder)]
-        self.takers: list[dict[str, Callable[[bytes], None]]] = [reader.takers() for reader in readers if reader]
-        steps = [step for step, output in ((before.bagged, bag), (before.after, self.recorder)) if output]
-        self.behind = [step * scene.period_ns for step in steps]
+        receivers = [bag, self.recorder and MessageDecoder(scene, self.recorder)]
+        self.callbacks: list[dict[str, Callable[[bytes], None]]] = [each.callbacks() for each in receivers if each]
+        steps = [step for step, output in ((resume.bagged, bag), (resume.after, self.recorder)) if output]
+        self.resume_after = [step * scene.period_ns for step in steps]
 
     def report_resets(self, report: Callable[[], object]) -> None:
-        """Let each reset be reported at once: who goes on from there must not take the next pass for the last one."""
+        """Report each reset at once: a successor must not mistake the pass after it for the one before it."""
         if self.recorder:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
-        """Return the last step on the disk, how many there are, the last one whose messages are, and resets."""
+        """Return the last step on the disk, the number of them, the last one whose messages are there, and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
         passes = max(output.passes for output in self.files)
         return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "passes": passes}
 
     def save(self) -> None:
-        """Write all that waits: nothing more is coming."""
+        """Write all that is buffered: no more messages are coming."""
         for output in self.files:
             output.save()
 
     def finish(self, summary: dict[str, Any], until: float) -> dict[str, Any]:
         """Complete the files one after the other, return what they add to the summary together.
 
-        What can be left undone is, where it would not be done by `until` [s], an instant of the monotonic clock.
+        Optional work is left out where it would not be done by `until` [s], an instant of the monotonic clock.
         """
         added = self._bag.finish(summary) if self._bag else {}
         if not self.recorder:
             return added
-        own = self.recorder.finish(summary | added, until - time.monotonic())
-        errors = [each["error"] for each in (added, own) if "error" in each]
-        return own | added | ({"error": "; ".join(errors)} if errors else {})
+        recorded = self.recorder.finish(summary | added, until - time.monotonic())
+        errors = [each["error"] for each in (added, recorded) if "error" in each]
+        return recorded | added | ({"error": "; ".join(errors)} if errors else {})
 
 
-def read_resume_state(told: str) -> ResumeState:
-    """Return what the orchestrator tells a recorder that goes on for another one; nothing: there was none."""
-    return ResumeState(**json.loads(told)) if told else ResumeState()
+def read_resume_state(document: str) -> ResumeState:
+    """Return the resume state in the argument of the order go; empty: no recorder has failed."""
+    return ResumeState(**json.loads(document)) if document else ResumeState()
 
 
-def _opened_bag(node: Node, scene: "Scene", settings: SimpleNamespace, before: ResumeState) -> "Bag | None":
+def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> "Bag | None":
     if not settings.mcap:
         return None
-    from crane_sim.recording.mcap.bag import Bag  # needs rosbags, which not everyone has
+    from crane_sim.recording.mcap.bag import Bag  # needs rosbags, which is optional
 
     try:
-        return Bag(part_of(settings.mcap, before.number), topics(node), scene.period_ns, before.bagged, before.passes)
+        return Bag(part_of(settings.mcap, resume.number), topics(node), scene.period_ns, resume.bagged, resume.passes)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 
 
-def _opened_recorder(
-    scene: "Scene", settings: SimpleNamespace, kept: list[object], bag: "Bag | None", before: ResumeState
+def _open_recorder(
+    scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], bag: "Bag | None", resume: ResumeState
 ) -> "Recorder | None":
     if not settings.path:
         return None
@@ -125,16 +130,16 @@ def _opened_recorder(
     from crane_sim.recording.rerun.repair import Previous
     from crane_sim.recording.rerun.writer import RecordingError
 
-    parts = tuple(existing_parts(settings.path, before.number - 1, before.since))
-    earlier = Previous(before.after, before.recorded, parts, before.passes)
-    whole = Path(settings.path) if before.number > 1 else None
+    parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
+    previous = Previous(resume.after, resume.recorded, parts, resume.passes)
+    whole = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:
-        recorder = Recorder(scene, part_of(settings.path, before.number), port, settings.recording_id, whole, earlier)
+        recorder = Recorder(scene, part_of(settings.path, resume.number), port, settings.recording_id, whole, previous)
     except RecordingError as error:
-        kept.append(error)
+        keep_alive.append(error)
         if bag:
             bag.abandon()
         raise Fault(str(error)) from error
-    kept.append(recorder)
+    keep_alive.append(recorder)
     return recorder

@@ -1,12 +1,12 @@
-"""The topics of a run as a recorder hears them: one subscription each, in the bytes that came over the wire.
+"""Polled subscriptions of a recorder: one for each topic of a run, with serialized messages.
 
 An executor wakes up for every message. A recorder is in no hurry, and on a busy machine each of its wake-ups takes a
-core from the plant or the controller: here messages wait in the middleware until somebody asks for them.
+core from the plant or the controller: here messages wait in the middleware until they are polled.
 """
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from operator import itemgetter
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import PoseStamped
@@ -20,10 +20,11 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.recording.mcap.topic import Topic, has_stamp
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.messages import SimulationState
 
 Callback = Callable[[bytes], None]
 
-_DEPTH = 10_000  # more steps than a plant makes while a block is written
+_DEPTH = 10_000  # more steps than a plant takes while a block is written
 _STREAM = QoSProfile(depth=_DEPTH)
 _SENSOR = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -32,6 +33,12 @@ _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class _Source(NamedTuple):
     kind: Any  # message class
     qos: QoSProfile
+
+
+class _Message(NamedTuple):
+    sent: int  # ns of the publisher's clock
+    callback: Callback  # of its topic
+    data: bytes
 
 
 _SOURCES = {
@@ -46,60 +53,60 @@ _SOURCES = {
     "simulation_state": _Source(UInt8, _LATCHED),
 }
 NAMES = tuple(_SOURCES)
-_sent = itemgetter(0)
+_time_sent = attrgetter("sent")
 
 
 def topics(node: Node) -> dict[str, Topic]:
-    """Return what a bag needs to know of every topic, by the name without the namespace."""
+    """Return the description of every topic for a bag, by the name without the namespace."""
     return {name: _topic(node.resolve_topic_name(name), source) for name, source in _SOURCES.items()}
 
 
 class RecorderSubscriptions:
-    """Hands every message to all who take its topic, whenever it is asked to.
+    """The subscriptions of a recorder, whose messages are dispatched to all callbacks of their topics.
 
     Attributes:
-        over: the plant said that the run has ended.
+        over: the plant has published the end of the run.
     """
 
-    def __init__(self, node: Node, listeners: Sequence[Mapping[str, Callback]]) -> None:
-        """Subscribe to the topics that a listener takes."""
+    def __init__(self, node: Node, receivers: Sequence[Mapping[str, Callback]]) -> None:
+        """Subscribe to the topics of the receivers, which are callbacks by topic."""
         self._began, self.over = False, False
-        everyone = ({"simulation_state": self._on_mode}, *listeners)
-        self._ears: dict[str, PolledSubscription] = {}
-        self._waiting: list[tuple[int, Callback, bytes]] = []
+        receivers = ({"simulation_state": self._on_mode}, *receivers)
+        self._subscriptions: dict[str, PolledSubscription] = {}
+        self._pending: list[_Message] = []
         self._newest = 0  # ns, when the last of them was sent
         for name in NAMES:
-            takers = [listener[name] for listener in everyone if name in listener]
-            if takers:
-                self._ears[name] = PolledSubscription(node, name, _to_all(takers))
+            callbacks = [receiver[name] for receiver in receivers if name in receiver]
+            if callbacks:
+                self._subscriptions[name] = PolledSubscription(node, name, _fan_out(callbacks))
 
     def dispatch(self) -> None:
-        """Hand over what had come by the last call, in the order in which it was sent.
+        """Dispatch the messages that had come by the last call, in the order in which they were sent.
 
-        What has come since then stays: of what was sent before it, something may still be on its way on another topic.
+        Later ones stay pending: a message that was sent before them may still be on its way on another topic.
         """
-        self._waiting += [message for ear in self._ears.values() for message in ear.take_all()]
-        self._waiting.sort(key=_sent)
-        count = bisect_right(self._waiting, self._newest, key=_sent)
-        settled, self._waiting = self._waiting[:count], self._waiting[count:]
-        if self._waiting:
-            self._newest = _sent(self._waiting[-1])
-        for _, take, data in settled:
-            take(data)
+        self._pending += [message for each in self._subscriptions.values() for message in each.take_all()]
+        self._pending.sort(key=_time_sent)
+        count = bisect_right(self._pending, self._newest, key=_time_sent)
+        complete, self._pending = self._pending[:count], self._pending[count:]
+        if self._pending:
+            self._newest = self._pending[-1].sent
+        for message in complete:
+            message.callback(message.data)
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when the plant is there."""
         for name in ("joint_states", "applied_effort"):
-            if not self._ears[name].has_publisher:
-                return f"a publisher of {self._ears[name].topic}"
+            if not self._subscriptions[name].has_publisher:
+                return f"a publisher of {self._subscriptions[name].topic}"
         return ""
 
     def _on_mode(self, data: bytes) -> None:
-        mode = messages.mode(data)
+        mode = messages.decode_simulation_state(data)
         if mode is None:
             return
-        self._began = self._began or mode == messages.PLAYING
-        self.over = self._began and mode in (messages.STOPPED, messages.QUITTING)
+        self._began = self._began or mode == SimulationState.PLAYING
+        self.over = self._began and mode in (SimulationState.STOPPED, SimulationState.QUITTING)
 
 
 class PolledSubscription:
@@ -109,31 +116,31 @@ class PolledSubscription:
         topic: its name with the namespace.
     """
 
-    def __init__(self, node: Node, name: str, take: Callback) -> None:
-        """Subscribe to the topic of this name; `take` is what `take_all` names with its messages."""
+    def __init__(self, node: Node, name: str, callback: Callback) -> None:
+        """Subscribe to the topic of this name; `take_all` yields the callback with each message."""
         source = _SOURCES[name]
-        self._take, self._kind, self._sent = take, source.kind, 0
+        self._callback, self._kind, self._sent = callback, source.kind, 0
         self._stamped = _topic(name, source).stamped
         check_for_type_support(source.kind)  # loads it, too
-        with node.handle:  # what `create_subscription` wraps, and hands to the executor
+        with node.handle:  # `create_subscription` would wrap it, and add it to the executor
             qos = source.qos.get_c_qos_profile()
             self._handle = rclpy_implementation.Subscription(node.handle, source.kind, name, qos)
         self.topic = self._handle.get_topic_name()
 
     @property
     def has_publisher(self) -> bool:
-        """Whether somebody publishes it."""
+        """Whether the topic has a publisher."""
         return self._handle.get_publisher_count() > 0
 
-    def take_all(self) -> Iterator[tuple[int, Callback, bytes]]:
-        """Yield (time at which it was sent [ns], who takes it, message) for every message that waits."""
+    def take_all(self) -> Iterator[_Message]:
+        """Take and yield all messages."""
         with self._handle:
             while taken := self._handle.take_message(self._kind, True):
-                data, about = taken
-                self._sent = max(self._sent, about["source_timestamp"])  # a clock set back reorders no topic
+                data, info = taken
+                self._sent = max(self._sent, info["source_timestamp"])  # a clock set back reorders no topic
                 if self._stamped and not has_stamp(data):
-                    continue  # anybody may publish anything: what is no message is nothing to record
-                yield self._sent, self._take, data
+                    continue  # a topic may carry anything: these bytes are no such message
+                yield _Message(self._sent, self._callback, data)
 
 
 def _topic(name: str, source: _Source) -> Topic:
@@ -147,12 +154,12 @@ def _topic(name: str, source: _Source) -> Topic:
     )
 
 
-def _to_all(takers: Sequence[Callback]) -> Callback:
-    if len(takers) == 1:
-        return takers[0]
+def _fan_out(callbacks: Sequence[Callback]) -> Callback:
+    if len(callbacks) == 1:
+        return callbacks[0]
 
-    def pass_on(data: bytes) -> None:
-        for take in takers:
-            take(data)
+    def call_all(data: bytes) -> None:
+        for callback in callbacks:
+            callback(data)
 
-    return pass_on
+    return call_all

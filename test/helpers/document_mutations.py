@@ -1,4 +1,4 @@
-"""Scene files mutilated at random: the places of a document, what can be done to them, and the values put there."""
+"""Random mutations of scene files: the entries of a document, what can be done to them, and the values put there."""
 
 import copy
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ JUNK = st.recursive(
 )
 
 
-def nested(depth: int) -> Any:
+def make_nested(depth: int) -> Any:
     """Return lists and groups in each other, `depth` levels of them."""
     value: Any = 1.0
     for level in range(depth):
@@ -32,90 +32,90 @@ def nested(depth: int) -> Any:
     return value
 
 
-def places(node: Any) -> Iterator[tuple[Any, Any]]:
+def list_entries(node: Any) -> Iterator[tuple[Any, Any]]:
     """Yield (container, key) of every entry of a document, the inner ones too."""
     keys = list(node) if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
     for key in keys:
         yield node, key
-        yield from places(node[key])
+        yield from list_entries(node[key])
 
 
-def deleted(box: Any, key: Any, _: Any) -> None:
-    """Leave an entry out."""
+def delete(box: Any, key: Any, _: Any) -> None:
+    """Delete an entry."""
     del box[key]
 
 
-def replaced(box: Any, key: Any, value: Any) -> None:
-    """Put something else in its place."""
+def replace(box: Any, key: Any, value: Any) -> None:
+    """Replace an entry's value."""
     box[key] = value
 
 
-def doubled(box: Any, key: Any, _: Any) -> None:
-    """Give a list an entry more, a group a key that nobody knows."""
+def duplicate(box: Any, key: Any, _: Any) -> None:
+    """Duplicate an entry of a list, or of a group under an unknown key."""
     if isinstance(box, list):
         box.insert(key, copy.deepcopy(box[key]))
     else:
         box[f"{key}s"] = copy.deepcopy(box[key])
 
 
-def negated(box: Any, key: Any, _: Any) -> None:
-    """Turn the sign of a number, the sense of a switch."""
+def negate(box: Any, key: Any, _: Any) -> None:
+    """Change the sign of a number, the value of a switch."""
     box[key] = -box[key] if type(box[key]) in (int, float) else not box[key]
 
 
-def scaled(box: Any, key: Any, value: Any) -> None:
-    """Multiply a number, or put another one in its place."""
+def scale(box: Any, key: Any, value: Any) -> None:
+    """Multiply a number, or replace it."""
     both = type(box[key]) is float and type(value) is float
     box[key] = box[key] * value if both else value
 
 
-def wrapped(box: Any, key: Any, _: Any) -> None:
-    """Make a list of it."""
+def wrap(box: Any, key: Any, _: Any) -> None:
+    """Wrap the value in a list."""
     box[key] = [box[key]]
 
 
-def quoted(box: Any, key: Any, _: Any) -> None:
-    """Make text of it."""
+def quote(box: Any, key: Any, _: Any) -> None:
+    """Make text of the value."""
     box[key] = str(box[key]) if type(box[key]) in (float, bool) else "text"
 
 
-def repeated(box: Any, key: Any, _: Any) -> None:
-    """Make a long list of it."""
+def repeat(box: Any, key: Any, _: Any) -> None:
+    """Make a long list of the value."""
     box[key] = (box[key] * 50)[:2000] if isinstance(box[key], list) else [box[key]] * 1001
 
 
-def buried(box: Any, key: Any, _: Any) -> None:
-    """Put it at the bottom of a deep shaft."""
-    box[key] = nested(3000)
+def nest_deeply(box: Any, key: Any, _: Any) -> None:
+    """Replace the value by lists and groups thousands of levels deep."""
+    box[key] = make_nested(3000)
 
 
-def transplanted(box: Any, key: Any, value: Any) -> None:
-    """Put there what stands in some other scene under the same key, where one has it."""
-    others = [there[name] for document in DOCUMENTS for there, name in places(document) if name == key]
+def transplant(box: Any, key: Any, value: Any) -> None:
+    """Replace the value by that of the same key of some other scene, where one has it."""
+    others = [container[name] for document in DOCUMENTS for container, name in list_entries(document) if name == key]
     if others:
         box[key] = copy.deepcopy(others[len(str(type(value))) * 7 % len(others)])
 
 
 MUTATIONS: list[Callable[[Any, Any, Any], None]] = [
-    *(deleted, replaced, replaced, replaced, scaled, doubled, negated),
-    *(wrapped, quoted, repeated, buried, transplanted),
+    *(delete, replace, replace, replace, scale, duplicate, negate),
+    *(wrap, quote, repeat, nest_deeply, transplant),
 ]
 MUTATION = st.tuples(st.sampled_from(MUTATIONS), st.integers(0, 10**6), NUMBERS | ODD | JUNK)
 
 
-def mutilated(document: dict[str, Any], mutations: list[tuple[Callable[..., None], int, Any]]) -> dict[str, Any]:
-    """Return a copy with every mutation done, each at the place that its number picks; a shaft, if any, comes last."""
+def mutate(document: dict[str, Any], mutations: list[tuple[Callable[..., None], int, Any]]) -> dict[str, Any]:
+    """Return a copy with every mutation applied, each at the entry of its number; deep nesting comes last, and once."""
     document = copy.deepcopy(document)
-    others, shafts = ([m for m in mutations if (m[0] is buried) == deep] for deep in (False, True))
-    for mutate, number, value in others + shafts[:1]:  # nothing of ours walks down a shaft
-        found = list(places(document))
-        if found:
-            mutate(*found[number % len(found)], value)
+    others, deep = ([m for m in mutations if (m[0] is nest_deeply) == is_deep] for is_deep in (False, True))
+    for mutation, number, value in others + deep[:1]:  # `list_entries` cannot recurse so deep
+        entries = list(list_entries(document))
+        if entries:
+            mutation(*entries[number % len(entries)], value)
     return document
 
 
 class Compilations(event.Listener):
-    """Counts what numba compiles."""
+    """A listener that counts numba's compilations."""
 
     number = 0
 

@@ -1,4 +1,4 @@
-"""Hostile commands: what could arrive at `joint_commands` beside the right answer, and why each is to be refused."""
+"""Invalid commands: messages on `joint_commands` beside the right answer, and the reason to refuse each."""
 
 import math
 import random
@@ -11,23 +11,23 @@ from sensor_msgs.msg import JointState
 JOINTS = ["slew", "boom", "jib", "rope"]
 PERIOD = 10_000_000  # ns, of the default scene
 SECOND = 1_000_000_000  # ns
-Bad = tuple[int, list[str], list[float]]
+Command = tuple[int, list[str], list[float]]  # stamp [ns], joints, efforts
 
 
-def message(stamp: int, names: Sequence[str], efforts: Sequence[float]) -> bytes:
-    """Return a command as rclpy sends it; stamp in ns."""
+def command_message(stamp: int, names: Sequence[str], efforts: Sequence[float]) -> bytes:
+    """Return a serialized command; stamp in ns."""
     command = JointState(name=list(names), effort=list(efforts))
     command.header.stamp = Time(sec=stamp // SECOND, nanosec=stamp % SECOND)
     return serialize_message(command)
 
 
-class Hostility:
-    """Makes hostile commands, the same ones for the same seed."""
+class InvalidCommands:
+    """A generator of invalid commands, the same ones for the same seed."""
 
     def __init__(self, seed: int) -> None:
-        """Start with `seed`."""
+        """Generate from `seed`."""
         self._random = random.Random(seed)
-        self._kinds: dict[str, Callable[[int], Bad]] = {
+        self._kinds: dict[str, Callable[[int], Command]] = {
             "not finite": self._not_finite,
             "huge": self._huge,
             "names": self._names,
@@ -40,8 +40,8 @@ class Hostility:
         }
         self._reasons = [*self._kinds, "unreadable"]
 
-    def command(self, now: int) -> tuple[str, bytes]:
-        """Return (reason for which it is to be refused, message) while the state of stamp `now` waits for its answer.
+    def generate(self, now: int) -> tuple[str, bytes]:
+        """Return (reason to refuse it, message) while the state of stamp `now` waits for its answer.
 
         The answer to the state before it has been accepted.
         """
@@ -50,30 +50,34 @@ class Hostility:
             reason = "unstamped"  # the first state has none before it
         if reason == "unreadable":
             return reason, self._garbage(now)
-        return reason, message(*self._kinds[reason](now))
+        return reason, command_message(*self._kinds[reason](now))
 
-    def _one(self, bad: float) -> list[float]:
+    def _efforts_with(self, bad: float) -> list[float]:
         efforts = [self._random.uniform(-10.0, 10.0) for _ in JOINTS]
         efforts[self._random.randrange(4)] = bad
         return efforts
 
-    def _not_finite(self, now: int) -> Bad:
-        return now, JOINTS, self._one(self._random.choice([math.nan, math.inf, -math.inf]))
+    def _not_finite(self, now: int) -> Command:
+        return now, JOINTS, self._efforts_with(self._random.choice([math.nan, math.inf, -math.inf]))
 
-    def _huge(self, now: int) -> Bad:
-        return now, JOINTS, self._one(self._random.choice([-1.0, 1.0]) * 10.0 ** self._random.uniform(9.1, 308.0))
+    def _huge(self, now: int) -> Command:
+        return (
+            now,
+            JOINTS,
+            self._efforts_with(self._random.choice([-1.0, 1.0]) * 10.0 ** self._random.uniform(9.1, 308.0)),
+        )
 
-    def _names(self, now: int) -> Bad:
+    def _names(self, now: int) -> Command:
         wrong = self._random.choice(["swing_radial", "", "Slew", "slew\n", "ß" * 50, "slew" * 100, "jib"])
         names = self._random.choice([[], [wrong], [wrong, *JOINTS[1:]], [*JOINTS, wrong], [wrong] * 100])
         return now, names, [1.0] * len(names)
 
-    def _length(self, now: int) -> Bad:
+    def _length(self, now: int) -> Command:
         return now, JOINTS, [1.0] * self._random.choice([0, 1, 3, 5, 1000])
 
     def _garbage(self, now: int) -> bytes:
-        """Return a message cut off somewhere behind its header, or noise."""
+        """Return a message cut off somewhere after its header, or noise."""
         if self._random.random() < 0.5:
-            whole = message(now, JOINTS, [1.0] * 4)
-            return whole[: self._random.randrange(4, len(whole) - 20)]  # DDS fills up to whole words
+            whole = command_message(now, JOINTS, [1.0] * 4)
+            return whole[: self._random.randrange(4, len(whole) - 20)]  # DDS pads to whole words
         return b"\x00\x01\x00\x00" + self._random.randbytes(self._random.randrange(0, 200))

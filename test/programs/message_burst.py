@@ -1,4 +1,4 @@
-"""Publishes thousands of messages on three topics in turn, as fast as it can, and stays until its input is closed."""
+"""Publishes thousands of messages on three topics in turn, as fast as it can; exits when its input is closed."""
 
 import sys
 import time
@@ -12,21 +12,24 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import JointWire
 
 TOPICS = ("joint_states", "joint_commands", "applied_effort")
+LIMIT = 300.0  # s for the subscriber to be matched
 COUNT = 4000  # messages a topic: fewer than a recorder's history holds
 
 
 def main() -> None:
-    """Speak to one listener."""
+    """Publish to one subscriber."""
     rclpy.init()
     node: Node = rclpy.create_node("burst")
     joints = load_scene("knuckle_setpoint").actuated
     wire, zeros = JointWire(joints, effort=True), (0.0,) * len(joints)
-    speakers = [node.create_publisher(JointState, name, messages.DEEP_STREAM) for name in TOPICS]
-    while not all(speaker.get_subscription_count() for speaker in speakers):
+    publishers = [node.create_publisher(JointState, name, messages.DEEP_STREAM) for name in TOPICS]
+    deadline = time.monotonic() + LIMIT
+    while not all(publisher.get_subscription_count() for publisher in publishers):
+        assert time.monotonic() < deadline, f"no subscriber within {LIMIT:g} s"
         time.sleep(0.01)
     for k in range(1, COUNT + 1):
-        for speaker in speakers:
-            speaker.publish(wire.encode(k, zeros))
+        for publisher in publishers:
+            publisher.publish(wire.encode(k, zeros))
     sys.stdin.read()
 
 

@@ -1,4 +1,4 @@
-"""A controller that owes nothing to ours: plain rclpy, zero efforts, and a mistake in some of the first states."""
+"""A controller in plain rclpy with zero efforts, and mistakes in its answers to some of the first states."""
 
 import math
 import sys
@@ -12,12 +12,12 @@ JOINTS = ["slew", "boom", "jib", "rope"]
 PERIOD = 10_000_000  # ns
 
 
-class ForeignController(Node):
-    """Answers every state; what it does wrong goes out before the right answer."""
+class FaultyController(Node):
+    """A node that answers every state; a wrong command is sent before the right answer."""
 
     def __init__(self) -> None:
         """Join the crane's namespace."""
-        super().__init__("foreign", namespace="knuckle")
+        super().__init__("faulty", namespace="knuckle")
         self._ignored = False
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
@@ -50,4 +50,4 @@ class ForeignController(Node):
 
 if __name__ == "__main__":
     rclpy.init(args=sys.argv)
-    rclpy.spin(ForeignController())
+    rclpy.spin(FaultyController())

@@ -1,4 +1,4 @@
-"""A node that answers every state with one and the same effort: NAME EFFORT. Plain rclpy."""
+"""A controller that answers every state with the same effort: NAME EFFORT. Plain rclpy."""
 
 import sys
 
@@ -10,7 +10,7 @@ JOINTS = ["slew", "boom", "jib", "rope"]
 
 
 def main(name: str, effort: float) -> None:
-    """Answer for ever."""
+    """Answer until the process is killed."""
     rclpy.init()
     node = Node(name, namespace="knuckle")
     commands = node.create_publisher(JointState, "joint_commands", 10)

@@ -1,4 +1,4 @@
-"""Watches cranes that step together, and /clock; prints as JSON what it saw. Plain rclpy."""
+"""Monitors cranes on one clock, and /clock; prints counters as JSON. Plain rclpy."""
 
 import json
 import sys
@@ -14,24 +14,24 @@ PERIOD = 10_000_000  # ns, of both cranes
 QUIET = 2.0  # s without a state: the runs are over
 
 
-class Watcher(Node):
-    """Notes when each state of each crane was first sent."""
+class ClockMonitor(Node):
+    """A subscriber that records when each state of each crane was first sent."""
 
     def __init__(self, cranes: list[str]) -> None:
-        """Listen to the cranes in these namespaces."""
-        super().__init__("watcher")
+        """Subscribe to the cranes in these namespaces."""
+        super().__init__("clock_monitor")
         self.sent: dict[str, dict[int, int]] = {crane: {} for crane in cranes}  # ns of the system's clock, by stamp
-        self.heard, self.leaders, self.times = 0.0, 0, 0
+        self.last_received, self.clock_publishers, self.clock_messages = 0.0, 0, 0
         for crane in cranes:
             self.create_subscription(
                 JointState,
                 f"/{crane}/joint_states",
-                lambda state, about, crane=crane: self._note(crane, state, about),
+                lambda state, info, crane=crane: self._record(crane, state, info),
                 QoSProfile(depth=10_000),
             )
         self._clock = self.create_subscription(Clock, "/clock", self._on_clock, qos_profile_sensor_data)
 
-    def hasty(self) -> int:
+    def count_early(self) -> int:
         """Return how many states were sent before the other crane had sent the state one period earlier."""
         first, second = self.sent.values()
         pairs = [(first, second), (second, first)]
@@ -42,24 +42,26 @@ class Watcher(Node):
             if stamp - PERIOD in other
         )
 
-    def _note(self, crane: str, state: JointState, about: dict) -> None:
+    def _record(self, crane: str, state: JointState, info: dict) -> None:
         stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
-        self.sent[crane].setdefault(stamp, about["source_timestamp"])
-        self.heard = time.monotonic()
-        self.leaders = max(self.leaders, self.count_publishers("/clock"))
+        self.sent[crane].setdefault(stamp, info["source_timestamp"])
+        self.last_received = time.monotonic()
+        self.clock_publishers = max(self.clock_publishers, self.count_publishers("/clock"))
 
     def _on_clock(self, _: Clock) -> None:
-        self.times += 1
+        self.clock_messages += 1
 
 
 def main() -> None:
-    """Watch until all is quiet."""
+    """Monitor until no more states come."""
     rclpy.init()
-    watcher = Watcher(sys.argv[1:])
-    while not watcher.heard or time.monotonic() - watcher.heard < QUIET:
-        rclpy.spin_once(watcher, timeout_sec=0.1)
-    common = len(set.intersection(*(set(sent) for sent in watcher.sent.values())))
-    print(json.dumps({"hasty": watcher.hasty(), "common": common, "leaders": watcher.leaders, "times": watcher.times}))
+    monitor = ClockMonitor(sys.argv[1:])
+    while not monitor.last_received or time.monotonic() - monitor.last_received < QUIET:
+        rclpy.spin_once(monitor, timeout_sec=0.1)
+    common = len(set.intersection(*(set(sent) for sent in monitor.sent.values())))
+    counters = {"early": monitor.count_early(), "common": common}
+    counters |= {"clock_publishers": monitor.clock_publishers, "clock_messages": monitor.clock_messages}
+    print(json.dumps(counters))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,118 @@
+"""Nodes that run a law: the common part of `controller` and `tracker`."""
+
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+
+from crane_sim import load_scene
+from crane_sim.laws import Law, LawError
+from crane_sim.ros.common import messages
+from crane_sim.ros.controller.path_input import TrajectoryInput
+from crane_sim.ros.controller.responder import ActivationBuffer
+from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
+from crane_sim.scenes.scene import Scene
+
+
+class OutputTopic(NamedTuple):
+    """The topic of a node's answers."""
+
+    kind: Any  # message class
+    name: str
+    qos: QoSProfile
+
+
+class Diagnostics(NamedTuple):
+    """What a node reports beside the execution time of its law."""
+
+    warning: str = ""
+    values: Mapping[str, object] = {}
+
+
+class LawNode:
+    """A law between the topic `joint_states` and that of its answers; a state that comes twice gets the same answer.
+
+    The law is built anew when the plant is reset, which shows in a stamp that does not increase.
+
+    Attributes:
+        fault: one line on why the law cannot go on, empty while it can.
+    """
+
+    def __init__(
+        self, node: Node, settings: SimpleNamespace, make_law: Callable[[SimpleNamespace], Any], output: OutputTopic
+    ) -> None:
+        """Build the law and evaluate a second one once, so that the first answer is as quick as the others."""
+        self.fault = ""
+        self._settings, self._make_law = settings, make_law
+        self._scene = scene = scene_of(settings)
+        self._law: Any = make_law(settings)
+        make_law(settings)(0.0, scene.initial_q, scene.initial_v)  # compiles, and leaves our law as it is
+        self._last_state: State | None = None  # against which a reset is detected
+        self._activation = ActivationBuffer(self._on_state)
+        self._reader, self._execution_time = StateReader(node, scene), ExecutionTime(node)
+        self._trajectories = TrajectoryInput(node, scene, self._law)
+        self._answers = node.create_publisher(output.kind, output.name, output.qos)
+        self._states = node.create_subscription(
+            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM, raw=True
+        )
+
+    def activate(self, active: bool) -> None:
+        """Answer from now on, beginning with the newest state, or be silent."""
+        self._activation.activate(active)
+
+    def missing(self) -> str:
+        """Return one line on the peers still missing, empty when all are matched."""
+        if not self._states.get_publisher_count():
+            return f"a publisher of {self._states.topic_name}"
+        number = 1 + self._settings.expected_recorders - self._answers.get_subscription_count()
+        return f"{number} more subscriber(s) of {self._answers.topic_name}" if number > 0 else ""
+
+    def heartbeat(self) -> None:
+        """Publish diagnostics when they are due."""
+        if self._execution_time.is_due():
+            self._execution_time.publish(*self._diagnose())
+
+    def _on_state(self, data: bytes) -> None:
+        state, last = self._reader.read(data), self._last_state
+        if state is None:
+            return
+        if last and state.stamp <= last.stamp and state != last:
+            self._law, self._last_state = self._make_law(self._settings), None
+            self._reset()
+        self._answer(state)
+
+    def _ask_law(self, state: State) -> tuple[float, ...] | None:
+        """Return the efforts (nu,) of the law at a state; None, with the fault set, where it fails."""
+        self._law = self._trajectories.apply_to(self._law, state.t)
+        try:
+            return self._execution_time.evaluate(self._law, state, len(self._scene.actuated))
+        except LawError as error:
+            self.fault = str(error)
+            return None
+
+    def _diagnose(self) -> Diagnostics:
+        return Diagnostics()
+
+    def _reset(self) -> None:
+        """Drop what belongs to the run before a reset of the plant."""
+        raise NotImplementedError
+
+    def _answer(self, state: State) -> None:
+        """Publish the answer to a state, if there is one; set `_last_state`."""
+        raise NotImplementedError
+
+
+def scene_of(settings: SimpleNamespace) -> Scene:
+    """Return the scene of the parameters, with the law of the parameters."""
+    return load_scene(settings.scene, {"control.law": settings.law} if settings.law else None)
+
+
+def make_law(settings: SimpleNamespace) -> Law:
+    """Return the law of the parameters before its first state; raises ValueError where the scene has none."""
+    law = scene_of(settings).law
+    if law is None:
+        raise ValueError(f"scene {settings.scene} has no control law: give it a group control")
+    return law

@@ -1,0 +1,50 @@
+"""The supervisor of a run: a plant that is killed, and one that waits for the user's node."""
+
+import time
+from typing import Any, cast
+
+import pytest
+from supervisor_doubles import FakeChild, FakeGroup, news_into, role_of
+
+from crane_sim.orchestration.supervisor import RunError, Supervisor
+
+
+def test_a_plant_that_is_killed_as_it_starts_ends_the_run_at_once() -> None:
+    """A fault before all are ready requests a shutdown of the others."""
+    group = FakeGroup(lambda: group.children[0].exit("it was killed by SIGKILL"))
+    plant, fake = FakeChild("plant", ready=False), cast(Any, group)
+    group.children.append(plant)
+    supervisor = Supervisor(fake, [role_of(plant)], [], news_into([]), 60.0)
+    with pytest.raises(RunError, match=r"^plant: it was killed by SIGKILL$"):
+        supervisor.wait_ready()
+    assert group.shutting_down
+
+
+def news_of_run(changes: list[dict[str, Any]], timeout: float) -> list[str]:
+    """Return the news of a run without our own controller; the plant's attributes change one after the other."""
+    plant, news, pending = FakeChild("plant"), list[str](), list(changes)
+
+    def change_plant() -> None:
+        time.sleep(0.01)
+        if pending:
+            vars(plant).update(pending.pop(0))
+
+    group: Any = FakeGroup(change_plant)
+    supervisor = Supervisor(group, [role_of(plant)], [], news_into(news), timeout)
+    supervisor.wait_ready()
+    try:
+        supervisor.run()
+    except RunError as error:
+        news.append(f"error: {error}")
+    return news
+
+
+def test_a_plant_that_waits_for_the_user_s_node_is_reported() -> None:
+    """The news say that the plant waits and that it goes on; after the time-out the run ends."""
+    waits, goes_on = {"waiting": "no command for state 7"}, {"waiting": ""}
+    news = ["the plant waits: no command for state 7", "the plant goes on"]
+    assert news_of_run([waits, waits, goes_on, {"summary": {}}], timeout=60.0) == news
+    given_up = "error: plant: no command for state 7; that was 0.05 s ago"
+    assert news_of_run([waits], timeout=0.05) == [news[0], given_up]
+    paused = [waits | {"active": False}] * 10  # 0.1 s, in which the user's node need not answer
+    assert news_of_run([*paused, goes_on, {"summary": {}}], timeout=0.05) == news

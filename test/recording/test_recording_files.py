@@ -1,0 +1,29 @@
+"""Names of a recording's files: parts of several recorders, and what resets set aside."""
+
+import time
+from pathlib import Path
+
+from crane_sim.recording.files import before_reset, existing_parts, files_before_resets
+
+
+def test_parts_are_listed_under_their_present_names(tmp_path: Path) -> None:
+    """Finished or not, a part of this run is listed, in order; one of an earlier run is not."""
+    names = ("run.rrd.part", "run.rrd", "run.part2.rrd", "run.part3.rrd.part", "run.part4.rrd")
+    for name in names:
+        (tmp_path / name).touch()
+    path = str(tmp_path / "run.rrd")
+    assert [file.name for file in existing_parts(path, 3, since=0.0)] == list(names[:4])
+    assert existing_parts(path, 3, since=time.time() + 60.0) == []
+    assert before_reset(tmp_path / "run.rrd", 1).name == "run.before_reset_1.rrd"
+    (tmp_path / "run.before_reset_1.rrd").touch()
+    assert before_reset(tmp_path / "run.rrd", 1).name == "run.before_reset_2.rrd"
+
+
+def test_files_from_before_resets_are_listed(tmp_path: Path) -> None:
+    """Files from before a reset are this run's, of whole or part, and neither another file's nor an earlier run's."""
+    expected = ["run.before_reset_1.rrd", "run.part2.before_reset_2.rrd"]
+    for name in (*expected, "run.before_reset_1.mcap", "rerun.before_reset_1.rrd", "run.rrd"):
+        (tmp_path / name).touch()
+    path = str(tmp_path / "run.rrd")
+    assert sorted(file.name for file in files_before_resets(path, since=0.0)) == expected
+    assert files_before_resets(path, since=time.time() + 60.0) == []

@@ -1,0 +1,78 @@
+"""Replay buffer of a standby recorder: the newest messages, replayed from where the failed recorder's files end."""
+
+import time
+
+import pytest
+
+from crane_sim import load_scene
+from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.recorder.replay_buffer import SECONDS, ReplayBuffer
+
+SCENE = load_scene("knuckle_setpoint")
+STATE = JointWire(SCENE.joint_names, effort=False)
+SECOND = 10**9
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return the time [s] of the monotonic clock, which stands until it is changed."""
+    time_now = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: time_now[0])
+    return time_now
+
+
+def state(second: int, position: float = 0.0) -> bytes:
+    """Return the state of a second; the position tells passes apart."""
+    return STATE.encode(second * SECOND, (position,) * 6, (0.0,) * 6)
+
+
+def buffer_of_two_passes(clock: list[float]) -> ReplayBuffer:
+    """Return the buffer of a run that is reset after the state of second 20, and has three seconds since then."""
+    buffer = ReplayBuffer(["joint_states", "simulation_state", "joint_trajectory"], passes=3)
+    callbacks = buffer.callbacks()
+    callbacks["simulation_state"](b"playing")
+    callbacks["joint_trajectory"](b"old target")
+    for second in range(1, 21):
+        clock[0] = float(second)
+        callbacks["joint_states"](state(second))
+    callbacks["joint_trajectory"](b"late target")
+    for second in range(1, 4):
+        clock[0] = 20.0 + second
+        callbacks["joint_states"](state(second, 1.0))
+    return buffer
+
+
+def replayed(buffer: ReplayBuffer, after: int, passes: int) -> list[bytes]:
+    """Return what a buffer replays to an output that resumes after a second of a pass."""
+    messages: list[bytes] = []
+    names = ("joint_states", "simulation_state", "joint_trajectory")
+    buffer.replay_to([dict.fromkeys(names, messages.append)], [after * SECOND], passes)
+    return messages
+
+
+def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
+    """Messages after the last written stamp and latched ones are replayed, then all new ones are passed on."""
+    received: list[bytes] = []
+    buffer = ReplayBuffer(["joint_states", "simulation_state"])
+    callbacks = buffer.callbacks()
+    callbacks["simulation_state"](b"playing")
+    messages = [state(second) for second in range(21)]
+    for second in range(20):
+        clock[0] = float(second)
+        callbacks["joint_states"](messages[second])
+    buffer.replay_to([{name: received.append for name in callbacks}], after=[11 * SECOND])
+    callbacks["joint_states"](messages[20])
+    assert received == [b"playing", *messages[12:]]
+    assert 19 - SECONDS < 11  # what was skipped was still buffered: it had been written
+
+
+def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
+    """Where the failed recorder had recorded the reset, nothing older is replayed but what is latched."""
+    assert replayed(buffer_of_two_passes(clock), after=1, passes=4) == [b"playing", state(2, 1.0), state(3, 1.0)]
+
+
+def test_the_pass_before_an_unrecorded_reset_is_replayed(clock: list[float]) -> None:
+    """Where the failed recorder had not, its pass is replayed to its end, and then the new one from its beginning."""
+    rest = [*map(state, (19, 20)), b"late target", *(state(second, 1.0) for second in (1, 2, 3))]
+    assert replayed(buffer_of_two_passes(clock), after=18, passes=3) == [b"playing", b"old target", *rest]
+    assert 23 - SECONDS < 18  # all of that was still buffered
