@@ -1,7 +1,7 @@
 """The hardware of a scene in numbers, checked against its joints."""
 
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,13 +24,7 @@ from crane_sim.scenes.schema.hardware import (
     merge_groups,
     source,
 )
-
-if TYPE_CHECKING:
-    from crane_sim.scenes.schema.knuckle import KnuckleFile
-    from crane_sim.scenes.schema.overhead import OverheadFile
-    from crane_sim.scenes.schema.pendulum import PendulumFile
-
-    File = KnuckleFile | OverheadFile | PendulumFile
+from crane_sim.scenes.schema.scene_file import SceneFile
 
 CLOSE = 1e-6  # of a period: rounding by less is none
 
@@ -63,7 +57,7 @@ class Periods:
         return found
 
 
-def equipment_of(file: "File", period: float) -> tuple[Equipment | None, dict[str, Any]]:
+def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict[str, Any]]:
     """Return (the hardware of a scene whose control period is given [s], None where it has none, notes on it).
 
     Raises:
@@ -104,7 +98,7 @@ def _check_joints(group: str, given: dict[str, Any], known: tuple[str, ...]) -> 
             raise SceneError(f"{group}: {unknown_key(name, known, 'joint')}")
 
 
-def _drives(file: "File", periods: Periods) -> Any:
+def _drives(file: SceneFile, periods: Periods) -> Any:
     board = drive_board(len(file.actuated))
     for j, joint in enumerate(file.actuated):
         group = merge_groups(file.actuators, joint, ActuatorGroup)
@@ -115,7 +109,7 @@ def _drives(file: "File", periods: Periods) -> Any:
     return board
 
 
-def _signals(file: "File", periods: Periods) -> Any:
+def _signals(file: SceneFile, periods: Periods) -> Any:
     nq = len(file.joint_names)
     board = sensor_board(nq)
     for j, joint in enumerate(file.joint_names):
@@ -130,12 +124,12 @@ def _signals(file: "File", periods: Periods) -> Any:
     return board
 
 
-def _faults(file: "File") -> Faults:
+def _faults(file: SceneFile) -> Faults:
     rows = [_fault(file, name, fault) for name, fault in file.faults.items()]
     return Faults(*np.array(rows, dtype=float).reshape(-1, 5).T.copy())
 
 
-def _fault(file: "File", name: str, fault: Any) -> tuple[float, float, float, float, float]:
+def _fault(file: SceneFile, name: str, fault: Any) -> tuple[float, float, float, float, float]:
     """Return (kind, place, value, begin, end) of a fault."""
     kind = list(FAULTS.values()).index(type(fault))
     times = inf if fault.at is None else fault.at, inf if fault.until is None else fault.until
@@ -152,7 +146,7 @@ def _fault(file: "File", name: str, fault: Any) -> tuple[float, float, float, fl
     return kind, place, fault.factor, *times
 
 
-def _brakes(file: "File") -> BrakeSettings:
+def _brakes(file: SceneFile) -> BrakeSettings:
     group, nu = file.brake or BrakeGroup(), len(file.actuated)
     if group.capacity is not None and len(group.capacity) != nu:
         joints = ", ".join(file.actuated)

@@ -18,21 +18,12 @@ from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
-from crane_sim.scenes.schema.reference import path_in, resolve_target
+from crane_sim.scenes.schema.reference import resolve_target
+from crane_sim.scenes.schema.scene_file import SceneFile
 
 MOST_STEPS = 1e8  # control periods in a run
-
-
-File = KnuckleFile | OverheadFile | PendulumFile
-
-
-FORMS: dict[str, type[File]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
+FORMS: dict[str, type[SceneFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
 """The kinds of crane, and the form of their scene files."""
-
-
-SAME = """crane initial_q initial_v seed description joint_names actuated joint_units effort_units""".split()
-"""What a scene takes from its file as it is."""
-
 
 DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
 
@@ -152,8 +143,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     file = _validate(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
     period, duration, rounded = _clock(file, period)
-    same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
-    same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
+    own = _file_fields(file)
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
@@ -163,8 +153,11 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     model = crane.with_meter(held=(sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
-        **same,
+        **own,
+        crane=document["crane"],
         model=model,
+        duration=duration,
+        period=period,
         method=method,
         law=law,
         law_name=control and control.law,
@@ -176,19 +169,39 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     )
 
 
+def _file_fields(file: SceneFile) -> dict[str, Any]:
+    """Return the fields of a scene that its file answers alone."""
+    path = file.path()
+    reference = resolve_target(file.target, path)
+    check_limits(file, reference)
+    return {
+        "name": file.name or "unnamed",
+        "description": file.description,
+        "seed": file.seed,
+        "joint_names": file.joint_names,
+        "joint_units": file.joint_units,
+        "actuated": file.actuated,
+        "effort_units": file.effort_units,
+        "initial_q": file.initial_q,
+        "initial_v": file.initial_v,
+        "path": path,
+        "reference": reference,
+    }
+
+
 def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     """Return notes as one group; lists of the same name are put together."""
-    found: dict[str, Any] = {}
+    joined: dict[str, Any] = {}
     for key, value in (item for group in notes for item in group.items()):
-        found[key] = [*found.get(key, ()), *value] if isinstance(value, list) else value
-    return found
+        joined[key] = [*joined.get(key, ()), *value] if isinstance(value, list) else value
+    return joined
 
 
-def _base_notes(file: File, crane: Any) -> dict[str, Any]:
+def _base_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
     return file.base_motion.notes(crane.base, file.duration) if file.base_motion is not None else {}
 
 
-def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, Any]]:
+def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:
     """Return (period [s], duration [s] in whole periods, at least one, a note when the file has another one)."""
     period, duration = _period(file) if period is None else period, file.duration
     wanted = duration / period
@@ -198,18 +211,11 @@ def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, An
     return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
 
 
-def _goal(file: File) -> dict[str, Any]:
-    path = path_in(file.reference, file)
-    reference = resolve_target(file.target, path)
-    check_limits(file, reference)
-    return {"path": path, "reference": reference}
-
-
-def _is_continuous(file: File) -> bool:
+def _is_continuous(file: SceneFile) -> bool:
     return file.control is not None and file.control.period == "continuous"
 
 
-def _period(file: File) -> float:
+def _period(file: SceneFile) -> float:
     control = file.control
     given = DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
     period = float(given)
@@ -218,7 +224,7 @@ def _period(file: File) -> float:
     return period
 
 
-def _validate(document: dict[str, Any]) -> File:
+def _validate(document: dict[str, Any]) -> SceneFile:
     form = FORMS.get(str(document.get("crane")))
     if form is None and "crane" not in document and (near := nearest("crane", document)):
         raise SceneError(f"unknown key {near!r}, did you mean 'crane'? (crane: {', '.join(FORMS)})")
@@ -230,10 +236,10 @@ def _validate(document: dict[str, Any]) -> File:
         raise SceneError(one_line(error, form)) from None
 
 
-def _law(file: File, document: dict[str, Any]) -> Law:
+def _law(file: SceneFile, document: dict[str, Any]) -> Law:
     control = file.control
     assert control is not None
-    if file.inputs is not None:
+    if document.get("inputs") is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
     law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
     if control.period == "continuous" and not system.effort.knows(type(law)):
@@ -241,7 +247,7 @@ def _law(file: File, document: dict[str, Any]) -> Law:
     return law
 
 
-def _nominal_scene(file: File, document: dict[str, Any]) -> Scene:
+def _nominal_scene(file: SceneFile, document: dict[str, Any]) -> Scene:
     """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
     control = file.control
     assert control is not None
@@ -257,7 +263,7 @@ def _nominal_scene(file: File, document: dict[str, Any]) -> Scene:
     return replace(scene, sampled=control.period != "continuous")
 
 
-def check_limits(file: "KnuckleFile | OverheadFile | PendulumFile", target: Sequence[float] | None) -> None:
+def check_limits(file: SceneFile, target: Sequence[float] | None) -> None:
     """Raise SceneError when a scene starts, or should end, outside its travel limits.
 
     Args:
