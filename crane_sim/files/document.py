@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from crane_sim.files.catalogue import scene_files
-from crane_sim.files.errors import SceneError, meant, one_word
+from crane_sim.files.errors import SceneError, meant, one_word, shorten
 
 REAL = ("control", "brake", "sensors", "actuators", "faults")
 """Groups of a scene of which its law knows nothing unless it is told."""
@@ -37,7 +37,7 @@ def read(source: str | Path) -> dict[str, Any]:
         SceneError: there is no such scene, or it cannot be read.
     """
     if not isinstance(source, str | Path):
-        raise SceneError(f"scene {source!r}: must be a name, a file or a dict")
+        raise SceneError(f"scene {shorten(source)}: must be a name, a file or a dict")
     path = scene_files().get(str(source), Path(source))
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
         raise SceneError(_nowhere(str(source)))

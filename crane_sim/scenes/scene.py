@@ -34,7 +34,7 @@ class Scene:
 
     name: str
     crane: str
-    model: Any = field(compare=False)  # parameters, whose type chooses the equations; `document` tells them all
+    model: Any = field(compare=False)  # parameters, whose type chooses the equations
     initial_q: tuple[float, ...]  # (nq,)
     initial_v: tuple[float, ...]  # (nq,)
     duration: float  # s
@@ -67,7 +67,7 @@ class Scene:
         return max(1, round(self.duration / self.period))
 
     def commanded(self) -> "Scene":
-        """Return the scene with its own law and inputs left out: somebody else sends a command every period."""
+        """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
         return replace(self, law=None, law_name=None, source=None, sampled=True)
 
     def to_dict(self) -> dict[str, Any]:
@@ -85,11 +85,15 @@ class Scene:
         Path(path).write_text(yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True))
 
 
-def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Scene:
-    """Return the scene of a catalogue name, a file path or a dict of a file's shape.
+SceneSource = str | Path | Mapping[str, Any] | Scene
+"""What `load_scene` takes: a name of the catalogue, a file, a dict of a file's shape, or a scene."""
+
+
+def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) -> Scene:
+    """Return the scene of a catalogue name, a file path, a dict of a file's shape, or another scene with changes.
 
     Args:
-        source: what to read.
+        source: what to read; a Scene without overrides is returned as it is.
         overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
             leaves the settings of that one out, which `notes` then tell.
 
@@ -99,15 +103,19 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     if overrides is not None and not isinstance(overrides, Mapping):
         raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
     changes = dict(overrides or {})
+    if isinstance(source, Scene):
+        if not changes:
+            return source
+        source = source.document
     try:
         document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
-        own, left = copy.deepcopy(document.get("control")), switch_law(document, changes)
+        control, omitted = copy.deepcopy(document.get("control")), switch_law(document, changes)
         for key, value in changes.items():
             put(document, key, value)
     except RecursionError:
         raise SceneError("scene: has groups within groups beyond all measure") from None
     try:
-        return _note_switch(document, own, left, changes)
+        return _build_switched(document, control, omitted, changes)
     except (SceneError, RecursionError) as error:
         raise SceneError(f"scene {_name(document)}: {error}") from None
 
@@ -116,14 +124,14 @@ def _name(document: Mapping[str, Any]) -> str:
     return one_word(document.get("name", "given as a dict"))
 
 
-def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: Mapping[str, Any]) -> Scene:
-    """Return the scene with a note of what was left out of its `own` control group when its law was switched.
+def _build_switched(document: dict[str, Any], control: Any, omitted: list[str], changes: Mapping[str, Any]) -> Scene:
+    """Return the scene with a note of what was left out of its original `control` group when its law was switched.
 
-    That is what is in `left`, and what laws share, unless the new law has it or `changes` put it there.
+    That are the keys `omitted`, and those that laws share, unless the new law has them or `changes` set them.
     """
-    law, given = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
-    switched = isinstance(own, dict) and law is not None and law != own.get("law")
-    shared = [key for key in SHARED if switched and key in own and f"control.{key}" not in given]
+    law, changed = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
+    switched = isinstance(control, dict) and law is not None and law != control.get("law")
+    shared = [key for key in SHARED if switched and key in control and f"control.{key}" not in changed]
     while True:
         try:
             scene = _build_scene(document)
@@ -132,10 +140,13 @@ def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: M
             if error.key not in shared:
                 raise
             shared.remove(error.key)
-            left.append(error.key)
+            omitted.append(error.key)
             del document["control"][error.key]
-    told = f"{', '.join(map(str, left))} of law {own.get('law')!r}" if left else ""
-    return replace(scene, notes={**scene.notes, "left_out": told}) if left else scene
+    if not omitted:
+        return scene
+    return replace(
+        scene, notes={**scene.notes, "left_out": f"{', '.join(map(str, omitted))} of law {control.get('law')!r}"}
+    )
 
 
 def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
@@ -217,8 +228,7 @@ def _is_continuous(file: SceneFile) -> bool:
 
 def _period(file: SceneFile) -> float:
     control = file.control
-    given = DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
-    period = float(given)
+    period = float(DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period)
     if not period <= file.duration <= MOST_STEPS * period:
         raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
     return period
@@ -268,17 +278,17 @@ def check_limits(file: SceneFile, target: Sequence[float] | None) -> None:
 
     Args:
         file: the scene's file.
-        target: where the actuated joints should end (nu,), None where nothing says so.
+        target: where the actuated joints should end (nu,), None without a target.
     """
     for limit in file.limits:
-        i, told = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
+        i, key = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
         start, unit = file.initial_q[i], file.joint_units[i]
         if not limit.low < limit.high:
-            raise SceneError(f"{told}: must increase")
+            raise SceneError(f"{key}: must increase")
         if not limit.low <= start <= limit.high:
-            raise SceneError(f"{told}: the {limit.joint} starts outside of them, at {start:g} {unit}")
+            raise SceneError(f"{key}: the {limit.joint} starts outside of them, at {start:g} {unit}")
         if target is None or limit.joint not in file.actuated:
             continue
         k = file.actuated.index(limit.joint)
         if not limit.low <= target[k] <= limit.high:
-            raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {told}")
+            raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {key}")

@@ -167,6 +167,15 @@ def test_another_law_leaves_the_old_one_s_settings_out() -> None:
     assert same == load_scene("knuckle_setpoint") and "left_out" not in same.notes
 
 
+def test_a_scene_is_a_source_of_scenes() -> None:
+    """A scene is returned as it is, or read anew with changes; an object that is none of the sources, in one line."""
+    scene = load_scene("knuckle_setpoint")
+    assert load_scene(scene) is scene
+    assert load_scene(scene, {"duration": 1.0}) == load_scene("knuckle_setpoint", {"duration": 1.0})
+    with pytest.raises(crane_sim.SceneError, match=r"^scene \[0, 0, .*\.\.\.: must be a name, a file or a dict$"):
+        load_scene([0] * 1000)  # pyright: ignore[reportArgumentType]
+
+
 def test_a_file_with_a_misspelt_crane() -> None:
     """A document whose first key is misspelt is told which one was meant."""
     with pytest.raises(crane_sim.SceneError, match="unknown key 'crne', did you mean 'crane'"):
