@@ -94,7 +94,7 @@ def realtime(seconds: float, **output: Any) -> None:
     _tell(lambda: measure(seconds), **output)
 
 
-@soak.command()
+@soak.command("page")
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Where the data are.")
 def rewrite_page(folder: str) -> None:
     """Write page and plots anew from the data that are there."""

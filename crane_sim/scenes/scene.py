@@ -154,7 +154,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     file = _validate(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
     period, duration, rounded = _clock(file, period)
-    own = _file_fields(file)
+    own = _file_fields(file, document)
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
@@ -165,13 +165,11 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     check_fit(method, model, continuous)
     return Scene(
         **own,
-        crane=document["crane"],
         model=model,
         duration=duration,
         period=period,
         method=method,
         law=law,
-        law_name=control and control.law,
         sampled=sampled,
         source=source,
         notes=_join_notes(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
@@ -180,13 +178,15 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     )
 
 
-def _file_fields(file: SceneFile) -> dict[str, Any]:
-    """Return the fields of a scene that its file answers alone."""
+def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a scene that depend on its file alone."""
     path = file.path()
     reference = resolve_target(file.target, path)
     check_limits(file, reference)
     return {
         "name": file.name or "unnamed",
+        "crane": document["crane"],
+        "law_name": file.control and file.control.law,
         "description": file.description,
         "seed": file.seed,
         "joint_names": file.joint_names,

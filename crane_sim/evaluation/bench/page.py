@@ -42,11 +42,11 @@ what it gave, is in [profiling.md](profiling.md).
 """
 
 
-def write_page(data: dict[str, Any]) -> str:
-    """Return the page in Markdown."""
+def write_page(data: dict[str, Any], drawn: bool) -> str:
+    """Return the page in Markdown; `drawn`: it has a figure."""
     parts = [HEAD]
     if "scenes" in data:
-        parts += [HOW, _machine(data["scenes"]), "![work against precision](performance.png)\n"]
+        parts += [HOW, _machine(data["scenes"]), *["![work against precision](performance.png)\n"] * drawn]
         parts += [tables.cheapest_table(data["scenes"]), tables.target_table(data["scenes"])]
         parts += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
     for name, part in PARTS.items():

@@ -1,7 +1,6 @@
 """The page of documentation that is written from what the soaks found."""
 
 from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim.evaluation.bench.measurement import in_words
@@ -20,13 +19,13 @@ message.
 
 
 class Part(NamedTuple):
-    """A soak as the page tells it."""
+    """A section of the page."""
 
     title: str
     how: str
-    keeps: tuple[str, ...] = ()  # what the plot is drawn of
-    draw: Callable[[dict[str, Any], Path], None] | None = None
-    series: bool = False  # they are looks at one thing, of which some may be left out
+    keeps: tuple[str, ...] = ()  # keys of the data that the plot shows
+    draw: Callable[[Any, dict[str, Any]], None] | None = None  # into a matplotlib figure
+    series: bool = False  # they are samples over time, which may be thinned
 
 
 PARTS = {
