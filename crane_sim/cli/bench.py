@@ -44,14 +44,14 @@ def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], pe
     if part == "scenes":
         cases = scenes.chosen_cases(ids, quick)
         with Console(stderr=True).status("measuring") as status:
-            found = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
-        data = merge_part(data, part, found)
-        for case in found["scenes"]:
+            measured = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
+        data = merge_part(data, part, measured)
+        for case in measured["scenes"]:
             Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
     elif part != "page":
         with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
             data = merge_part(data, part, PARTS[part].measure())
-        print("\n".join(PARTS[part].told(data[part])))
+        print("\n".join(PARTS[part].format(data[part])))
     _write(data, Path(folder))
 
 

@@ -20,7 +20,7 @@ LENGTHS = ("rope", "hoist")  # joints that are never below zero
 
 
 class Limit(NamedTuple):
-    """What a joint may do; infinite where the scene says nothing."""
+    """Limits of a joint; infinite where the scene has none."""
 
     lower: float  # m or rad
     upper: float

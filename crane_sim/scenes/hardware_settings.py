@@ -42,7 +42,7 @@ class Periods:
         self.rounded: list[str] = []
 
     def of(self, what: str, seconds: float, least: int = 0) -> int:
-        """Return the periods in a time [s], at least `least`; `what` says whose it is.
+        """Return the periods in a time [s], at least `least`; `what` names the key in messages.
 
         Raises:
             SceneError: there are too many.
@@ -50,11 +50,11 @@ class Periods:
         wanted = seconds / self._period
         if wanted > MOST_PERIODS:
             raise SceneError(f"{what}: {seconds:g} s is more than {MOST_PERIODS} periods of {self._period:g} s")
-        found = max(least, round(wanted))
-        if abs(found - wanted) > CLOSE:
-            line = f"{what}: {seconds:g} s is taken as {found * self._period:g} s"
+        periods = max(least, round(wanted))
+        if abs(periods - wanted) > CLOSE:
+            line = f"{what}: {seconds:g} s is taken as {periods * self._period:g} s"
             self.rounded += [line] if line not in self.rounded else []
-        return found
+        return periods
 
 
 def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict[str, Any]]:
@@ -88,12 +88,12 @@ def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict
 
 
 def acts(equipment: Equipment | None) -> bool:
-    """Return whether efforts change within a period, or laws see something else than the truth."""
+    """Return whether efforts change within a period, or laws get other values than the true state."""
     return equipment is not None and not equipment.ideal
 
 
-def _check_joints(group: str, given: dict[str, Any], known: tuple[str, ...]) -> None:
-    for name in given:
+def _check_joints(group: str, groups: dict[str, Any], known: tuple[str, ...]) -> None:
+    for name in groups:
         if name not in known:
             raise SceneError(f"{group}: {unknown_key(name, known, 'joint')}")
 

@@ -25,7 +25,7 @@ MOST_STEPS = 1e8  # control periods in a run
 FORMS: dict[str, type[SceneFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
 """The kinds of crane, and the form of their scene files."""
 
-DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
+DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,7 +95,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     Args:
         source: what to read; a Scene without overrides is returned as it is.
         overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
-            leaves the settings of that one out, which `notes` then tell.
+            leaves the settings of that one out; `notes` then name them.
 
     Raises:
         SceneError: one line naming the culprit, its value and what is possible.

@@ -43,7 +43,7 @@ def test_commands_of_the_soaks_exist() -> None:
 def test_a_page_has_the_rows_of_its_command(name: str) -> None:
     """What the rows of a page are called is what its command would call them now, no case more or less."""
     page = PAGES[name]
-    assert sorted(page.found(text(name))) == sorted(page.expected()), f"out of date: ./crane {page.command}"
+    assert sorted(page.read_rows(text(name))) == sorted(page.expected_rows()), f"out of date: ./crane {page.command}"
 
 
 def test_the_benchmarks_page_is_written_from_its_data() -> None:

@@ -133,7 +133,7 @@ def test_every_catalogue_scene_loads_and_survives_a_round_trip(name: str, tmp_pa
     assert load_scene(tmp_path / "copy.yaml") == scene
 
 
-def test_a_parameter_is_read_as_it_is_written() -> None:
+def test_parameters_reach_the_model_in_si() -> None:
     """The file's numbers arrive in the model, in SI, each drive as its own type, and absent groups are None."""
     scene = load_scene("knuckle_springs")
     model = scene.model
@@ -147,8 +147,8 @@ def test_a_parameter_is_read_as_it_is_written() -> None:
     assert pole.model.cable == LockedRope(1.0) and pole.actuated == ("slew", "boom", "jib")
 
 
-def test_the_law_believes_what_it_is_told() -> None:
-    """`nominal` reaches the law and only the law."""
+def test_nominal_groups_reach_the_law_only() -> None:
+    """`control.nominal` changes the scene of the law, not the simulated one."""
     scene = load_scene("knuckle_wrong_mass")
     assert scene.model.load.mass == 1.0
     assert scene.law.nominal.load.mass == 1.01  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]

@@ -51,7 +51,7 @@ def write_page(data: dict[str, Any], drawn: bool) -> str:
         parts += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
     for name, part in PARTS.items():
         if name in data:
-            parts.append(f"## {part.title}\n\n```\n" + "\n".join(part.told(data[name])) + "\n```\n")
+            parts.append(f"## {part.title}\n\n```\n" + "\n".join(part.format(data[name])) + "\n```\n")
     return "\n".join([*parts, REPEAT])
 
 

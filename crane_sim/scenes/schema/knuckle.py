@@ -158,10 +158,10 @@ class KnuckleFile(SceneFile):
         check_rods(self.boom, self.jib)
         support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib)
         crane = Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
-        moves, given = self.base_motion, self.payload_force
+        base_motion, force = self.base_motion, self.payload_force
         return crane._replace(
-            base=moves.base(self.seed, self.duration) if moves is not None else None,
-            force=given.force() if given is not None else None,
+            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
+            force=force.force() if force is not None else None,
             stops=self._stops(),
         )
 
@@ -193,8 +193,8 @@ class KnuckleFile(SceneFile):
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
         """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
-        given = self.inputs
-        if given is None:
+        inputs = self.inputs
+        if inputs is None:
             return (0.0,) * len(self.actuated)
-        winch = None if self.rope.drive == "locked" else Inputs(given.rope)
-        return Inputs(given.slew, Inputs(given.boom, Inputs(given.jib, winch)))
+        winch = None if self.rope.drive == "locked" else Inputs(inputs.rope)
+        return Inputs(inputs.slew, Inputs(inputs.boom, Inputs(inputs.jib, winch)))

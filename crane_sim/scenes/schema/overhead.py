@@ -18,7 +18,7 @@ class OverheadFile(OverheadCrane):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: axes, the hoist, then what tells where the links are."""
+        """Joints: axes, the hoist, then angles or directions of the links or positions of the nodes."""
         n, hoist = len(self.parts.lengths), ("hoist",) if self.hoist else ()
         across = "xz" if self.dimensions == 2 else "xyz"
         if self.cable_model == "elastic":

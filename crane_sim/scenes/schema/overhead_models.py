@@ -107,17 +107,17 @@ def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
     if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
-    rubs, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
-    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
-    bridge = axis_of("bridge", file.bridge, carried, rubs.bridge)
+    friction, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
+    trolley = axis_of("trolley", file.trolley, 0.0, friction.trolley)
+    bridge = axis_of("bridge", file.bridge, carried, friction.bridge)
     return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
-    hoist, rubs, bridge = hoist_of(file), file.friction or FrictionGroup(), None
-    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
+    hoist, friction, bridge = hoist_of(file), file.friction or FrictionGroup(), None
+    trolley = axis_of("trolley", file.trolley, 0.0, friction.trolley)
     if file.dimensions == 3:
-        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, rubs.bridge)
+        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction.bridge)
     springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
     if alone and not file.base_motion and not implicit(file.integrator, demands_of(file, sampled=False)):
@@ -138,8 +138,8 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
         raise SceneError("cable.stiffness = None: an elastic cable has one, in N/m, for each link or for all")
     if n != (group.links or max(len(group.lengths), len(group.node_masses))):
         raise SceneError("cable.node_masses: every node of an elastic cable has a mass greater than 0")
-    for name, given in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
-        if given is not None:
+    for name, value in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
+        if value is not None:
             raise SceneError(f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods")
     if group.slack == "stop":
         raise SceneError("cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only")
@@ -211,23 +211,25 @@ def forces_of(file: OverheadCrane) -> NodeForces | None:
     Raises:
         SceneError: no such node, or a force that leaves the plane.
     """
-    found = None
+    forces = None
     for i, force in reversed(list(enumerate(file.forces))):
         if force.node > len(file.parts.lengths):
             raise SceneError(f"forces[{i}].node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
         if force.axis == "y" and file.dimensions == 2:
             raise SceneError(f"forces[{i}].axis = 'y': leaves the plane; 2 dimensions have x and z")
-        found = NodeForces(force.node, "xyz".index(force.axis), force.force, found)
-    return found
+        forces = NodeForces(force.node, "xyz".index(force.axis), force.force, forces)
+    return forces
 
 
 def switches_of(file: OverheadCrane) -> Switches | None:
     """Return what can switch or end the run, None when nothing can."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
-    rubs = file.friction is not None and (file.friction.trolley or file.friction.bridge)
-    winds = file.hoist is not None  # a first link that is wound up to nothing ends the run
-    if not (any(axes) or winds or rubs or file.events or file.cable.slack == "stop" or file.cable.tension_only):
+    has_friction = file.friction is not None and (file.friction.trolley or file.friction.bridge)
+    has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
+    if not (
+        any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only
+    ):
         return None
     ends = [limits or (-np.inf, np.inf) for limits in axes]
     events = sorted(file.events, key=lambda event: event.at)

@@ -189,7 +189,7 @@ class PendulumFile(SceneFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        moves = self.base_motion
+        base_motion = self.base_motion
         return Crane(
             self.suspension.point(),
             LockedRope(self.rope.length),
@@ -197,7 +197,7 @@ class PendulumFile(SceneFile):
             self.gravity,
             self.swing_friction,
             self.payload_drag,
-            base=moves.base(self.seed, self.duration) if moves is not None else None,
+            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
             force=self.payload_force.force() if self.payload_force is not None else None,
             stops=self._stops(),
         )
@@ -208,10 +208,10 @@ class PendulumFile(SceneFile):
         Raises:
             SceneError: there is an input of a height that is fixed.
         """
-        given, nu = self.inputs, len(self.actuated)
-        if given is None:
+        inputs, nu = self.inputs, len(self.actuated)
+        if inputs is None:
             return self.initial.tip[:nu] if self.suspension.drive == "servo" else (0.0,) * nu
-        if given.tip_z is not None and nu == 2:
+        if inputs.tip_z is not None and nu == 2:
             raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
-        height = Inputs(given.tip_z or Constant(0.0)) if nu == 3 else None
-        return Inputs(given.tip_x, Inputs(given.tip_y, height))
+        height = Inputs(inputs.tip_z or Constant(0.0)) if nu == 3 else None
+        return Inputs(inputs.tip_x, Inputs(inputs.tip_y, height))
