@@ -98,9 +98,9 @@ class Bag:
             counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
             return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
         added = {"mcap": str(self._path)}
-        steps = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
-        if steps < steps:
-            return added | {"error": f"recorder: {self._path} is incomplete, it has {max(steps, 0)} of {steps} steps"}
+        written = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
+        if written < steps:
+            return added | {"error": f"recorder: {self._path} is incomplete, it has {max(written, 0)} of {steps} steps"}
         return added
 
     def abandon(self) -> None:
