@@ -111,28 +111,30 @@ def adaptation_step(learner, elapsed):
 
 
 @estimate.register(Learner)
-def _(learner, pendulum, now, sight):
+def _(learner, pendulum, sample, measurement):
     entries, clock = learner.knowledge.entries, learner.knowledge.clock
     for i in range(2):
-        entries[i], entries[2 + i] = sight.y[i], sight.dy[i]
-        entries[4 + i], entries[6 + i] = sight.y[i] - now.goal[0][i], sight.dy[i] - now.goal[1][i]
-    entries[8] = now.t
-    elapsed = now.t - clock[0]
-    clock[0] = now.t
-    return Estimate(sight.y, sight.dy, adaptation_step(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+        entries[i], entries[2 + i] = measurement.y[i], measurement.dy[i]
+        entries[4 + i], entries[6 + i] = measurement.y[i] - sample.goal[0][i], measurement.dy[i] - sample.goal[1][i]
+    entries[8] = sample.t
+    elapsed = sample.t - clock[0]
+    clock[0] = sample.t
+    return Estimate(
+        measurement.y, measurement.dy, adaptation_step(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0)
+    )
 
 
-def learner_of(given: Adaptation, gains: Gains) -> Learner:
+def learner_of(settings: Adaptation, gains: Gains) -> Learner:
     """Return the learner beside these gains.
 
     Raises:
         SceneError: c is not below kd, so that Q would not decrease.
     """
-    if given.c >= gains.kd:
-        raise SceneError(f"control.adaptation.c = {given.c:g}: must be below kd = {gains.kd:g} 1/s")
-    features = draw_frequencies(given.features, given.width, given.of, given.time, given.seed)
-    size = gains.kp + gains.kd * given.c
-    return Learner(features, given.rate, given.c, size, given.dead_zone, initial_weights(given.features))
+    if settings.c >= gains.kd:
+        raise SceneError(f"control.adaptation.c = {settings.c:g}: must be below kd = {gains.kd:g} 1/s")
+    features = draw_frequencies(settings.features, settings.width, settings.of, settings.time, settings.seed)
+    size = gains.kp + gains.kd * settings.c
+    return Learner(features, settings.rate, settings.c, size, settings.dead_zone, initial_weights(settings.features))
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:

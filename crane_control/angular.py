@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.drives import compute_drive_efforts, estimate_hanging
+from crane_control.tracking.drives import compute_drive_efforts, estimate_cable
 from crane_control.tracking.suspension import Positioned, drive_of, pendulum_of
 from crane_sim import system
 from crane_sim.files.errors import SceneError
@@ -77,13 +77,13 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
-    goal, seen = reference_at(law.path, t), estimate_hanging(law.drive, law.length, q, v)
-    ax, ay = compute_damping(law.length, law.damping, seen.n, seen.dn)
+    goal, cable = reference_at(law.path, t), estimate_cable(law.drive, law.length, q, v)
+    ax, ay = compute_damping(law.length, law.damping, cable.n, cable.dn)
     a = (
-        ax + compute_tracking(law, goal, seen.tip, seen.dtip, 0),
-        ay + compute_tracking(law, goal, seen.tip, seen.dtip, 1),
+        ax + compute_tracking(law, goal, cable.tip, cable.dtip, 0),
+        ay + compute_tracking(law, goal, cable.tip, cable.dtip, 1),
     )
-    return compute_drive_efforts(law.drive, t, seen, a)
+    return compute_drive_efforts(law.drive, t, cable, a)
 
 
 @entry
@@ -107,11 +107,11 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    given = read_settings(Settings, settings)
+    options = read_settings(Settings, settings)
     pendulum, path = pendulum_of("angular", nominal)
     drive = drive_of("angular", None, nominal, None)
     if isinstance(drive, Positioned):
         raise SceneError("suspension.drive = 'servo': the angular law commands accelerations; take drive: acceleration")
     _check_start(nominal)
-    forward = float(given.velocity), float(given.acceleration)
-    return AngularLaw(pendulum.length, path, given.damping, given.kp, given.kd, *forward, drive)
+    forward = float(options.velocity), float(options.acceleration)
+    return AngularLaw(pendulum.length, path, options.damping, options.kp, options.kd, *forward, drive)

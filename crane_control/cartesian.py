@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.drives import Servo, estimate_hanging, suspension_effort
+from crane_control.tracking.drives import Servo, estimate_cable, suspension_effort
 from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_demand
 from crane_control.tracking.suspension import drive_of, pendulum_of
 from crane_control.tracking.tracker import SOFT, Gains, Tracker
@@ -51,9 +51,9 @@ class CartesianLaw(NamedTuple):
 
 @system.command.register(CartesianLaw)
 def _(law, t, q, v):
-    seen = estimate_hanging(law.drive, law.tracker.pendulum.length, q, v)
-    demand = tip_demand(law.tracker, t, seen.tip, seen.y, seen.dy)
-    return suspension_effort(law.drive, t, demand, seen)
+    cable = estimate_cable(law.drive, law.tracker.pendulum.length, q, v)
+    demand = tip_demand(law.tracker, t, cable.tip, cable.y, cable.dy)
+    return suspension_effort(law.drive, t, demand, cable)
 
 
 @entry

@@ -81,37 +81,37 @@ def compute_compensation(observer, t, x):
 
 
 @routine
-def update_filter(observer, pendulum, now, sight):
-    """Bring the filter to the Moment `now` and what is seen there."""
+def update_filter(observer, pendulum, sample, measurement):
+    """Predict the filter up to a Sample and correct it by its Measurement."""
     ekf = observer.ekf
     x, clock = ekf.trace.x, ekf.trace.clock
     if clock[0] < 0.0:
-        begin_filter(ekf, now.t, sight.y, sight.dy, now.tip)
-    h = now.t - clock[0]
-    if h > 0.0:  # asked again at the same time, it has seen everything
+        begin_filter(ekf, sample.t, measurement.y, measurement.dy, sample.tip)
+    h = sample.t - clock[0]
+    if h > 0.0:  # a second call at the same time adds nothing
         for i in range(2):
-            square = stiffness(pendulum.length / x[i, ROPE], pendulum.gravity, (x[0, Y], x[1, Y]), now.tip)
-            predict(ekf, i, square, 0.5 * (clock[1 + i] + now.tip[i]), h)
-            rate, clock[1 + i] = (now.tip[i] - clock[1 + i]) / h, now.tip[i]
-            if sight.new:
-                correct(ekf, i, Y, sight.raw[i], square, now.tip[i], rate, sight.age)
+            square = stiffness(pendulum.length / x[i, ROPE], pendulum.gravity, (x[0, Y], x[1, Y]), sample.tip)
+            predict(ekf, i, square, 0.5 * (clock[1 + i] + sample.tip[i]), h)
+            rate, clock[1 + i] = (sample.tip[i] - clock[1 + i]) / h, sample.tip[i]
+            if measurement.new:
+                correct(ekf, i, Y, measurement.raw[i], square, sample.tip[i], rate, measurement.age)
             if observer.direct:
-                correct(ekf, i, V, sight.dy[i], square, now.tip[i], rate, 0.0)
-        clock[0] = now.t
+                correct(ekf, i, V, measurement.dy[i], square, sample.tip[i], rate, 0.0)
+        clock[0] = sample.t
 
 
 @estimate.register(HarmonicObserver)
-def _(learner, pendulum, now, sight):
-    update_filter(learner, pendulum, now, sight)
+def _(learner, pendulum, sample, measurement):
+    update_filter(learner, pendulum, sample, measurement)
     x = learner.ekf.trace.x
     (u0, du0, d0), (u1, du1, d1) = (
-        compute_compensation(learner, now.t, x[0]),
-        compute_compensation(learner, now.t, x[1]),
+        compute_compensation(learner, sample.t, x[0]),
+        compute_compensation(learner, sample.t, x[1]),
     )
     return Estimate((x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1), (x[0, ROPE], x[1, ROPE]))
 
 
-def observer_of(given: Observer, tracker: Tracker, lag: float) -> HarmonicObserver:
+def observer_of(settings: Observer, tracker: Tracker, lag: float) -> HarmonicObserver:
     """Return the observer of a tracker whose suspension point lags `lag` seconds behind what is demanded.
 
     Raises:
@@ -120,12 +120,14 @@ def observer_of(given: Observer, tracker: Tracker, lag: float) -> HarmonicObserv
     if tracker.base is not None:
         raise SceneError("control.feedforward.base: the harmonic law observes the base's motion; leave one of both out")
     own = tracker.pendulum.gravity / tracker.pendulum.length
-    theta = 0.64 * own if given.frequency is None else given.frequency**2
-    seen = given.noise if tracker.eye is None else max(given.noise, tracker.eye.deviation)
-    noise = np.array([1e-12, given.push**2, 0.0, given.wander**2, given.detune**2, given.drift**2, 0.0])
-    start = np.array([seen**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, given.rope**2])
-    ekf = Filter((seen**2, given.noise_rate**2), theta, start, noise, (0.01 * own, 9.0 * own), blank())
-    return HarmonicObserver(lag if given.lead is None else given.lead, tracker.gains.ramp, tracker.eye is None, ekf)
+    theta = 0.64 * own if settings.frequency is None else settings.frequency**2
+    deviation = settings.noise if tracker.eye is None else max(settings.noise, tracker.eye.deviation)
+    noise = np.array([1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0])
+    start = np.array([deviation**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
+    ekf = Filter((deviation**2, settings.noise_rate**2), theta, start, noise, (0.01 * own, 9.0 * own), blank())
+    return HarmonicObserver(
+        lag if settings.lead is None else settings.lead, tracker.gains.ramp, tracker.eye is None, ekf
+    )
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:

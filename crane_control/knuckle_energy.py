@@ -163,7 +163,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    given = read_settings(Settings, settings)
+    options = read_settings(Settings, settings)
     if nominal.crane != "knuckle":
         raise SceneError(f"control.law = 'energy': is a law for the knuckle crane, not for crane = {nominal.crane!r}")
     if nominal.reference is None:
@@ -171,17 +171,17 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
     if isinstance(nominal.model.cable, RateRope):
         raise SceneError("rope.drive = 'rate': the energy law commands a rope force; possible: force, locked")
     nu = len(nominal.actuated)
-    for name, gains in (("kp", given.kp), ("kd", given.kd)):
+    for name, gains in (("kp", options.kp), ("kd", options.kd)):
         if len(gains) < nu:
             raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated: {nominal.actuated}")
-    return EnergyLaw(_action(given, nominal.reference, nominal.model, nu), nominal.model)
+    return EnergyLaw(_action(options, nominal.reference, nominal.model, nu), nominal.model)
 
 
-def _action(given: Settings, target: tuple[float, ...], model: Crane, nu: int) -> Action:
+def _action(options: Settings, target: tuple[float, ...], model: Crane, nu: int) -> Action:
     boom, jib, g, m = model.support.boom, model.support.jib, model.gravity, model.load.mass
     moments = (
         g * boom.length * (m + 0.5 * boom.mass + jib.mass),
         g * jib.length * (m + 0.5 * jib.mass),
     )
-    winch = Winch(given.kp[3], given.kd[3], target[3], m * g) if nu == 4 else None
-    return Action(given.kp[:3], given.kd[:3], target[:3], moments, winch, given.reach)  # pyright: ignore[reportArgumentType]
+    winch = Winch(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
+    return Action(options.kp[:3], options.kd[:3], target[:3], moments, winch, options.reach)  # pyright: ignore[reportArgumentType]

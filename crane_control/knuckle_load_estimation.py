@@ -42,29 +42,29 @@ LIGHT = 0.5  # of g: what feels less is not weighed, by step 3 of the proof
 
 
 class MassEstimator(NamedTuple):
-    """What the law remembers from one command to the next."""
+    """State of the estimator between commands."""
 
     filters: Any  # (2,): a [m/s²], p [N]
-    seen: Any  # (3,): t [s], z' [m/s], -n_z
+    last: Any  # (3,) of the last command: t [s], z' [m/s], -n_z
     winch: Any  # (1,) N, effort that the winch can have applied since
     mass: Any  # (1,) kg, m̂
 
 
 class WeighingEnergyLaw(NamedTuple):
-    """The law, the crane that it believes in, and what it has weighed."""
+    """The law, the crane that it believes in, and the estimator of its payload."""
 
     action: Action  # for the believed mass
     nominal: Crane
     rate: float  # 1/s
-    scales: MassEstimator
+    estimator: MassEstimator
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self, t, q, v)
 
     def fresh(self) -> "WeighingEnergyLaw":
-        """Return the law before it has weighed anything."""
-        return self._replace(scales=make_scales(self.nominal))
+        """Return the law with an estimator at its initial state."""
+        return self._replace(estimator=make_estimator(self.nominal))
 
     def lyapunov_of(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
         """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
@@ -79,27 +79,27 @@ class WeighingEnergyLaw(NamedTuple):
         return value + 0.5 * damped / self.rate * unbalanced**2
 
 
-def make_scales(nominal: Crane) -> MassEstimator:
-    """Return scales from which the believed mass has hung at rest."""
+def make_estimator(nominal: Crane) -> MassEstimator:
+    """Return the estimator of a law whose believed payload has hung at rest."""
     m, g = nominal.load.mass, nominal.gravity
     return MassEstimator(np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m]))
 
 
 @routine
 def update_estimate(law, t, q, v):
-    """Filter what was felt since the last command, and return the mass [kg]."""
-    p, (filters, seen, winch, mass) = law.nominal, law.scales
+    """Filter acceleration and pull since the last command, and return the estimated mass [kg]."""
+    p, (filters, last, winch, mass) = law.nominal, law.estimator
     x = system.state(p, t, q, v)
     line = span(forward_kinematics(p.support, x[0]), x[1])
-    elapsed, climb, up = t - seen[0], x[1][5], -line.n[2]
+    elapsed, climb, up = t - last[0], x[1][5], -line.n[2]
     if elapsed > 0.0:
         share = 1.0 - exp(-law.rate * elapsed)
         pull = -add_spring(p.cable.spring, winch[0], line.length)
-        filters[0] += share * ((climb - seen[1]) / elapsed + p.gravity - filters[0])
-        filters[1] += share * (0.5 * (seen[2] + up) * pull - filters[1])
+        filters[0] += share * ((climb - last[1]) / elapsed + p.gravity - filters[0])
+        filters[1] += share * (0.5 * (last[2] + up) * pull - filters[1])
     if filters[0] > LIGHT * p.gravity:
         mass[0] = max(filters[1] / filters[0], 0.0)
-    seen[0], seen[1], seen[2] = t, climb, up
+    last[0], last[1], last[2] = t, climb, up
     return mass[0]
 
 
@@ -115,7 +115,7 @@ def with_payload(action, p, mass):
 @system.command.register(WeighingEnergyLaw)
 def _(law, t, q, v):
     efforts = act(with_payload(law.action, law.nominal, update_estimate(law, t, q, v)), q, v)
-    law.scales.winch[0] = min(efforts[3], 0.0)  # a rope cannot push
+    law.estimator.winch[0] = min(efforts[3], 0.0)  # a rope cannot push
     return efforts
 
 
@@ -131,8 +131,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | WeighingEn
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    law, given = knuckle_energy.build(settings, nominal), read_settings(Settings, settings).adaptation
-    if given is None:
+    law, options = knuckle_energy.build(settings, nominal), read_settings(Settings, settings).adaptation
+    if options is None:
         return law
     if law.action.winch is None:
         raise SceneError("control.adaptation: weighs the load by the winch's force; possible: rope.drive = 'force'")
@@ -140,4 +140,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | WeighingEn
         raise SceneError("gravity = 0.0: without weight there is nothing to weigh, leave out control.adaptation")
     if not nominal.sampled:
         raise SceneError("control.period = 'continuous': a law that weighs the load has memory; give a period")
-    return WeighingEnergyLaw(law.action, law.nominal, given.rate, make_scales(law.nominal))
+    return WeighingEnergyLaw(law.action, law.nominal, options.rate, make_estimator(law.nominal))

@@ -132,13 +132,13 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
         SceneError: a setting is wrong, the path is the payload's, nothing can be held at the target, or a motion about
             it cannot be reached.
     """
-    given, nominal = read_settings(Settings, settings), without_dry_friction(nominal)
+    options, nominal = read_settings(Settings, settings), without_dry_friction(nominal)
     if nominal.path is not None and not nominal.path.of_joints:
         raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
     target, efforts = equilibrium(nominal)
     a, b = linearise(nominal, target, efforts)
     period = nominal.period if nominal.sampled else None
-    q, r = _weights(given, nominal, b)
+    q, r = _weights(options, nominal, b)
     moving = _moving(nominal, target, a, b)
     gain, poles = regulator(a[np.ix_(moving, moving)], b[moving], q[moving], r, period)
     full = np.zeros((len(efforts), len(a)))
@@ -149,13 +149,13 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     return LqrLaw(channels, target, nominal.path, poles)
 
 
-def _weights(given: Settings, scene: Scene, b: Array) -> tuple[Array, Array]:
+def _weights(options: Settings, scene: Scene, b: Array) -> tuple[Array, Array]:
     """Return the weights q (2 nq,) and r (nu,)."""
     nq, nu = len(scene.joint_names), len(scene.actuated)
     own = b[[nq + scene.joint_names.index(name) for name in scene.actuated], range(nu)]
     scales = np.array([DEVIATIONS[unit] for unit in scene.joint_units])
-    q = scales.T.ravel() ** -2.0 if given.q is None else np.array(given.q)
-    r = own**2 if given.r is None else np.array(given.r)
+    q = scales.T.ravel() ** -2.0 if options.q is None else np.array(options.q)
+    r = own**2 if options.r is None else np.array(options.r)
     for name, weights, size in (("q", q, 2 * nq), ("r", r, nu)):
         if len(weights) != size:
             raise SceneError(f"control.{name}: has {len(weights)} weights, {size} are needed: {scene.joint_names}")

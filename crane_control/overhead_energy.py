@@ -175,17 +175,17 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    given, target, model = read_settings(Settings, settings), _read_target(nominal), nominal.model
+    options, target, model = read_settings(Settings, settings), _read_target(nominal), nominal.model
     m = model.cable.payload
     rising = len(target) == 2
     length = target[1] if rising else model.cable.length
     omega = sqrt(model.gravity / length)
     moved = m + model.hoist.inertia if rising else 0.0
-    kp = _gains("kp", given.kp, (0.25 * m * omega**2, moved * omega**2), len(target))
-    kd = _gains("kd", given.kd, (m * omega, 2.0 * moved * omega), len(target))
+    kp = _gains("kp", options.kp, (0.25 * m * omega**2, moved * omega**2), len(target))
+    kd = _gains("kd", options.kd, (m * omega, 2.0 * moved * omega), len(target))
     rope = Hoist(kp[1], kd[1], length, model.hoist.inertia) if rising else Rope(length)
-    masses = given.apparent_mass or 0.25 * m, model.trolley.mass, m
-    action = kp[0], kd[0], target[0], given.reach
+    masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
+    action = kp[0], kd[0], target[0], options.reach
     return OverheadEnergyLaw(*action, *masses, model.gravity, rope, model.trolley.friction)
 
 
@@ -205,9 +205,9 @@ def _read_target(nominal: Scene) -> tuple[float, ...]:
     return target
 
 
-def _gains(name: str, given: tuple[float, ...] | None, default: tuple[float, float], nu: int) -> tuple[float, float]:
-    if given is None:
+def _gains(name: str, gains: tuple[float, ...] | None, default: tuple[float, float], nu: int) -> tuple[float, float]:
+    if gains is None:
         return default
-    if len(given) < nu:
-        raise SceneError(f"control.{name}: has {len(given)} values, {nu} joints are actuated")
-    return given[0], given[-1]
+    if len(gains) < nu:
+        raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated")
+    return gains[0], gains[-1]

@@ -89,7 +89,7 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         raise
     except ValueError as error:
         raise SceneError(f"control: {error}") from None
-    except Exception as error:  # of another package: all that it raises is one line for the user
+    except Exception as error:  # an external package: any error of it is one line for the user
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
 
 

@@ -22,7 +22,7 @@ def answer(node: Node, kind: type, name: str, request: object) -> Any:
     """Return what a service answers; that may take long, many steps for example, but no longer than its node lives."""
     client = node.create_client(kind, name)
     if not client.wait_for_service(10.0):
-        sys.exit(f"nobody serves {name}")
+        sys.exit(f"{name}: no such service")
     future = client.call_async(request)
     while not future.done():
         rclpy.spin_until_future_complete(node, future, timeout_sec=1.0)

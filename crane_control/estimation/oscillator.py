@@ -115,7 +115,7 @@ def propagate_covariance(p, f, product):
 
 
 @kernel
-def sights(ekf, i, entry, square, tip, tip_rate, age):
+def measurement_model(ekf, i, entry, square, tip, tip_rate, age):
     """Return (H, what should be seen): of entry Y of axis i `age` seconds ago, to second order, or of entry V now.
 
     H (7,) is that of the state now and is written into the filter's work; tip [m] and its rate [m/s] are those of now.
@@ -134,21 +134,21 @@ def sights(ekf, i, entry, square, tip, tip_rate, age):
 
 
 @routine
-def correct(ekf, i, entry, seen, square, tip, tip_rate, age):
-    """Take into axis i what was `seen` of entry Y or V of its state `age` seconds ago; the rest as of `sights`."""
+def correct(ekf, i, entry, measured, square, tip, tip_rate, age):
+    """Correct axis i by a measured entry Y or V of its state, `age` seconds old; the rest as of `measurement_model`."""
     x, p, work = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[1]
     gain, row = work[0], work[1]
-    sight, expected = sights(ekf, i, entry, square, tip, tip_rate, age)
-    surprise, spread_of = seen - expected, ekf.variances[entry]  # innovation and its variance
+    sensitivity, expected = measurement_model(ekf, i, entry, square, tip, tip_rate, age)
+    innovation, variance = measured - expected, ekf.variances[entry]
     for k in range(N):
         row[k] = 0.0
         for m in range(N):
-            row[k] += sight[m] * p[m, k]
+            row[k] += sensitivity[m] * p[m, k]
     for k in range(N):
-        spread_of += row[k] * sight[k]
+        variance += row[k] * sensitivity[k]
     for k in range(N):
-        gain[k] = row[k] / spread_of
-        x[k] += gain[k] * surprise
+        gain[k] = row[k] / variance
+        x[k] += gain[k] * innovation
     for j in range(N):
         for k in range(N):
             p[j, k] -= gain[j] * row[k]

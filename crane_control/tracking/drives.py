@@ -1,4 +1,4 @@
-"""What tracking laws ask of whatever carries the suspension point: where all of it is, and efforts that move it.
+"""Drives of the suspension point as tracking laws use them: state of the cable below it, and efforts that move it.
 
 Vectors are in the axes of the base and relative to it. The bodies given here are those of the crane `pendulum`.
 """
@@ -16,7 +16,7 @@ class Servo(NamedTuple):
     kd: NonNegative = 36.4  # 1/s, of the suspension point
 
 
-class Hanging(NamedTuple):
+class CableState(NamedTuple):
     """A payload and the suspension point above it."""
 
     tip: tuple[float, float]  # m, horizontal
@@ -29,40 +29,40 @@ class Hanging(NamedTuple):
 
 
 @generic
-def estimate_hanging(drive, length, q, v):
-    """Return the Hanging at joint positions q and velocities v (nq,) on a rope that is believed to be so long [m].
+def estimate_cable(drive, length, q, v):
+    """Return the CableState at joint positions q and velocities v (nq,) for a rope of the believed length [m].
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
     """
     n, dn = (q[3], q[4], q[5]), (v[3], v[4], v[5])
     y = (q[0] + length * n[0], q[1] + length * n[1])
-    return Hanging((q[0], q[1]), (v[0], v[1]), y, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
+    return CableState((q[0], q[1]), (v[0], v[1]), y, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
 
 
 @generic
-def compute_drive_efforts(drive, t, seen, a):
+def compute_drive_efforts(drive, t, cable, a):
     """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
 
-    `seen` is the Hanging at that time. A point whose efforts are accelerations takes a as it is.
+    `cable` is the CableState at that time. A point whose efforts are accelerations takes a as it is.
     """
     return a
 
 
 @generic
-def suspension_effort(drive, t, demand, seen):
-    """Return the efforts (nu,) that bring the suspension point of a Hanging to a Demand at time t [s], eq. 64."""
+def suspension_effort(drive, t, demand, cable):
+    """Return the efforts (nu,) that bring the suspension point of a CableState to a Demand at time t [s], eq. 64."""
     raise NotImplementedError
 
 
 @kernel
-def compute_tracking_acceleration(drive, demand, seen):
+def compute_tracking_acceleration(drive, demand, cable):
     """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a drive."""
     x, v, a = demand
-    ax = a[0] - drive.kd * (seen.dtip[0] - v[0]) - drive.kp * (seen.tip[0] - x[0])
-    ay = a[1] - drive.kd * (seen.dtip[1] - v[1]) - drive.kp * (seen.tip[1] - x[1])
+    ax = a[0] - drive.kd * (cable.dtip[0] - v[0]) - drive.kp * (cable.tip[0] - x[0])
+    ay = a[1] - drive.kd * (cable.dtip[1] - v[1]) - drive.kp * (cable.tip[1] - x[1])
     return ax, ay
 
 
 @suspension_effort.register(Servo)
-def _(drive, t, demand, seen):
-    return compute_tracking_acceleration(drive, demand, seen)
+def _(drive, t, demand, cable):
+    return compute_tracking_acceleration(drive, demand, cable)

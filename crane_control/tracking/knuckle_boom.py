@@ -18,10 +18,10 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_control.tracking.drives import (
-    Hanging,
+    CableState,
     compute_drive_efforts,
     compute_tracking_acceleration,
-    estimate_hanging,
+    estimate_cable,
     suspension_effort,
 )
 from crane_control.tracking.tracker import Demand
@@ -50,7 +50,7 @@ class Boom(NamedTuple):
     crane: Crane  # whose rope is told how its length should accelerate
 
 
-@estimate_hanging.register(Boom)
+@estimate_cable.register(Boom)
 def _(drive, length, q, v):
     xs, xc = state_from_joints(drive.crane.support, drive.crane, q, v)
     pose = forward_kinematics(drive.crane.support, xs)
@@ -61,7 +61,7 @@ def _(drive, length, q, v):
     nx, ny, nz = rotate_back(line.n, -s, c)
     x, y, z = dy[0] - dtip[0] - line.rate * nx, dy[1] - dtip[1] - line.rate * ny, dy[2] - dtip[2] - line.rate * nz
     dn = (x / line.length, y / line.length, z / line.length)
-    return Hanging(tip[:2], dtip[:2], payload[:2], dy[:2], (nx, ny, nz), dn, (xs, xc))
+    return CableState(tip[:2], dtip[:2], payload[:2], dy[:2], (nx, ny, nz), dn, (xs, xc))
 
 
 @kernel
@@ -72,8 +72,8 @@ def joint_accelerations(support, pose, a, brake):
     |J q'' - a|² + damping |q'' + brake q'|² is least.
     """
     r, w = pose.tip[0], pose.yaw_rate
-    bent, _ = tip_acceleration(support, pose, (0.0, 0.0, 0.0))
-    dr, dz = a[0] + w * w * r - bent[0], a[2] - bent[2]
+    bias, _ = tip_acceleration(support, pose, (0.0, 0.0, 0.0))
+    dr, dz = a[0] + w * w * r - bias[0], a[2] - bias[2]
     damping = max(0.0, ASIDE * ASIDE - r * r)
     slew = ((a[1] - 2.0 * w * pose.tip_velocity[0]) * r - damping * brake * w) / (r * r + damping)
     along, sine = pose.cb * pose.cg + pose.sb * pose.sg, pose.sb * pose.cg - pose.cb * pose.sg
@@ -86,20 +86,20 @@ def joint_accelerations(support, pose, a, brake):
 
 
 @kernel
-def joint_efforts(crane, now, wanted):
-    """Return (efforts (3,) [N m] of slew, boom and jib, tension [N]) that give the joints the accelerations `wanted`.
+def joint_efforts(crane, free, a):
+    """Return (efforts (3,) [N m] of slew, boom and jib, tension [N]) that give the joints accelerations a (3,).
 
-    `now` is the Motion of the crane without these efforts, whose rope's length accelerates as it should.
+    `free` is the Motion of the crane without these efforts, whose rope's length accelerates as demanded.
     """
-    pose, (nr, nt, nz) = now.pose, now.line.n
-    slew, luff, fold = wanted[0] - now.support[0], wanted[1] - now.support[1], wanted[2] - now.support[2]
+    pose, (nr, nt, nz) = free.pose, free.line.n
+    slew, luff, fold = a[0] - free.support[0], a[1] - free.support[1], a[2] - free.support[2]
     g0 = pose.tip[0] * nt
     g1 = crane.support.boom.length * (pose.cb * nz - pose.sb * nr)
     g2 = crane.support.jib.length * (pose.cg * nz - pose.sg * nr)
     pull = crane.load.mass * (g0 * slew + g1 * luff + g2 * fold)
     first = pose.slew_inertia * slew + g0 * pull
     second = pose.boom_inertia * luff + pose.c * fold + g1 * pull
-    return (first, second, pose.c * luff + pose.jib_inertia * fold + g2 * pull), now.tension - pull
+    return (first, second, pose.c * luff + pose.jib_inertia * fold + g2 * pull), free.tension - pull
 
 
 @generic
@@ -114,48 +114,48 @@ def _(rope, drive, line):
 
 
 @generic
-def with_winch(rope, efforts, line, bent, tension):
-    """Return the joint efforts (3,) plus the winch's, for this acceleration `bent` [m/s²] of the rope's length."""
+def with_winch(rope, efforts, line, acceleration, tension):
+    """Return the joint efforts (3,) plus the winch's, for this acceleration [m/s²] of the rope's length."""
     return efforts
 
 
 @with_winch.register(ForceRope)
-def _(rope, efforts, line, bent, tension):
+def _(rope, efforts, line, acceleration, tension):
     return (*efforts, -tension - add_spring(rope.spring, 0.0, line.length))
 
 
 @with_winch.register(RateRope)
-def _(rope, efforts, line, bent, tension):
-    return (*efforts, compute_winch_input(rope.time_constant, line, bent))
+def _(rope, efforts, line, acceleration, tension):
+    return (*efforts, compute_winch_input(rope.time_constant, line, acceleration))
 
 
 @generic
-def compute_winch_input(time_constant, line, bent):
+def compute_winch_input(time_constant, line, acceleration):
     """Return the input of a rate-driven winch that gives its rope's length this acceleration."""
-    return bent
+    return acceleration
 
 
 @compute_winch_input.register(float)
-def _(time_constant, line, bent):
-    return line.rate + time_constant * bent
+def _(time_constant, line, acceleration):
+    return line.rate + time_constant * acceleration
 
 
 @routine
-def driven_boom(drive, t, seen, a):
+def tip_efforts(drive, t, cable, a):
     """Return the efforts (nu,) that give the tip the horizontal acceleration a (2,) [m/s²] and hold height and rope."""
-    crane, (xs, xc) = drive.crane, seen.state
+    crane, (xs, xc) = drive.crane, cable.state
     pose, (s, c) = forward_kinematics(crane.support, xs), sincos(xs[0])
     line = span(pose, xc)
     rise = -drive.kd * pose.tip_velocity[2] - drive.kp * (pose.tip[2] - drive.height)
-    wanted = joint_accelerations(crane.support, pose, rotate_back((a[0], a[1], rise), s, c), drive.kd)
-    bent = rope_acceleration(drive.rope, drive, line)
-    efforts, tension = joint_efforts(crane, solve_motion(crane, t, xs, xc, (0.0, 0.0, 0.0, bent)), wanted)
-    return with_winch(drive.rope, efforts, line, bent, tension)
+    accelerations = joint_accelerations(crane.support, pose, rotate_back((a[0], a[1], rise), s, c), drive.kd)
+    rope_acc = rope_acceleration(drive.rope, drive, line)
+    efforts, tension = joint_efforts(crane, solve_motion(crane, t, xs, xc, (0.0, 0.0, 0.0, rope_acc)), accelerations)
+    return with_winch(drive.rope, efforts, line, rope_acc, tension)
 
 
 @compute_drive_efforts.register(Boom)
-def _(drive, t, seen, a):
-    return driven_boom(drive, t, seen, a)
+def _(drive, t, cable, a):
+    return tip_efforts(drive, t, cable, a)
 
 
 @kernel
@@ -170,5 +170,5 @@ def within(reach, demand):
 
 
 @suspension_effort.register(Boom)
-def _(drive, t, demand, seen):
-    return driven_boom(drive, t, seen, compute_tracking_acceleration(drive, within(drive.reach, demand), seen))
+def _(drive, t, demand, cable):
+    return tip_efforts(drive, t, cable, compute_tracking_acceleration(drive, within(drive.reach, demand), cable))

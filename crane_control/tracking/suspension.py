@@ -20,7 +20,7 @@ class Positioned(NamedTuple):
 
 
 @suspension_effort.register(Positioned)
-def _(drive, t, demand, seen):
+def _(drive, t, demand, cable):
     x, v, a = demand
     lead, gain = drive.kd / drive.kp, 1.0 / drive.kp
     return x[0] + lead * v[0] + gain * a[0], x[1] + lead * v[1] + gain * a[1]

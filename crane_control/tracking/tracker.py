@@ -61,7 +61,7 @@ class Demand(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """One instant of the law."""
+    """Time, suspension point and reference at one evaluation of the law."""
 
     t: float  # s
     tip: tuple[float, float]  # m
@@ -69,20 +69,20 @@ class Sample(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """What a learner makes of an instant."""
+    """Estimates of a learner at one sample: payload, disturbance, compensation."""
 
     y: tuple[float, float]  # m
     dy: tuple[float, float]  # m/s
     u: tuple[float, float]  # m/s², against the disturbance
     du: tuple[float, float]  # m/s³, its rate of change, as far as it is known
-    d: tuple[float, float]  # m/s², the disturbance that is believed to act now
-    rope: tuple[float, float]  # the length that the law was told over the one that is believed, axis by axis
+    d: tuple[float, float]  # m/s², the estimated disturbance
+    rope: tuple[float, float]  # nominal length over the estimated one, axis by axis
 
 
 @generic
-def estimate(learner, pendulum, now, sight):
-    """Return the Belief of a learner at the Moment `now`; without one what is seen is believed."""
-    return Estimate(sight.y, sight.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+def estimate(learner, pendulum, sample, measurement):
+    """Return the Estimate of a learner at a Sample; without one, the measured state and no disturbance."""
+    return Estimate(measurement.y, measurement.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 @generic
@@ -114,14 +114,14 @@ def demanded_tip(tracker, t, tip, y, dy):
     """Return the Demand on the suspension point at `tip` (2,) for the payload at y, dy (2,); the law may learn."""
     (x, v, a), (jerk, _) = reference_at(tracker.path, t), further_at(tracker.path, t)
     goal = ((x[0], x[1]), (v[0], v[1]), (a[0], a[1]))
-    sight = measure(tracker.eye, t, y, dy)
-    seen = estimate(tracker.learner, tracker.pendulum, Sample(t, tip, goal), sight)
+    measurement = measure(tracker.eye, t, y, dy)
+    estimates = estimate(tracker.learner, tracker.pendulum, Sample(t, tip, goal), measurement)
     gravity, push = heave_and_push(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
-    square0 = stiffness(length / seen.rope[0], gravity, seen.y, tip)
-    square1 = stiffness(length / seen.rope[1], gravity, seen.y, tip)
-    x0, v0 = axis_demand(tracker.gains, t, square0, seen, tip, goal, jerk, push, 0)
-    x1, v1 = axis_demand(tracker.gains, t, square1, seen, tip, goal, jerk, push, 1)
+    square0 = stiffness(length / estimates.rope[0], gravity, estimates.y, tip)
+    square1 = stiffness(length / estimates.rope[1], gravity, estimates.y, tip)
+    x0, v0 = axis_demand(tracker.gains, t, square0, estimates, tip, goal, jerk, push, 0)
+    x1, v1 = axis_demand(tracker.gains, t, square1, estimates, tip, goal, jerk, push, 1)
     forward = tracker.gains.acceleration
     return Demand((x0, x1), (v0, v1), (forward * a[0], forward * a[1]))
 
@@ -136,16 +136,16 @@ def compute_ramp(ramp, t):
 
 
 @kernel
-def axis_demand(gains, t, square, seen, tip, goal, jerk, push, i):
+def axis_demand(gains, t, square, estimates, tip, goal, jerk, push, i):
     """Return (position, velocity to feed forward) that are demanded of the tip along axis i, eq. 67 and 74.
 
     The velocity leaves out how Oz² changes; the payload's acceleration in it is that of the model.
     """
-    acceleration = square * (tip[i] - seen.y[i]) + seen.d[i]
-    e, de = seen.y[i] - goal[0][i], seen.dy[i] - goal[1][i]
+    acceleration = square * (tip[i] - estimates.y[i]) + estimates.d[i]
+    e, de = estimates.y[i] - goal[0][i], estimates.dy[i] - goal[1][i]
     (share, rising), soft = compute_ramp(gains.ramp, t), 2.0 * SOFT * sqrt(square)
     kp, kd = share * gains.kp + (1.0 - share) * square, share * gains.kd + (1.0 - share) * soft
-    w = goal[2][i] - kd * de - kp * e + seen.u[i] - push[i]
-    rate = jerk[i] + seen.du[i] - kd * (acceleration - goal[2][i]) - kp * de
+    w = goal[2][i] - kd * de - kp * e + estimates.u[i] - push[i]
+    rate = jerk[i] + estimates.du[i] - kd * (acceleration - goal[2][i]) - kp * de
     rate -= rising * ((gains.kd - soft) * de + (gains.kp - square) * e)
-    return seen.y[i] + w / square, gains.velocity * (seen.dy[i] + rate / square)
+    return estimates.y[i] + w / square, gains.velocity * (estimates.dy[i] + rate / square)

@@ -28,7 +28,7 @@ class Vision(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the camera remembers; times in s, from the start of the run."""
+    """State of the camera; times in s, from the start of the run."""
 
     counts: Any  # (3,) int64: frames taken, frames used, the instant of the next one in intervals
     queue: Any  # (n, 3): time taken, x, y of frames on their way, a ring
@@ -37,7 +37,7 @@ class Memory(NamedTuple):
 
 
 class Camera(NamedTuple):
-    """A camera at work."""
+    """A camera with its drawn noise and its state."""
 
     interval: float  # s, between frames
     latency: float  # s
@@ -52,30 +52,32 @@ class Camera(NamedTuple):
 
 
 class Measurement(NamedTuple):
-    """What a law sees of the payload relative to the base, horizontal coordinates."""
+    """The payload's measured state relative to the base, horizontal coordinates."""
 
     y: tuple[float, float]  # m
     dy: tuple[float, float]  # m/s
     raw: tuple[float, float]  # m, as measured, unfiltered
     age: float  # s, of `raw`
-    new: bool  # whether `raw` has not been seen before
+    new: bool  # whether `raw` is new since the last call
 
 
-def camera(given: Vision | None, nominal: Scene) -> Camera | None:
+def camera(settings: Vision | None, nominal: Scene) -> Camera | None:
     """Return the camera for a run of the nominal scene, None where the law sees everything as it is.
 
     Raises:
         SceneError: the run would take too many frames.
     """
-    if given is None:
+    if settings is None:
         return None
-    frames = int(np.ceil(nominal.duration * given.rate)) + 2
+    frames = int(np.ceil(nominal.duration * settings.rate)) + 2
     if frames > MOST_FRAMES:
-        raise SceneError(f"control.vision.rate = {given.rate:g}: makes {frames:.0f} frames, at most {MOST_FRAMES:.0e}")
-    noise = np.random.default_rng(given.seed).normal(0.0, given.noise, (frames, 2))
-    corner = inf if given.low_pass is None else 2.0 * pi * given.low_pass
-    size = int(np.ceil(given.latency * given.rate)) + 2  # frames on their way at one time, at most
-    return Camera(1.0 / given.rate, given.latency, corner, given.noise, noise, _empty(size))
+        raise SceneError(
+            f"control.vision.rate = {settings.rate:g}: makes {frames:.0f} frames, at most {MOST_FRAMES:.0e}"
+        )
+    noise = np.random.default_rng(settings.seed).normal(0.0, settings.noise, (frames, 2))
+    corner = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass
+    size = int(np.ceil(settings.latency * settings.rate)) + 2  # frames on their way at one time, at most
+    return Camera(1.0 / settings.rate, settings.latency, corner, settings.noise, noise, _empty(size))
 
 
 def _empty(size: int) -> Memory:
@@ -84,7 +86,7 @@ def _empty(size: int) -> Memory:
 
 @generic
 def measure(eye, t, y, dy):
-    """Return the Sight at time t [s] of a payload at y (2,) [m] with velocity dy (2,) [m/s]."""
+    """Return the Measurement at time t [s] of a payload at y (2,) [m] with velocity dy (2,) [m/s]."""
     return Measurement(y, dy, y, 0.0 * t, True)
 
 
@@ -95,7 +97,7 @@ def _(eye, t, y, dy):
 
 @routine
 def take_frame(eye, t, y):
-    """Return the Sight of a camera, which takes a frame when it is time and uses the frames that have arrived."""
+    """Return the Measurement of a camera, which takes a frame when it is time and uses the frames that have arrived."""
     counts, queue, newest, kept = eye.memory
     late = 1e-9 * eye.interval  # rounding of the times
     if t >= counts[2] * eye.interval - late:

@@ -1,7 +1,6 @@
 """The command `crane bench`."""
 
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from crane_sim.evaluation.bench.page import write_page
 from crane_sim.evaluation.bench.parts import PARTS
 from crane_sim.evaluation.bench.results import best, points_of
 from crane_sim.evaluation.bench.store import merge_part, read_store, write_store
+from crane_sim.evaluation.plotting import save_figure
 from crane_sim.files.errors import SceneError, unknown_key
 
 EVERY = ("scenes", *PARTS, "page")
@@ -44,14 +44,14 @@ def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], pe
     if part == "scenes":
         cases = scenes.chosen_cases(ids, quick)
         with Console(stderr=True).status("measuring") as status:
-            found = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
-        data = merge_part(data, part, found)
-        for case in found["scenes"]:
+            measured = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
+        data = merge_part(data, part, measured)
+        for case in measured["scenes"]:
             Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
     elif part != "page":
         with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
             data = merge_part(data, part, PARTS[part].measure())
-        print("\n".join(PARTS[part].told(data[part])))
+        print("\n".join(PARTS[part].format(data[part])))
     _write(data, Path(folder))
 
 
@@ -67,18 +67,16 @@ def _write(data: dict[str, Any], folder: Path) -> None:
     """Write data, figure and page."""
     from crane_sim.evaluation.bench.figure import draw
 
-    written, told = ["performance.json", "performance.md"], Console(stderr=True)
+    written = ["performance.json", "performance.md"]
     try:
         write_store(data, folder)
-        (folder / "performance.md").write_text(write_page(data))
-        if "scenes" in data and find_spec("matplotlib") is None:
-            told.print("no figure: it needs matplotlib, which is not installed")
-        elif "scenes" in data:
-            draw(data["scenes"]["scenes"], folder / "performance.png")
-            written.append("performance.png")
+        picture, measured = folder / "performance.png", data.get("scenes", {}).get("scenes")
+        if measured and save_figure(draw, measured, picture, dpi=110):
+            written.append(picture.name)
+        (folder / "performance.md").write_text(write_page(data, drawn=picture.is_file()))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
-    told.print(f"written to {folder}: {', '.join(written)}")
+    Console(stderr=True).print(f"written to {folder}: {', '.join(written)}")
 
 
 def _format_cheapest(case: str, scene: dict[str, Any]) -> Table:

@@ -71,11 +71,13 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
 @as_json_option
 def scenes(as_json: bool) -> None:
     """List the catalogue, one line each."""
-    found = {name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()}
+    descriptions = {
+        name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()
+    }
     if as_json:
-        print(json.dumps(found))
+        print(json.dumps(descriptions))
     else:
-        report.print_scenes(found)
+        report.print_scenes(descriptions)
 
 
 @app.command()

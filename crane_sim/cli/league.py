@@ -1,4 +1,4 @@
-"""What `crane league` does: play, print, keep."""
+"""The command `crane league`: evaluate every law, print the comparison, write page, figure and data."""
 
 import json
 from collections.abc import Sequence
@@ -9,48 +9,50 @@ from rich.console import Console
 
 from crane_sim.evaluation.bench.store import round_floats
 from crane_sim.evaluation.league.cases import GROUPS, Group
-from crane_sim.evaluation.league.cells import Cell, cells
+from crane_sim.evaluation.league.cells import Cell, evaluate_all
 from crane_sim.evaluation.league.figure import draw
 from crane_sim.evaluation.league.table import lines, write_comparison
+from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.reproduce.table import print_tables
 from crane_sim.files.errors import SceneError
 
 
 def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) -> None:
-    """Play these groups, print tables or one JSON object, and write page, figure and data into a folder if given.
+    """Evaluate these groups, print tables or one JSON object, and write page, figure and data into a folder if given.
 
     Raises:
-        SceneError: the folder cannot be written, or the figure not drawn.
+        SceneError: the folder cannot be written.
     """
-    found = list[Cell]()
-    with Console(stderr=True).status("playing (some minutes)") as status:
-        for cell in cells(groups):
-            found.append(cell)
-            status.update(f"playing: {cell.crane}, {cell.law} is done")
+    compared = list[Cell]()
+    with Console(stderr=True).status("simulating (some minutes)") as status:
+        for cell in evaluate_all(groups):
+            compared.append(cell)
+            status.update(f"simulating: {cell.crane}, {cell.law} is done")
     if as_json:
-        print(json.dumps(document(found)))
+        print(json.dumps(document(compared)))
     else:
-        print_tables(lines(found))
+        print_tables(lines(compared))
     if folder is not None:
-        save_comparison(found, Path(folder))
+        save_comparison(compared, Path(folder))
 
 
-def document(found: Sequence[Cell]) -> dict[str, Any]:
+def document(compared: Sequence[Cell]) -> dict[str, Any]:
     """Return the cells as a document, digits rounded to what has a meaning."""
-    told = [cell._asdict() | {"figures": cell.figures and cell.figures._asdict()} for cell in found]
-    return {"cells": round_floats(told)}
+    rows = [cell._asdict() | {"figures": cell.figures and cell.figures._asdict()} for cell in compared]
+    return {"cells": round_floats(rows)}
 
 
-def save_comparison(found: Sequence[Cell], folder: Path) -> None:
+def save_comparison(compared: Sequence[Cell], folder: Path) -> None:
     """Write league.md, league.png and league.json into the folder.
 
     Raises:
-        SceneError: the folder cannot be written, or matplotlib is not installed.
+        SceneError: the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "league.json").write_text(json.dumps(document(found), indent=1, ensure_ascii=False) + "\n")
-        draw(found, folder / "league.png")
-        (folder / "league.md").write_text(write_comparison(found))
+        (folder / "league.json").write_text(json.dumps(document(compared), indent=1, ensure_ascii=False) + "\n")
+        picture = folder / "league.png"
+        save_figure(draw, compared, picture, dpi=100)
+        (folder / "league.md").write_text(write_comparison(compared, drawn=picture.is_file()))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None

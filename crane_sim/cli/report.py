@@ -186,8 +186,8 @@ def _viewer() -> str:
     """Return the command of the Rerun viewer: its name where the shell finds it, else its path as seen from here."""
     if shutil.which("rerun"):
         return "rerun"
-    program, here = Path(sys.executable).with_name("rerun"), Path.cwd()
-    return shlex.quote(os.path.relpath(program, here) if program.is_relative_to(here) else str(program))
+    program, folder = Path(sys.executable).with_name("rerun"), Path.cwd()
+    return shlex.quote(os.path.relpath(program, folder) if program.is_relative_to(folder) else str(program))
 
 
 def _add_commands(table: Table, summary: dict[str, Any]) -> None:
@@ -243,11 +243,11 @@ def _first_sentence(text: str) -> str:
     return re.split(r"(?<=[.!?])\s", " ".join(text.split()), maxsplit=1)[0]
 
 
-def print_scenes(found: dict[str, str]) -> None:
+def print_scenes(descriptions: dict[str, str]) -> None:
     """Print scene names and the first sentences of their descriptions, a line each."""
-    width = max(map(len, found), default=0)
+    width = max(map(len, descriptions), default=0)
     console = Console()
-    for name, description in found.items():
+    for name, description in descriptions.items():
         console.print(
             f"[bold]{name:<{width}}[/bold]  {escape(_first_sentence(description))}", highlight=False, soft_wrap=True
         )

@@ -43,11 +43,12 @@ def loaded_scene(
     from crane_sim.scenes.scene import load_scene
 
     named = {"duration": duration, "control.law": law, "seed": seed}
-    changes, given = _parse_settings(settings), {key: value for key, value in named.items() if value is not None}
-    for key in given:
+    options = {key: value for key, value in named.items() if value is not None}
+    changes = _parse_settings(settings)
+    for key in options:
         if key in changes:
             raise SceneError(f"--set {key}: --{key.removeprefix('control.')} says the same; leave out one of the two")
-    return load_scene(scene, changes | given)
+    return load_scene(scene, changes | options)
 
 
 def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:

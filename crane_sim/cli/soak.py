@@ -40,7 +40,7 @@ def kill(count: int, seed: int, **output: Any) -> None:
     """SIGKILL on controller and recorder in turn, at random instants of one run with --restart."""
     from crane_sim.evaluation.soak.kill import soak as measure
 
-    _tell(lambda: measure(count, seed=seed), **output)
+    _report(lambda: measure(count, seed=seed), **output)
 
 
 @soak.command()
@@ -51,7 +51,7 @@ def signals(count: int, seed: int, **output: Any) -> None:
     """SIGINT and SIGTERM at random instants of the start, the run and the shutdown of `crane run`."""
     from crane_sim.evaluation.soak.signals import soak as measure
 
-    _tell(lambda: measure(count, seed=seed), **output)
+    _report(lambda: measure(count, seed=seed), **output)
 
 
 @soak.command()
@@ -61,7 +61,7 @@ def memory(minutes: float, **output: Any) -> None:
     """Resident memory of the nodes, and their rate, over a long lockstep run."""
     from crane_sim.evaluation.soak.memory import soak as measure
 
-    _tell(lambda: measure(minutes * 60.0), **output)
+    _report(lambda: measure(minutes * 60.0), **output)
 
 
 @soak.command()
@@ -71,7 +71,7 @@ def inprocess(steps: float, **output: Any) -> None:
     """Resident memory and rate of `Plant.advance` and `simulate`, without ROS."""
     from crane_sim.evaluation.soak.inprocess import soak as measure
 
-    _tell(lambda: measure(int(steps)), **output)
+    _report(lambda: measure(int(steps)), **output)
 
 
 @soak.command()
@@ -81,7 +81,7 @@ def determinism(count: int, **output: Any) -> None:
     """One scene over processes, executors and load: every run has the same state_sha256."""
     from crane_sim.evaluation.soak.determinism import soak as measure
 
-    _tell(lambda: measure(count), **output)
+    _report(lambda: measure(count), **output)
 
 
 @soak.command()
@@ -91,10 +91,10 @@ def realtime(seconds: float, **output: Any) -> None:
     """1 kHz in real time: rate, overruns against a subscriber's count, punctuality against a loop that only sleeps."""
     from crane_sim.evaluation.soak.realtime import soak as measure
 
-    _tell(lambda: measure(seconds), **output)
+    _report(lambda: measure(seconds), **output)
 
 
-@soak.command()
+@soak.command("page")
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Where the data are.")
 def rewrite_page(folder: str) -> None:
     """Write page and plots anew from the data that are there."""
@@ -103,8 +103,8 @@ def rewrite_page(folder: str) -> None:
     write_page(Path(folder))
 
 
-def _tell(measure: _Measure, as_json: bool, folder: str | None) -> None:
-    """Print and keep what a soak found; exit with 1 where a promise was not kept."""
+def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
+    """Print and save the figures of a soak; exit with 1 where a promise was not kept."""
     part = str(click.get_current_context().info_name)
     check_folder(folder)
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
@@ -131,5 +131,5 @@ def _format_table(part: str, figures: Sequence[Figure]) -> Table:
     table = Table("figure", "", "promised", title=f"soak: {part}", title_justify="left")
     for figure in figures:
         broken = "" if figure.kept else "  not kept"
-        table.add_row(figure.what, figure.told(), figure.promise + broken)
+        table.add_row(figure.what, figure.format_value(), figure.promise + broken)
     return table

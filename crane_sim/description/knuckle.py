@@ -43,7 +43,7 @@ def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence
 
 
 def pedestal_height(crane: Crane) -> float:
-    """Height of the boom pivot above the ground that is drawn [m]; the model itself knows no ground."""
+    """Height of the boom pivot above the ground that is drawn [m]; the model has none."""
     return 0.6 * crane.support.boom.length
 
 
@@ -53,12 +53,12 @@ def _add_links(robot: ElementTree.Element, crane: Crane) -> None:
     for name in ("boom_level_link", "jib_level_link", "swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
     add_link(robot, "base_link", _pedestal(pedestal_height(crane), unit))
-    left, part = turning_parts(support)
-    add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * left, 0.5 * left, left)))
+    rest, part = turning_parts(support)
+    add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * rest, 0.5 * rest, rest)))
     add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod_body(support.boom, part))
     add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, part))
     add_link(robot, "payload_link", crate(0.55 * unit), point_mass(load.mass))
-    add_comment(robot, _about_tower(support, left))
+    add_comment(robot, _about_tower(support, rest))
 
 
 def turning_parts(support: Knuckle) -> tuple[float, float]:
@@ -71,13 +71,14 @@ def turning_parts(support: Knuckle) -> tuple[float, float]:
     return max(support.tower.inertia - part * simple, 0.0), part
 
 
-def _about_tower(support: Knuckle, left: float) -> str:
-    """Return what the document says of the tower's mass and inertia."""
+def _about_tower(support: Knuckle, rest: float) -> str:
+    """Return the comment on the tower's mass and inertia."""
     mass = "tower_link has no mass: on the slew axis none is felt, and none is simulated"
-    given = support.tower.inertia
-    if left == given:
+    inertia = support.tower.inertia
+    if rest == inertia:
         return mass
-    return f"{mass}; of its {given:g} kg m² {given - left:g} are in boom_link and jib_link, which have no axial_inertia"
+    moved = f"{inertia - rest:g} are in boom_link and jib_link, which have no axial_inertia"
+    return f"{mass}; of its {inertia:g} kg m² {moved}"
 
 
 def _add_joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:

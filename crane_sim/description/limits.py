@@ -11,26 +11,27 @@ from crane_sim.files.document import present
 from crane_sim.scenes.scene import FORMS
 
 if TYPE_CHECKING:
-    from crane_sim.scenes.scene import File, Scene
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.scenes.schema.scene_file import SceneFile
 
 GROUPS = {"slew": "tower"}  # joints whose group of the scene file has another name
 LENGTHS = ("rope", "hoist")  # joints that are never below zero
 
 
 class Limit(NamedTuple):
-    """What a joint may do; infinite where the scene says nothing."""
+    """Limits of a joint; infinite where the scene has none."""
 
     lower: float  # m or rad
     upper: float
     effort: float  # N or N m, largest size
 
 
-def scene_file(scene: Scene) -> File:
+def scene_file(scene: Scene) -> SceneFile:
     """Return a scene's file, checked and completed."""
     return FORMS[scene.crane].model_validate(present(scene.document))
 
 
-def joint_limit(file: File, scene: Scene, joint: str) -> Limit:
+def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:
     """Return the limit that a scene sets a joint: `limits` of its group, and `limit` of its actuator."""
     span = getattr(getattr(file, GROUPS.get(joint, joint), None), "limits", None)
     lower, upper = span or (0.0 if joint in LENGTHS else -inf, inf)

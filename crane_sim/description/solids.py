@@ -21,7 +21,7 @@ GLASS = "0.35 0.60 0.75 1"
 
 
 class Shape(NamedTuple):
-    """A solid of one colour, told by its size [m].
+    """A solid of one colour, given by its size [m].
 
     That is three edge lengths of a box, radius and length (along z) of a cylinder, or the radius of a sphere alone.
     """

@@ -1,4 +1,4 @@
-"""The room that an overhead crane moves in: how long its rail is and how deep its cable hangs."""
+"""Workspace of an overhead crane: a box that holds its rails and its cable."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Room(NamedTuple):
 
     @property
     def floor(self) -> float:
-        """Return z of the ground; the model itself knows none."""
+        """Return z of the ground, which is drawn only: the model has none."""
         return -1.2 * self.depth
 
     def rail(self, axis: int) -> tuple[float, float]:
-        """Return the ends of what the trolley (axis 0) or the bridge (axis 1) runs on; the model knows none."""
+        """Return the ends of what the trolley (axis 0) or the bridge (axis 1) runs on, which are drawn only."""
         spare = SPARE * self.depth
         return self.low[axis] - spare, self.high[axis] + spare
 
@@ -72,7 +72,7 @@ def room_of(low: Numbers, high: Numbers, shortest: float, spatial: bool) -> Room
 
 
 def form_of(scene: Scene) -> OverheadFile:
-    """Return what a scene's file says of its overhead crane, checked and completed."""
+    """Return the checked file of a scene with an overhead crane, defaults included."""
     return OverheadFile.model_validate(present(scene.document))
 
 

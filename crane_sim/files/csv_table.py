@@ -43,9 +43,9 @@ def _read_numbers(row: int, line: list[str], head: list[str]) -> tuple[float, ..
 
 def _read_number(where: str, cell: str) -> float:
     try:
-        found = float(cell)
+        number = float(cell)
     except ValueError:
         raise ValueError(f"{where}: must be a number") from None
-    if not isfinite(found):
+    if not isfinite(number):
         raise ValueError(f"{where}: must be a finite number")
-    return found
+    return number

@@ -1,4 +1,4 @@
-"""The document of a scene: read from a file, changed by dotted keys, or turned into what a law believes."""
+"""The document of a scene: read from a file, changed by dotted keys, or made nominal for a law."""
 
 import os
 from collections.abc import Mapping
@@ -8,14 +8,14 @@ from typing import Any
 import yaml
 
 from crane_sim.files.catalogue import scene_files
-from crane_sim.files.errors import SceneError, meant, one_word
+from crane_sim.files.errors import SceneError, meant, one_word, shorten
 
 REAL = ("control", "brake", "sensors", "actuators", "faults")
-"""Groups of a scene of which its law knows nothing unless it is told."""
+"""Groups of a scene that its nominal one leaves out, unless `control.nominal` has them."""
 SHARED = ("servo", "tracker_rate", "vision")
-"""Settings of laws that say how a crane is seen and driven: another law that has them keeps them."""
+"""Settings of measurement and drive that several laws share: another law that has them keeps them."""
 UNREADABLE = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
-"""What reading YAML raises: its own errors, and those of its readers of dates and numbers, which check little."""
+"""Errors of reading YAML: its own, and those of its readers of dates and numbers, which check little."""
 
 
 class _Unambiguous(yaml.SafeLoader):
@@ -37,7 +37,7 @@ def read(source: str | Path) -> dict[str, Any]:
         SceneError: there is no such scene, or it cannot be read.
     """
     if not isinstance(source, str | Path):
-        raise SceneError(f"scene {source!r}: must be a name, a file or a dict")
+        raise SceneError(f"scene {shorten(source)}: must be a name, a file or a dict")
     path = scene_files().get(str(source), Path(source))
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
         raise SceneError(_nowhere(str(source)))
@@ -100,18 +100,18 @@ def present(group: Mapping[str, Any]) -> dict[str, Any]:
     What groups within `control` hold is left to the law: there null may be a choice.
     """
     deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
-    found = {key: present(value) for key, value in deeper.items() if key != "control"}
+    groups = {key: present(value) for key, value in deeper.items() if key != "control"}
     if "control" in deeper:
-        found["control"] = {key: value for key, value in deeper["control"].items() if value is not None}
-    return {key: found.get(key, value) for key, value in group.items() if value is not None}
+        groups["control"] = {key: value for key, value in deeper["control"].items() if value is not None}
+    return {key: groups.get(key, value) for key, value in group.items() if value is not None}
 
 
 def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document of what the law believes: the scene without its law, with `nominal` merged over it."""
+    """Return the document of the law's nominal scene: the scene without its law, with `nominal` merged over it."""
 
-    def merged(base: Any, over: Any) -> Any:
+    def merge(base: Any, over: Any) -> Any:
         if not (isinstance(base, dict) and isinstance(over, dict)):
             return over
-        return {**base, **{key: merged(base.get(key), value) for key, value in over.items()}}
+        return {**base, **{key: merge(base.get(key), value) for key, value in over.items()}}
 
-    return merged({key: value for key, value in document.items() if key not in REAL}, dict(overrides))
+    return merge({key: value for key, value in document.items() if key not in REAL}, dict(overrides))

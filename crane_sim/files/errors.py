@@ -1,4 +1,4 @@
-"""Mistakes in scene files, each told in one line: the culprit, its value, and what is possible."""
+"""Errors in scene files, each in one line: the culprit, its value, and what is possible."""
 
 import difflib
 import types
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 _KINDS = ("float", "int", "str", "bool", "tuple", "none")
-"""What pydantic calls plain kinds in the place of a mistake, where a value may be of several kinds."""
+"""Names of plain types in the locations of pydantic's errors, where a value may be of several types."""
 _PHRASES = {
     ", unable to parse string as a number": "",
     ", unable to parse string as an integer": "",
@@ -21,7 +21,7 @@ _PHRASES = {
     "a valid tuple": "a list",
     "a valid list": "a list",
 }
-"""What pydantic says, and the words for it here."""
+"""Phrases of pydantic, and those that replace them."""
 _FOREIGN = ("extra_forbidden", "unexpected_keyword_argument")
 _NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_type", "dataclass_type", "mapping_type")
 
@@ -30,7 +30,7 @@ _NEAR = 0.6  # of difflib: the least likeness of a word to what was perhaps mean
 
 
 class SceneError(ValueError):
-    """A scene that cannot be used; the message is one line for the person who wrote it."""
+    """A scene that cannot be used; the message is one line that names the key, its value and what is possible."""
 
 
 def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "") -> str:
@@ -51,9 +51,9 @@ def meant(word: str, words: Iterable[str]) -> str:
     return f", did you mean {near!r}?" if near else ""
 
 
-def missing_key(key: str, given: Iterable[Any], choices: Iterable[str]) -> str:
+def missing_key(key: str, keys: Iterable[Any], choices: Iterable[str]) -> str:
     """Return a line on a key that a group lacks, or has under a name much like it, with the values it may have."""
-    names, near = ", ".join(choices), nearest(key, given)
+    names, near = ", ".join(choices), nearest(key, keys)
     return (
         f"unknown key {near!r}, did you mean {key!r}? ({key}: {names})"
         if near
@@ -90,14 +90,14 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
 
 def _missing(first: Any, where: Sequence[int | str], fields: Sequence[str]) -> str:
     """Return the line on a key of a group that is missing, or stands there under a name much like it."""
-    given = getattr(first["input"], "kwargs", first["input"])
-    spare = [key for key in given if key not in fields] if isinstance(given, Mapping) else []
+    keys = getattr(first["input"], "kwargs", first["input"])
+    spare = [key for key in keys if key not in fields] if isinstance(keys, Mapping) else []
     near = nearest(str(where[-1]), spare)
     return _at(where[:-1], unknown_key(near, fields)) if near else _at(where, "is missing")
 
 
 def about_keys(error: ValidationError) -> bool:
-    """Return whether the mistake is one of keys, which cannot be told without the kind of their group."""
+    """Return whether the error is one of keys, whose message needs the type of their group."""
     return error.errors()[0]["type"] in (*_FOREIGN, *_NO_GROUP)
 
 

@@ -1,1 +1,1 @@
-"""Recordings of runs for the Rerun viewer; nothing outside this package knows Rerun."""
+"""Recordings of runs for the Rerun viewer; Rerun is imported in `rerun` only."""

@@ -1,6 +1,6 @@
 """What the files of a run are called while they grow, and when more than one recorder writes them.
 
-Files that a killed recorder left: who holds them, what they are called when recovered. No Rerun, no bags here.
+Files of a killed recorder: their locks, and their names when recovered. No Rerun, no bags here.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def unfinished_name(path: Path) -> Path:
 def existing_parts(path: str, count: int, since: float) -> list[Path]:
     """Return what is there of the first `count` parts of a file, finished or not, in order.
 
-    Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: who was killed
-    while joining all parts has left the first one and the whole, which has its name.
+    Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: a recorder
+    killed while joining all parts has left the first one and the whole, which has its name.
     """
     wholes = [part_of(path, number) for number in range(1, count + 1)]
     candidates = [file for whole in wholes for file in (unfinished_name(whole), whole)]

@@ -70,17 +70,17 @@ def source_note(scene: Scene) -> str:
 
     A recorder computes them from the published joint states and the scene's payload.
     """
-    found = scene.hardware
-    if found is None:
+    equipment = scene.hardware
+    if equipment is None:
         return ""
-    parts = ("from what the sensors show",) if _is_sensed(found, len(scene.joint_names)) else ()
-    parts += ("for the payload of the start",) if found.payload_fault is not None else ()
+    parts = ("from what the sensors show",) if _is_sensed(equipment, len(scene.joint_names)) else ()
+    parts += ("for the payload of the start",) if equipment.payload_fault is not None else ()
     return " and ".join(parts)
 
 
-def _is_sensed(found: Equipment, nq: int) -> bool:
+def _is_sensed(equipment: Equipment, nq: int) -> bool:
     """Return whether sensors show something else than the truth, or may come to do so."""
-    return bool((found.sensors != ideal_sensors(nq)).any() or (found.faults.kind <= SENSOR_LOSS).any())
+    return bool((equipment.sensors != ideal_sensors(nq)).any() or (equipment.faults.kind <= SENSOR_LOSS).any())
 
 
 CURVES = 4  # so many links of a cable are plotted
@@ -129,9 +129,9 @@ def _shape(joints: Sequence[str]) -> str:
     return "rod"
 
 
-def tension_name(found: Suspension | None) -> str:
+def tension_name(cable: Suspension | None) -> str:
     """Return what the recorded tension is."""
-    several = found is not None and len(found.hang.lengths) > 1
+    several = cable is not None and len(cable.hang.lengths) > 1
     return "tension of the top link" if several else "rope tension"
 
 
@@ -195,7 +195,7 @@ class Layout(NamedTuple):
     period_ns: int
     robot: str  # URDF
     framing: Framing
-    commanded: bool  # somebody commands efforts every period
+    commanded: bool  # efforts are commanded every period
     aimed: bool  # the actuated joints have targets
     silent: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
@@ -224,7 +224,7 @@ class Block(NamedTuple):
     q: Numbers  # (K, nq)
     v: Numbers  # (K, nq)
     effort: Numbers  # (K, nu) applied, after limits
-    demanded: Numbers  # (K, nu) commanded; NaN where no command was heard
+    demanded: Numbers  # (K, nu) commanded; NaN without a command
     reference: Numbers | None  # (K, nu) target of the actuated joints
     nodes: Numbers  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
     base: Numbers | None  # (K, 6) m and rad, of a base that moves
@@ -239,7 +239,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    found, origin = suspension(scene), source_note(scene)
+    cable, origin = suspension(scene), source_note(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -247,17 +247,17 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         units=scene.joint_units,
         actuated=scene.actuated,
         effort_units=scene.effort_units,
-        effort_scales=_effort_scales(scene, found),
+        effort_scales=_effort_scales(scene, cable),
         ways=_ways(scene),
-        swings=_swings(scene, found),
-        suspension=found,
+        swings=_swings(scene, cable),
+        suspension=cable,
         stand=WORLD if base_of(scene) is None else BASE,
         tip=system.tip_index(scene.model),
-        tension=tension_name(found),
+        tension=tension_name(cable),
         provenance=origin,
         period_ns=scene.period_ns,
         robot=urdf(scene),
-        framing=_framing(scene, found),
+        framing=_framing(scene, cable),
         commanded=scene.sampled,
         aimed=scene.sampled or scene.reference is not None,
         silent=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
@@ -271,16 +271,16 @@ def label(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _framing(scene: Scene, found: Suspension | None) -> Framing:
-    if found:
-        return of_room(found.room)
+def _framing(scene: Scene, cable: Suspension | None) -> Framing:
+    if cable:
+        return of_room(cable.room)
     return of_pendulum(scene) if scene.crane == "pendulum" else of_knuckle(scene)
 
 
-def _effort_scales(scene: Scene, found: Suspension | None) -> tuple[float, ...]:
+def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
     if scene.crane == "pendulum":
         return (1.0,) * len(scene.actuated)  # m/s², or m
-    return effort_scales(scene, found.hang) if found else knuckle_scales(scene)
+    return effort_scales(scene, cable.hang) if cable else knuckle_scales(scene)
 
 
 def _ways(scene: Scene) -> tuple[LengthPlot, ...]:
@@ -295,9 +295,9 @@ def _ways(scene: Scene) -> tuple[LengthPlot, ...]:
     return (*ways, HOIST) if form.hoist else tuple(ways)
 
 
-def _swings(scene: Scene, found: Suspension | None) -> tuple[str, ...]:
+def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
     names = [name for name in scene.joint_names if name.startswith("swing_")]
-    return tuple(names) if found is None else tuple(f"swing_{k}" for k in found.links if f"swing_{k}" in names)
+    return tuple(names) if cable is None else tuple(f"swing_{k}" for k in cable.links if f"swing_{k}" in names)
 
 
 def _scene_properties(scene: Scene, origin: str) -> dict[str, Any]:

@@ -21,7 +21,7 @@ class Row(NamedTuple):
     q: Vector
     v: Vector
     effort: Vector
-    demanded: Vector | None  # None where no command of this stamp was heard, or it is not known which one counted
+    demanded: Vector | None  # None without a command of this stamp, or where it is not known which one counted
     reference: Vector | None
 
 
@@ -39,13 +39,13 @@ class StepAssembler:
             period_ns: control period.
             reference: holds until another one is published.
             commanded: commands are expected.
-            after: steps up to this one have been handed out, by somebody else.
+            after: steps up to this one have been handed out by an earlier recorder.
         """
         self._period_ns, self._commanded = period_ns, commanded
         self._states: dict[int, tuple[Vector, Vector]] = {}
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
-        self._told = False  # the plant says which commands count, as it does in real time
+        self._acceptance_known = False  # the plant publishes which commands count, as it does in real time
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp handed out
         self._newest_state = self._newest_effort = self._newest_command = self._done
@@ -69,17 +69,17 @@ class StepAssembler:
 
     def add_command(self, stamp: int, effort: Vector) -> None:
         """Take a command that answers the state of this stamp; where several do, the plant has refused all but one."""
-        if self._told or not self._expects(stamp):
+        if self._acceptance_known or not self._expects(stamp):
             return
-        heard = self._commands.setdefault(stamp, [])
-        if len(heard) < _SEVERAL and effort not in heard:
-            heard.append(effort)
+        commands = self._commands.setdefault(stamp, [])
+        if len(commands) < _SEVERAL and effort not in commands:
+            commands.append(effort)
         self._newest_command = max(self._newest_command, stamp)
 
     def add_accepted(self, stamp: int, effort: Vector) -> None:
-        """Take a command of which the plant says that it counts; from the first one on no other counts."""
-        if not self._told:
-            self._told = True
+        """Take a command that the plant has accepted; from the first one on no other counts."""
+        if not self._acceptance_known:
+            self._acceptance_known = True
             self._commands.clear()
         if self._expects(stamp):
             self._commands[stamp] = [effort]
@@ -122,8 +122,8 @@ class StepAssembler:
 
     def _demanded_efforts(self, stamp: int) -> Vector | None:
         """Return the only command of a stamp, of several the one that was applied; None where none is that."""
-        heard = self._commands.get(stamp, [])
-        fitting = heard if len(heard) == 1 else [effort for effort in heard if effort == self._efforts[stamp]]
+        commands = self._commands.get(stamp, [])
+        fitting = commands if len(commands) == 1 else [effort for effort in commands if effort == self._efforts[stamp]]
         return fitting[0] if fitting else None
 
     def _forget(self, stamp: int) -> None:

@@ -1,4 +1,4 @@
-"""What disturbs a crane in the course of time, at its mean: the crane about which equations are linearised.
+"""Disturbances of a crane at their mean over time: the crane about which equations are linearised.
 
 A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. Of a given force the constant
 part stays, which is a constant or the offset of a sine; a table or a polynomial that varies counts as no force. What a

@@ -1,7 +1,7 @@
 """The hardware of a scene in numbers, checked against its joints."""
 
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,13 +22,7 @@ from crane_sim.scenes.schema.hardware import (
     merge_groups,
     source,
 )
-
-if TYPE_CHECKING:
-    from crane_sim.scenes.schema.knuckle import KnuckleFile
-    from crane_sim.scenes.schema.overhead import OverheadFile
-    from crane_sim.scenes.schema.pendulum import PendulumFile
-
-    File = KnuckleFile | OverheadFile | PendulumFile
+from crane_sim.scenes.schema.scene_file import SceneFile
 
 CLOSE = 1e-6  # of a period: rounding by less is none
 
@@ -46,7 +40,7 @@ class Periods:
         self.rounded: list[str] = []
 
     def of(self, what: str, seconds: float, least: int = 0) -> int:
-        """Return the periods in a time [s], at least `least`; `what` says whose it is.
+        """Return the periods in a time [s], at least `least`; `what` names the key in messages.
 
         Raises:
             SceneError: there are too many.
@@ -54,14 +48,14 @@ class Periods:
         wanted = seconds / self._period
         if wanted > MOST_PERIODS:
             raise SceneError(f"{what}: {seconds:g} s is more than {MOST_PERIODS} periods of {self._period:g} s")
-        found = max(least, round(wanted))
-        if abs(found - wanted) > CLOSE:
-            line = f"{what}: {seconds:g} s is taken as {found * self._period:g} s"
+        periods = max(least, round(wanted))
+        if abs(periods - wanted) > CLOSE:
+            line = f"{what}: {seconds:g} s is taken as {periods * self._period:g} s"
             self.rounded += [line] if line not in self.rounded else []
-        return found
+        return periods
 
 
-def equipment_of(file: "File", period: float) -> tuple[Equipment | None, dict[str, Any]]:
+def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict[str, Any]]:
     """Return (the hardware of a scene whose control period is given [s], None where it has none, notes on it).
 
     Raises:
@@ -92,17 +86,17 @@ def equipment_of(file: "File", period: float) -> tuple[Equipment | None, dict[st
 
 
 def acts(equipment: Equipment | None) -> bool:
-    """Return whether efforts change within a period, or laws see something else than the truth."""
+    """Return whether efforts change within a period, or laws get other values than the true state."""
     return equipment is not None and not equipment.ideal
 
 
-def _check_joints(group: str, given: dict[str, Any], known: tuple[str, ...]) -> None:
-    for name in given:
+def _check_joints(group: str, groups: dict[str, Any], known: tuple[str, ...]) -> None:
+    for name in groups:
         if name not in known:
             raise SceneError(f"{group}: {unknown_key(name, known, 'joint')}")
 
 
-def _drives(file: "File", periods: Periods) -> Any:
+def _drives(file: SceneFile, periods: Periods) -> Any:
     drives = ideal_drives(len(file.actuated))
     for drive, joint in zip(drives, file.actuated, strict=True):
         group = merge_groups(file.actuators, joint, ActuatorGroup)
@@ -113,7 +107,7 @@ def _drives(file: "File", periods: Periods) -> Any:
     return drives
 
 
-def _sensors(file: "File", periods: Periods) -> Any:
+def _sensors(file: SceneFile, periods: Periods) -> Any:
     nq = len(file.joint_names)
     sensors = ideal_sensors(nq)
     for j, joint in enumerate(file.joint_names):
@@ -128,12 +122,12 @@ def _sensors(file: "File", periods: Periods) -> Any:
     return sensors
 
 
-def _faults(file: "File") -> Faults:
+def _faults(file: SceneFile) -> Faults:
     rows = [_fault(file, name, fault) for name, fault in file.faults.items()]
     return Faults(*np.array(rows, dtype=float).reshape(-1, 5).T.copy())
 
 
-def _fault(file: "File", name: str, fault: Any) -> tuple[float, float, float, float, float]:
+def _fault(file: SceneFile, name: str, fault: Any) -> tuple[float, float, float, float, float]:
     """Return (kind, place, value, begin, end) of a fault."""
     kind = list(FAULTS.values()).index(type(fault))
     times = inf if fault.at is None else fault.at, inf if fault.until is None else fault.until
@@ -150,7 +144,7 @@ def _fault(file: "File", name: str, fault: Any) -> tuple[float, float, float, fl
     return kind, place, fault.factor, *times
 
 
-def _brakes(file: "File") -> BrakeSettings:
+def _brakes(file: SceneFile) -> BrakeSettings:
     group, nu = file.brake or BrakeGroup(), len(file.actuated)
     if group.capacity is not None and len(group.capacity) != nu:
         joints = ", ".join(file.actuated)

@@ -18,23 +18,14 @@ from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
-from crane_sim.scenes.schema.reference import path_in, resolve_target
+from crane_sim.scenes.schema.reference import resolve_target
+from crane_sim.scenes.schema.scene_file import SceneFile
 
 MOST_STEPS = 1e8  # control periods in a run
-
-
-File = KnuckleFile | OverheadFile | PendulumFile
-
-
-FORMS: dict[str, type[File]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
+FORMS: dict[str, type[SceneFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
 """The kinds of crane, and the form of their scene files."""
 
-
-SAME = """crane initial_q initial_v seed description joint_names actuated joint_units effort_units""".split()
-"""What a scene takes from its file as it is."""
-
-
-DEFAULT_PERIOD = 0.01  # s, between published states where no law says otherwise
+DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,7 +34,7 @@ class Scene:
 
     name: str
     crane: str
-    model: Any = field(compare=False)  # parameters, whose type chooses the equations; `document` tells them all
+    model: Any = field(compare=False)  # parameters, whose type chooses the equations
     initial_q: tuple[float, ...]  # (nq,)
     initial_v: tuple[float, ...]  # (nq,)
     duration: float  # s
@@ -76,7 +67,7 @@ class Scene:
         return max(1, round(self.duration / self.period))
 
     def commanded(self) -> "Scene":
-        """Return the scene with its own law and inputs left out: somebody else sends a command every period."""
+        """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
         return replace(self, law=None, law_name=None, source=None, sampled=True)
 
     def to_dict(self) -> dict[str, Any]:
@@ -94,13 +85,17 @@ class Scene:
         Path(path).write_text(yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True))
 
 
-def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Scene:
-    """Return the scene of a catalogue name, a file path or a dict of a file's shape.
+SceneSource = str | Path | Mapping[str, Any] | Scene
+"""What `load_scene` takes: a name of the catalogue, a file, a dict of a file's shape, or a scene."""
+
+
+def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) -> Scene:
+    """Return the scene of a catalogue name, a file path, a dict of a file's shape, or another scene with changes.
 
     Args:
-        source: what to read.
+        source: what to read; a Scene without overrides is returned as it is.
         overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
-            leaves the settings of that one out, which `notes` then tell.
+            leaves the settings of that one out; `notes` then name them.
 
     Raises:
         SceneError: one line naming the culprit, its value and what is possible.
@@ -108,15 +103,19 @@ def load_scene(source: str | Path | Mapping[str, Any], overrides: Mapping[str, A
     if overrides is not None and not isinstance(overrides, Mapping):
         raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
     changes = dict(overrides or {})
+    if isinstance(source, Scene):
+        if not changes:
+            return source
+        source = source.document
     try:
         document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
-        own, left = copy.deepcopy(document.get("control")), switch_law(document, changes)
+        control, omitted = copy.deepcopy(document.get("control")), switch_law(document, changes)
         for key, value in changes.items():
             put(document, key, value)
     except RecursionError:
         raise SceneError("scene: has groups within groups beyond all measure") from None
     try:
-        return _note_switch(document, own, left, changes)
+        return _build_switched(document, control, omitted, changes)
     except (SceneError, RecursionError) as error:
         raise SceneError(f"scene {_name(document)}: {error}") from None
 
@@ -125,14 +124,14 @@ def _name(document: Mapping[str, Any]) -> str:
     return one_word(document.get("name", "given as a dict"))
 
 
-def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: Mapping[str, Any]) -> Scene:
-    """Return the scene with a note of what was left out of its `own` control group when its law was switched.
+def _build_switched(document: dict[str, Any], control: Any, omitted: list[str], changes: Mapping[str, Any]) -> Scene:
+    """Return the scene with a note of what was left out of its original `control` group when its law was switched.
 
-    That is what is in `left`, and what laws share, unless the new law has it or `changes` put it there.
+    That are the keys `omitted`, and those that laws share, unless the new law has them or `changes` set them.
     """
-    law, given = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
-    switched = isinstance(own, dict) and law is not None and law != own.get("law")
-    shared = [key for key in SHARED if switched and key in own and f"control.{key}" not in given]
+    law, changed = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
+    switched = isinstance(control, dict) and law is not None and law != control.get("law")
+    shared = [key for key in SHARED if switched and key in control and f"control.{key}" not in changed]
     while True:
         try:
             scene = _build_scene(document)
@@ -141,10 +140,13 @@ def _note_switch(document: dict[str, Any], own: Any, left: list[str], changes: M
             if error.key not in shared:
                 raise
             shared.remove(error.key)
-            left.append(error.key)
+            omitted.append(error.key)
             del document["control"][error.key]
-    told = f"{', '.join(map(str, left))} of law {own.get('law')!r}" if left else ""
-    return replace(scene, notes={**scene.notes, "left_out": told}) if left else scene
+    if not omitted:
+        return scene
+    return replace(
+        scene, notes={**scene.notes, "left_out": f"{', '.join(map(str, omitted))} of law {control.get('law')!r}"}
+    )
 
 
 def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
@@ -152,8 +154,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     file = _validate(document)
     crane = file.model()  # first: it refuses what nothing else can be computed from
     period, duration, rounded = _clock(file, period)
-    same: dict[str, Any] = {name: getattr(file, name) for name in SAME} | _goal(file)
-    same |= {"name": file.name or "unnamed", "period": period, "duration": duration}
+    own = _file_fields(file, document)
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
@@ -163,11 +164,12 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
-        **same,
+        **own,
         model=model,
+        duration=duration,
+        period=period,
         method=method,
         law=law,
-        law_name=control and control.law,
         sampled=sampled,
         source=source,
         notes=_join_notes(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
@@ -176,19 +178,41 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     )
 
 
+def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a scene that depend on its file alone."""
+    path = file.path()
+    reference = resolve_target(file.target, path)
+    check_limits(file, reference)
+    return {
+        "name": file.name or "unnamed",
+        "crane": document["crane"],
+        "law_name": file.control and file.control.law,
+        "description": file.description,
+        "seed": file.seed,
+        "joint_names": file.joint_names,
+        "joint_units": file.joint_units,
+        "actuated": file.actuated,
+        "effort_units": file.effort_units,
+        "initial_q": file.initial_q,
+        "initial_v": file.initial_v,
+        "path": path,
+        "reference": reference,
+    }
+
+
 def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     """Return notes as one group; lists of the same name are put together."""
-    found: dict[str, Any] = {}
+    joined: dict[str, Any] = {}
     for key, value in (item for group in notes for item in group.items()):
-        found[key] = [*found.get(key, ()), *value] if isinstance(value, list) else value
-    return found
+        joined[key] = [*joined.get(key, ()), *value] if isinstance(value, list) else value
+    return joined
 
 
-def _base_notes(file: File, crane: Any) -> dict[str, Any]:
+def _base_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
     return file.base_motion.notes(crane.base, file.duration) if file.base_motion is not None else {}
 
 
-def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, Any]]:
+def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:
     """Return (period [s], duration [s] in whole periods, at least one, a note when the file has another one)."""
     period, duration = _period(file) if period is None else period, file.duration
     wanted = duration / period
@@ -198,27 +222,19 @@ def _clock(file: File, period: float | None) -> tuple[float, float, dict[str, An
     return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
 
 
-def _goal(file: File) -> dict[str, Any]:
-    path = path_in(file.reference, file)
-    reference = resolve_target(file.target, path)
-    check_limits(file, reference)
-    return {"path": path, "reference": reference}
-
-
-def _is_continuous(file: File) -> bool:
+def _is_continuous(file: SceneFile) -> bool:
     return file.control is not None and file.control.period == "continuous"
 
 
-def _period(file: File) -> float:
+def _period(file: SceneFile) -> float:
     control = file.control
-    given = DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
-    period = float(given)
+    period = float(DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period)
     if not period <= file.duration <= MOST_STEPS * period:
         raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
     return period
 
 
-def _validate(document: dict[str, Any]) -> File:
+def _validate(document: dict[str, Any]) -> SceneFile:
     form = FORMS.get(str(document.get("crane")))
     if form is None and "crane" not in document and (near := nearest("crane", document)):
         raise SceneError(f"unknown key {near!r}, did you mean 'crane'? (crane: {', '.join(FORMS)})")
@@ -230,10 +246,10 @@ def _validate(document: dict[str, Any]) -> File:
         raise SceneError(one_line(error, form)) from None
 
 
-def _law(file: File, document: dict[str, Any]) -> Law:
+def _law(file: SceneFile, document: dict[str, Any]) -> Law:
     control = file.control
     assert control is not None
-    if file.inputs is not None:
+    if document.get("inputs") is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
     law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
     if control.period == "continuous" and not system.effort.knows(type(law)):
@@ -241,7 +257,7 @@ def _law(file: File, document: dict[str, Any]) -> Law:
     return law
 
 
-def _nominal_scene(file: File, document: dict[str, Any]) -> Scene:
+def _nominal_scene(file: SceneFile, document: dict[str, Any]) -> Scene:
     """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
     control = file.control
     assert control is not None
@@ -257,22 +273,22 @@ def _nominal_scene(file: File, document: dict[str, Any]) -> Scene:
     return replace(scene, sampled=control.period != "continuous")
 
 
-def check_limits(file: "KnuckleFile | OverheadFile | PendulumFile", target: Sequence[float] | None) -> None:
+def check_limits(file: SceneFile, target: Sequence[float] | None) -> None:
     """Raise SceneError when a scene starts, or should end, outside its travel limits.
 
     Args:
         file: the scene's file.
-        target: where the actuated joints should end (nu,), None where nothing says so.
+        target: where the actuated joints should end (nu,), None without a target.
     """
     for limit in file.limits:
-        i, told = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
+        i, key = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
         start, unit = file.initial_q[i], file.joint_units[i]
         if not limit.low < limit.high:
-            raise SceneError(f"{told}: must increase")
+            raise SceneError(f"{key}: must increase")
         if not limit.low <= start <= limit.high:
-            raise SceneError(f"{told}: the {limit.joint} starts outside of them, at {start:g} {unit}")
+            raise SceneError(f"{key}: the {limit.joint} starts outside of them, at {start:g} {unit}")
         if target is None or limit.joint not in file.actuated:
             continue
         k = file.actuated.index(limit.joint)
         if not limit.low <= target[k] <= limit.high:
-            raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {told}")
+            raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {key}")

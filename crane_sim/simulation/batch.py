@@ -28,8 +28,8 @@ from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.laws import fresh
 from crane_sim.numerics.lanes import LANES
-from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.rollout import SceneSource, checked_times
+from crane_sim.scenes.scene import Scene, SceneSource, load_scene
+from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.batch import Clock, Driven, Places, Sampled, pass_cranes, pass_lanes
 from crane_sim.stepping.periods import begin

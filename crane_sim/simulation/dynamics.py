@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,9 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.integrators import apply_pending_events, make_event_log, start
 from crane_sim.numerics.jit import entry
-from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.scenes.scene import SceneSource, load_scene
 
 Vector = Sequence[float] | npt.NDArray[np.float64]
-SceneSource = Scene | str | Path | Mapping[str, Any]
 
 
 @entry
@@ -58,7 +56,7 @@ def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float =
     Raises:
         SceneError: the scene is not possible, or a vector is not of as many finite numbers as the scene asks for.
     """
-    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    scene = load_scene(scene)
     nq, nu = len(scene.joint_names), len(scene.actuated)
     q, v, u = _as_vector("q", q, nq), _as_vector("v", v, nq), _as_vector("u", u, nu)
     return np.array(joint_acceleration(scene.model, _time(t), np.array(q), np.array(v), u))
@@ -80,7 +78,7 @@ def energy(scene: SceneSource, q: Vector, v: Vector, t: float = 0.0, frame: str 
     """
     if frame not in ("world", "base"):
         raise SceneError(f"frame = {frame!r}: possible: world, base")
-    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    scene = load_scene(scene)
     at = (np.array(_as_vector(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
     relative, added = energy_at(scene.model, _time(t), *at)
     return relative + added if frame == "world" else relative

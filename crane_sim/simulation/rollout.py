@@ -6,7 +6,6 @@ Whole runs as arrays: a scene under its law, from its initial state to its end o
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.laws import ask_law, fresh
-from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.metrics import Derived, Metrics, derive
 from crane_sim.simulation.plant import Plant
@@ -116,9 +115,6 @@ def _collect_demands(scene: Scene, law: Any) -> Array:
         demands[k] = demand
         plant.advance(demand)
     return demands
-
-
-SceneSource = Scene | str | Path | Mapping[str, Any]
 
 
 LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]]
@@ -255,8 +251,6 @@ def _with_changes(scene: SceneSource, named: Mapping[str, Any], overrides: Mappi
         if isinstance(overrides, Mapping) and key in overrides:
             raise SceneError(f"overrides: {key!r} is given by name, too: {given[key]!r}; leave out one of the two")
     changes = given if overrides is None else {**overrides, **given} if isinstance(overrides, Mapping) else overrides
-    if isinstance(scene, Scene):
-        return load_scene(scene.to_dict(), changes) if changes else scene
     return load_scene(scene, changes)
 
 

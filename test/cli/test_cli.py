@@ -50,7 +50,7 @@ def test_bad_input_is_one_line_and_exit_2(arguments: list[str], line: str) -> No
 
 
 def test_a_group_without_a_command_shows_its_usage() -> None:
-    """Who asks for nothing is shown what there is, as --help has it, on stderr, with exit code 2."""
+    """A command without arguments prints the text of --help on stderr, with exit code 2."""
     done = crane("soak")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.strip() == crane("soak", "--help").stdout.strip()
@@ -76,7 +76,7 @@ def test_the_version_is_told() -> None:
     assert crane("--version").stdout == f"crane_sim {version('crane_sim')}\n"
 
 
-def test_an_unknown_name_is_told_without_the_whole_catalogue() -> None:
+def test_an_unknown_name_is_refused_without_listing_the_catalogue() -> None:
     """The line on a scene that does not exist fits a terminal, and says where the names are."""
     for name in ("nowhere", "nowhere/mine.yaml"):
         line = crane("run", name).stderr

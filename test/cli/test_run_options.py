@@ -65,7 +65,7 @@ def test_what_is_not_given_is_left_to_the_run(tmp_path: Path) -> None:
 
 
 def test_a_killed_run_s_bag_is_not_in_the_way(tmp_path: Path) -> None:
-    """What nobody writes any more is left to the next recorder, which recovers it."""
+    """A part whose recorder has ended is left to the next recorder, which recovers it."""
     Path(tmp_path, "run.mcap.part").mkdir()
     OPTIONS._replace(mcap=tmp_path / "run.mcap").check()
 

@@ -127,7 +127,7 @@ def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
     found = best(points_of(data["scenes"]["scenes"]["S1"]))[NAME]
     assert all(p is not None and p.method == "rk8" and p.error <= level for p, level in zip(found, LEVELS, strict=True))
     text = (tmp_path / "performance.md").read_text()
-    assert text == write_page(data) and "| S1 | crane_sim |" in text
+    assert text == write_page(data, drawn=True) and "| S1 | crane_sim |" in text
     assert (tmp_path / "performance.png").read_bytes()[:4] == b"\x89PNG"
 
 

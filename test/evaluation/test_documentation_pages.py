@@ -7,6 +7,7 @@ from command_line import crane
 
 from crane_sim.cli.commands import app
 from crane_sim.cli.report import WITHOUT_ROS
+from crane_sim.cli.soak import soak
 from crane_sim.evaluation.bench.page import write_page as performance
 from crane_sim.evaluation.bench.store import read_store
 from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
@@ -32,16 +33,22 @@ def test_a_page_says_which_command_writes_it(name: str) -> None:
     assert f"\n\nWritten by `crane {PAGES[name].command}`" in text(name)[:200]
 
 
+def test_commands_of_the_soaks_exist() -> None:
+    """The page of the soaks is written by a command that there is, from data that others measure."""
+    page = PAGES["soak"]
+    assert {command.split()[1] for command in (page.command, *page.measured)} == set(soak.commands)
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_has_the_rows_of_its_command(name: str) -> None:
     """What the rows of a page are called is what its command would call them now, no case more or less."""
     page = PAGES[name]
-    assert sorted(page.found(text(name))) == sorted(page.expected()), f"out of date: ./crane {page.command}"
+    assert sorted(page.read_rows(text(name))) == sorted(page.expected_rows()), f"out of date: ./crane {page.command}"
 
 
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
     """The page of the benchmark is, to the last letter, what its command makes of the data beside it."""
-    assert text("performance") == performance(read_store(DOCS))
+    assert text("performance") == performance(read_store(DOCS), drawn=True)
 
 
 def test_commands_and_their_options_are_described() -> None:

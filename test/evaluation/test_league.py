@@ -1,31 +1,32 @@
-"""`crane league`: what its trials are, what a cell says, and the page made of cells."""
+"""`crane league`: the scenes of its trials, the figures of a cell, and the page made of cells."""
 
 import json
+import sys
 from itertools import product
 from pathlib import Path
 
 import pytest
 
 from crane_sim.cli.league import save_comparison
-from crane_sim.evaluation.league.cases import COLUMNS, GROUPS, LOOKING, OF_KNUCKLE, PENDULUM, Group, Task
-from crane_sim.evaluation.league.cells import Cell, Figures, cells, evaluate, middle
-from crane_sim.evaluation.league.scenes import task_scene
+from crane_sim.evaluation.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM, Group, Trial
+from crane_sim.evaluation.league.cells import Cell, Figures, evaluate, evaluate_all, median_figures
+from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
-ANGULAR, CARTESIAN = LOOKING[:2]
+ANGULAR, CARTESIAN = FEEDBACK[:2]
 FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, 0.0)
 
 
-def trial_of(column: str) -> Task:
+def trial_of(column: str) -> Trial:
     """Return the pendulum's trial in a column."""
     return next(trial for trial in PENDULUM if trial.column == column)
 
 
-def test_laws_are_not_told_what_is_wrong() -> None:
+def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
     """A payload or rope that differs and a base that moves are in the scene, and not in what the law believes."""
     heavy, long, sea = (
-        task_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
+        trial_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
     )
     assert heavy["payload"]["mass"] == pytest.approx(4.8) and heavy["control"]["nominal"]["payload"]["mass"] == 4.0
     assert long["rope"]["length"] == pytest.approx(1.05 * 1.255)
@@ -35,8 +36,8 @@ def test_laws_are_not_told_what_is_wrong() -> None:
 
 def test_a_shaped_path_is_believed_and_not_judged() -> None:
     """Open loop with ZV the suspension point follows the shaped path; errors are from the path as it is."""
-    shaped = next(contender for contender in GROUPS[0].contenders if contender.name.endswith("ZV"))
-    scene = load_scene(task_scene(trial_of("obstacle"), shaped, 0))
+    shaped = next(entrant for entrant in GROUPS[0].entrants if entrant.name.endswith("ZV"))
+    scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
     assert scene.path is not None and scene.path.starts[-1] == 50.0
     believed = scene.law.path  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
     assert believed.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
@@ -45,22 +46,23 @@ def test_a_shaped_path_is_believed_and_not_judged() -> None:
 def test_settings_are_those_of_the_catalogue() -> None:
     """A law takes the gains of its own scene, at the period of the trial."""
     trial = next(group for group in GROUPS if group.name == "knuckle boom").trials[0]
-    plain, weighing, lqr = (task_scene(trial, contender, 0)["control"] for contender in OF_KNUCKLE)
+    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in OF_KNUCKLE)
     assert plain["kp"] == [30, 10, 10, 1] and "adaptation" not in plain
     assert weighing["adaptation"] == {"rate": 2} and weighing["kp"] == [30, 10, 10, 2]
     assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr
 
 
-def test_a_cell_says_what_the_run_says() -> None:
+def test_figures_of_a_cell_are_those_of_the_summary() -> None:
     """Errors and swing of a cell are those that the run's own summary gathers, block by block."""
-    trial = Task("obstacle", "offshore_obstacle")
+    trial = Trial("obstacle", "offshore_obstacle")
     cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
-    told = simulate(load_scene(task_scene(trial, ANGULAR, 0))).summary
+    summary = simulate(load_scene(trial_scene(trial, ANGULAR, 0))).summary
     assert cell.figures is not None and not cell.refused and not cell.failed and cell.runs == 1
-    assert cell.figures.mse == pytest.approx(told["tracking_mse"], rel=1e-9)  # the same sum in another order
-    assert cell.figures.mae == pytest.approx(told["tracking_mae"], rel=1e-9)
-    assert cell.figures.peak_error == pytest.approx(told["tracking_peak"], rel=1e-9)
-    assert cell.figures.tip_acceleration == pytest.approx(told["peak_tip_acceleration"], rel=0.01)  # and the last state
+    assert cell.figures.mse == pytest.approx(summary["tracking_mse"], rel=1e-9)  # the same sum in another order
+    assert cell.figures.mae == pytest.approx(summary["tracking_mae"], rel=1e-9)
+    assert cell.figures.peak_error == pytest.approx(summary["tracking_peak"], rel=1e-9)
+    hardest = summary["peak_tip_acceleration"]  # of the control steps; the cell has the last state, too
+    assert cell.figures.tip_acceleration == pytest.approx(hardest, rel=0.01)
     assert 0.0 < (cell.figures.settling or 0.0) < 10.0  # the scene ends 10 s after its path
 
 
@@ -73,19 +75,32 @@ def test_a_law_that_does_not_apply_is_left_out_with_its_reason() -> None:
 def test_the_median_of_settling() -> None:
     """One run of three that does not settle leaves a median, two of three do not."""
     never = FIGURES._replace(settling=None)
-    assert middle([FIGURES, FIGURES._replace(settling=5.0), never]).settling == 5.0
-    assert middle([FIGURES, never, never]).settling is None
-    assert middle([FIGURES, FIGURES._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {"tip_x": 2.0}
+    assert median_figures([FIGURES, FIGURES._replace(settling=5.0), never]).settling == 5.0
+    assert median_figures([FIGURES, never, never]).settling is None
+    assert median_figures([FIGURES, FIGURES._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {"tip_x": 2.0}
+
+
+CELLS = [
+    Cell("pendulum", "angular", "obstacle", 1, FIGURES, "", ""),
+    Cell("pendulum", "harmonic", "obstacle", 1, None, "", "stopped at t = 1 s"),
+    Cell("pendulum", "angular", "30 Hz vision", 10, None, "it has no camera", ""),
+]
+
+
+def test_a_page_without_matplotlib_has_no_figure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Page and data are written without the figure, and one line on stderr says so."""
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    save_comparison(CELLS, tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md"}
+    assert "league.png" not in (tmp_path / "league.md").read_text()
+    assert capsys.readouterr().err == "no league.png: the figure needs matplotlib, which is not installed\n"
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
     """A law that fails stays in table and data with its reason, one that does not apply is in no table."""
-    found = [
-        Cell("pendulum", "angular", "obstacle", 1, FIGURES, "", ""),
-        Cell("pendulum", "harmonic", "obstacle", 1, None, "", "stopped at t = 1 s"),
-        Cell("pendulum", "angular", "30 Hz vision", 10, None, "it has no camera", ""),
-    ]
-    save_comparison(found, tmp_path)
+    save_comparison(CELLS, tmp_path)
     page = (tmp_path / "league.md").read_text()
     assert (
         "| harmonic | obstacle: not controlled | 1 | - |" in page and "harmonic, obstacle: stopped at t = 1 s" in page
@@ -98,10 +113,10 @@ def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_whole_league() -> None:
-    """Every contender has a cell in every trial of its crane: figures, or the reason why there are none."""
-    found = list(cells())
-    expected = [(g.name, c.name, t.column) for g in GROUPS for c, t in product(g.contenders, g.trials)]
-    assert [(cell.crane, cell.law, cell.trial) for cell in found] == expected
-    assert {cell.trial for cell in found} == set(COLUMNS)
-    assert all((cell.figures is None) <= bool(cell.refused or cell.failed) for cell in found)
-    assert not any(cell.refused for cell in found if cell.trial != "30 Hz vision")
+    """Every entrant has a cell in every trial of its crane: figures, or the reason why there are none."""
+    cells = list(evaluate_all())
+    expected = [(g.name, c.name, t.column) for g in GROUPS for c, t in product(g.entrants, g.trials)]
+    assert [(cell.crane, cell.law, cell.trial) for cell in cells] == expected
+    assert {cell.trial for cell in cells} == set(COLUMNS)
+    assert all((cell.figures is None) <= bool(cell.refused or cell.failed) for cell in cells)
+    assert not any(cell.refused for cell in cells if cell.trial != "30 Hz vision")

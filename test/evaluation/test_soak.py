@@ -70,8 +70,8 @@ def test_a_run_over_ros_is_watched_to_its_end() -> None:
     assert named["plant, growth since"].kept  # the recorder's buffers still fill in the first seconds
 
 
-def test_overruns_in_real_time_are_told_truly() -> None:
-    """At 1 kHz the plant's own count of overruns is that of a subscriber who knows only when states were sent."""
+def test_overruns_are_those_that_a_subscriber_counts() -> None:
+    """At 1 kHz the plant's own count of overruns is that of a subscriber, which only knows the times of sending."""
     figures, data = realtime.soak(3.0)
     named = {figure.what: figure for figure in figures}
     (plant,) = data["plant"]
@@ -86,7 +86,7 @@ def test_overruns_in_real_time_are_told_truly() -> None:
 KEPT, BROKEN = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha256", 2, 1)
 
 
-def test_the_page_is_put_together_of_what_was_measured(tmp_path: Path) -> None:
+def test_the_page_has_all_parts_that_were_measured(tmp_path: Path) -> None:
     """A part that is saved joins those that are there, in the page's order, with its promises, kept or not."""
     save_findings("determinism", "crane soak determinism --count 4", [Figure("runs", 4), BROKEN], {}, tmp_path)
     alone = (tmp_path / "soak.md").read_text()
@@ -119,7 +119,7 @@ LOOKS = {"steps": series(9), "memory_MB": series(9), "steps_per_second": series(
         ("signals", {"at": series(3), "took": series(3), "fresh": [True, False, True], "code": [1, 0, 1]}),
     ],
 )
-def test_what_is_drawn_is_kept(part: str, data: dict[str, Any], tmp_path: Path) -> None:
+def test_plots_need_only_the_saved_data(part: str, data: dict[str, Any], tmp_path: Path) -> None:
     """Each part's plot can be drawn of the data that are saved of it, and of nothing else."""
     save_findings(part, f"crane soak {part}", [KEPT], data | {"more": series(5)}, tmp_path)
     assert (tmp_path / "soak" / f"{part}.png").stat().st_size > 0

@@ -12,7 +12,7 @@ from process_helpers import started_program
 from crane_sim import load_scene
 from crane_sim.evaluation.soak import signals
 from crane_sim.evaluation.soak.leftovers import MARK, RECORDING, of_run, orphans
-from crane_sim.evaluation.soak.monitor import Heard
+from crane_sim.evaluation.soak.monitor import Received
 from crane_sim.evaluation.soak.signals import Interruption
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
@@ -21,22 +21,22 @@ LATE = Interruption(signal.SIGINT, 1.0, None, fresh=False)
 EARLY = LATE._replace(at=0.01)
 
 
-def test_files_are_those_of_a_whole_run_or_of_none(tmp_path: Path) -> None:
-    """A run of which nobody heard a step may leave nothing; steps without a recording, and other files, are told."""
+def test_files_are_those_of_a_complete_run_or_of_none(tmp_path: Path) -> None:
+    """A run without a received step may leave nothing; steps without a recording, and other files, are complaints."""
     assert of_run(tmp_path, 0) == []
     assert of_run(tmp_path, 5) == ["no recording of 5 steps"]
     (tmp_path / "run.recovered.rrd").touch()
     assert of_run(tmp_path, 0) == ["left: run.recovered.rrd"]
 
 
-def test_a_recording_has_what_was_heard(tmp_path: Path) -> None:
-    """It may have more steps than somebody heard who came late, but not fewer."""
+def test_a_recording_has_all_received_steps(tmp_path: Path) -> None:
+    """It may have more steps than a late subscriber has received, but not fewer."""
     scene = load_scene("knuckle_setpoint", {"duration": 0.1})
     session, effort = Session(scene, tmp_path / RECORDING), (0.0,) * len(scene.actuated)
     session.write([Row(k + 1, scene.initial_q, scene.initial_v, effort, effort, scene.reference) for k in range(10)])
     session.close({"scene": scene.name, "steps": 10}, 0)
     assert of_run(tmp_path, 10) == of_run(tmp_path, 7) == []
-    assert of_run(tmp_path, 11) == ["recording: 10 steps, its summary says 10, heard 11"]
+    assert of_run(tmp_path, 11) == ["recording: 10 steps, its summary says 10, received 11"]
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,10 @@ def test_exit_codes(how: Interruption | None, code: int, cut: bool, right: bool)
     assert signals._exit_code(how, code, cut) == ([] if right else [f"exit code {code}"])
 
 
-def heard(*efforts: float) -> dict[str, list[Heard]]:
-    """Return what a witness hears of a run with these efforts."""
-    told = [Heard(k, k, (str(effort),)) for k, effort in enumerate(efforts)]
-    return {"s": [Heard(0, 0, ())], "e": told}
+def received(*efforts: float) -> dict[str, list[Received]]:
+    """Return what a monitor receives of a run with these efforts."""
+    messages = [Received(k, k, (str(effort),)) for k, effort in enumerate(efforts)]
+    return {"s": [Received(0, 0, ())], "e": messages}
 
 
 @pytest.mark.parametrize(
@@ -68,18 +68,18 @@ def heard(*efforts: float) -> dict[str, list[Heard]]:
     ids=["zero at the end", "none at the end", "no effort at all", "complete"],
 )
 def test_the_last_effort_of_a_run_that_is_cut_short_is_zero(efforts: tuple[float, ...], complaints: int) -> None:
-    """Whoever heard a state hears a zero effort behind the last step, unless the run had all its four steps."""
-    assert len(signals._last_effort(heard(*efforts), 4)) == complaints
+    """A zero effort follows the last step where a state was received, unless the run had all its four steps."""
+    assert len(signals._last_effort(received(*efforts), 4)) == complaints
 
 
 def test_the_zero_effort_belongs_to_no_step() -> None:
     """Of a run that is cut short the last effort counts as none of the steps; of a complete one each is one."""
-    assert signals._count_steps(heard(1.0, 2.0, 0.0), 4) == 2
-    assert signals._count_steps(heard(1.0, 2.0, 3.0, 4.0), 4) == 4
+    assert signals._count_steps(received(1.0, 2.0, 0.0), 4) == 2
+    assert signals._count_steps(received(1.0, 2.0, 3.0, 4.0), 4) == 4
 
 
 def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:
-    """It is known by a variable of its environment, whoever has become its parent."""
+    """It is known by a variable of its environment, whatever its parent is now."""
     env = os.environ | {MARK: "mine"}
     with started_program([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env=env) as process:
         assert orphans("another's") == []

@@ -106,7 +106,7 @@ def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
         assert [message.data for _, message in found["/knuckle/robot_description"]] == ["crane"]
 
 
-def test_who_goes_on_after_a_reset_counts_anew(tmp_path: Path) -> None:
+def test_a_replacing_recorder_counts_anew_after_a_reset(tmp_path: Path) -> None:
     """A bag that began behind step 50 tells of the new pass what it lacks, and what of it is on the disk."""
     bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, passes=1)
     feed(bag, 60, after=50)

@@ -29,7 +29,7 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
         grown.write(b"\x06\x99")  # the beginning of a record
     file.close()
     with pytest.raises(TimeoutError):
-        repair_folder(left, lambda: 0.0)  # somebody waits for the end: it stays as it is
+        repair_folder(left, lambda: 0.0)  # no time left: it stays as it is
     recovered = repair_folder(left)
     assert recovered is not None
     with Reader(recovered) as ours, Reader(file.path) as theirs:

@@ -107,8 +107,8 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
     assert len(read_curves(tmp_path / "run.before_reset_1.rrd", "plots/q").step) == 30
 
 
-def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) -> None:
-    """A second reset, heard by the one who replaces a recorder, leaves the file of the first one alone."""
+def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None:
+    """A second reset, received by a replacing recorder, leaves the file of the first one alone."""
     path = tmp_path / "run.rrd"
     first, told = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
     set_aside = tmp_path / "run.before_reset_1.rrd"
@@ -118,10 +118,10 @@ def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) ->
     first.save()
     assert told == [(1, 0, 0, True)]
     before = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
-    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
-    feed(heir, 25, after=20)
-    feed(heir, 10)
-    assert heir.passes == 2 and heir.finish({"steps": 10})["recorded_steps"] == 10
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(successor, 25, after=20)
+    feed(successor, 10)
+    assert successor.passes == 2 and successor.finish({"steps": 10})["recorded_steps"] == 10
     files = {"run.before_reset_1.rrd": 30, "run.before_reset_2.rrd": 25, "run.rrd": 10}
     assert {file.name for file in tmp_path.iterdir()} == set(files)
     for name, steps in files.items():
@@ -129,32 +129,32 @@ def test_who_goes_on_after_a_reset_overwrites_no_earlier_pass(tmp_path: Path) ->
 
 
 def test_a_reset_that_the_dead_one_did_not_hear_of_begins_anew(tmp_path: Path) -> None:
-    """Who is handed step 20 and then hears of step 1 does not take the new pass for a repetition of the old one."""
+    """A recorder that resumes at step 20 and then receives step 1 does not take the new pass for a repetition."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
     before = Previous(20, 20, (tmp_path / "run.rrd.part",))
-    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
-    feed(heir, 30)
-    assert heir.finish({"steps": 30})["recorded_steps"] == 30
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(successor, 30)
+    assert successor.finish({"steps": 30})["recorded_steps"] == 30
     for name, steps in (("run.before_reset_1.rrd", 20), ("run.rrd", 30)):
         assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
 
 
 def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
-    """Who died behind the last step, its file complete under the whole's name, loses no step, and leaves one file."""
+    """A recorder that died behind the last step, its file complete, loses no step, and leaves one file."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
     dead.finish({"steps": 30})
     before = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
-    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
-    assert heir.has_all(30)
-    added = heir.finish({"steps": 30})
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    assert successor.has_all(30)
+    added = successor.finish({"steps": 30})
     assert added == {"recording": str(path), "recorded_steps": 30, "lost_steps": 0}
     assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 31))
-    assert read_summary(path)["recording"] == str(tmp_path / "run.part2.rrd")  # of who said it last
+    assert read_summary(path)["recording"] == str(tmp_path / "run.part2.rrd")  # of the last one that wrote it
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
 
 
@@ -163,25 +163,25 @@ def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: 
     part = tmp_path / "run.rrd.part"
     part.touch()
     before = Previous(20, 20, (part,))
-    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
-    feed(heir, 30, after=20)
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
+    feed(successor, 30, after=20)
     monkeypatch.setattr(Session, "write", fail_full_disk)
-    added = heir.finish({"steps": 32})
+    added = successor.finish({"steps": 32})
     files = [str(part), str(tmp_path / "run.part2.rrd.part")]
     assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"
     assert (added["recording"], added["parts"], added["lost_steps"]) == (files[1], files, 12)
 
 
 def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who goes on behind another recorder's last known step leaves one file in the end, with every step once."""
+    """A recorder that resumes behind another one's last known step leaves one file, with every step once."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
     before = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not told of the last ten
-    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
-    feed(heir, 60, after=20)
-    added = heir.finish({"steps": 60})
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(successor, 60, after=20)
+    added = successor.finish({"steps": 60})
     assert added == {"recording": str(path), "recorded_steps": 60, "lost_steps": 0}
     assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 61))
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]

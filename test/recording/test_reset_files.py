@@ -61,17 +61,17 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They get names of their own, in order, and the run behind the reset is whole under its usual name."""
+    """They get names of tsuccessor own, in order, and the run behind the reset is whole under its usual name."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
     before = Previous(20, 20, (tmp_path / "run.rrd.part",))
-    heir = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
-    feed(heir, 30, after=20)
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    feed(successor, 30, after=20)
     monkeypatch.setattr(repair, "optimize_recordings", lambda *_: False)  # as a disk that is nearly full has it
-    feed(heir, 10)
-    added = heir.finish({"steps": 10})
+    feed(successor, 10)
+    added = successor.finish({"steps": 10})
     assert added == {"recording": str(path), "recorded_steps": 10, "lost_steps": 0}
     names = {"run.before_reset_1.rrd.part", "run.before_reset_1.part2.rrd", "run.rrd"}
     assert {file.name for file in tmp_path.iterdir()} == names

@@ -21,7 +21,7 @@ A, B, C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, 0.0, 0.0, 0.0)
     [([A], B, A), ([A, B], B, B), ([B, A, A], B, B), ([A, B], C, None), ([], B, None)],
 )
 def test_the_demand_is_what_the_plant_took(commands: list, applied: tuple, demanded: tuple | None) -> None:
-    """A lone command is the demand, whatever drives made of it; of several the applied one is, or nobody knows."""
+    """A lone command is the demand, whatever drives made of it; of several the applied one is, else it is unknown."""
     pairing = StepAssembler(PERIOD, None)
     pairing.add_state(PERIOD, A, A)
     for command in commands:

@@ -14,7 +14,7 @@ from mcap_samples import read, stamp_of
 from crane_sim import load_scene, orchestration
 from crane_sim.evaluation.soak.kill import Kill, back_after
 from crane_sim.evaluation.soak.kill import soak as kill_soak
-from crane_sim.evaluation.soak.monitor import Heard
+from crane_sim.evaluation.soak.monitor import Received
 from crane_sim.evaluation.soak.realtime import lateness
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.simulation.plant import SLOW
@@ -119,8 +119,8 @@ def test_control_is_back_with_the_next_controller_s_command() -> None:
     """A command of the dead controller that is still held does not count, nor one that was not applied."""
     old, new = ("1.0",), ("2.0",)
     heard = {
-        "c": [Heard(100, 1, old), Heard(900, 2, new)],
-        "e": [Heard(950, 1, old), Heard(1200, 2, new), Heard(1300, 3, new)],
+        "c": [Received(100, 1, old), Received(900, 2, new)],
+        "e": [Received(950, 1, old), Received(1200, 2, new), Received(1300, 3, new)],
         "s": [],
     }
     assert back_after(Kill("controller", 200, 800), heard) == pytest.approx(1000e-9)
@@ -130,9 +130,9 @@ def test_control_is_back_with_the_next_controller_s_command() -> None:
 def test_overruns_are_counted_from_outside() -> None:
     """A step's lateness is that of its last message, against the schedule that its most punctual state defines."""
     late = np.array([0, 400, 1100, 0, 2500, 900])  # ns, of periods of 1000 ns
-    first = Heard(-5000, 1000, ())  # from before the schedule
-    states = [first, *(Heard(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist()))]
-    efforts = [Heard(state.sent + 30, state.stamp - 1000, ()) for state in states[1:]]
+    first = Received(-5000, 1000, ())  # from before the schedule
+    states = [first, *(Received(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist()))]
+    efforts = [Received(state.sent + 30, state.stamp - 1000, ()) for state in states[1:]]
     assert lateness(states, efforts, 1000).tolist() == (late + 30).tolist()
 
 

@@ -133,7 +133,7 @@ def test_every_catalogue_scene_loads_and_survives_a_round_trip(name: str, tmp_pa
     assert load_scene(tmp_path / "copy.yaml") == scene
 
 
-def test_a_parameter_is_read_as_it_is_written() -> None:
+def test_parameters_reach_the_model_in_si() -> None:
     """The file's numbers arrive in the model, in SI, each drive as its own type, and absent groups are None."""
     scene = load_scene("knuckle_springs")
     model = scene.model
@@ -147,8 +147,8 @@ def test_a_parameter_is_read_as_it_is_written() -> None:
     assert pole.model.cable == LockedRope(1.0) and pole.actuated == ("slew", "boom", "jib")
 
 
-def test_the_law_believes_what_it_is_told() -> None:
-    """`nominal` reaches the law and only the law."""
+def test_nominal_groups_reach_the_law_only() -> None:
+    """`control.nominal` changes the scene of the law, not the simulated one."""
     scene = load_scene("knuckle_wrong_mass")
     assert scene.model.load.mass == 1.0
     assert scene.law.nominal.load.mass == 1.01  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
@@ -165,6 +165,15 @@ def test_another_law_leaves_the_old_one_s_settings_out() -> None:
     assert set(angular.document["control"]) == {"law", "period", "kp"}
     same = load_scene("knuckle_setpoint", {"control.law": "energy"})
     assert same == load_scene("knuckle_setpoint") and "left_out" not in same.notes
+
+
+def test_a_scene_is_a_source_of_scenes() -> None:
+    """A scene is returned as it is, or read anew with changes; an object that is none of the sources, in one line."""
+    scene = load_scene("knuckle_setpoint")
+    assert load_scene(scene) is scene
+    assert load_scene(scene, {"duration": 1.0}) == load_scene("knuckle_setpoint", {"duration": 1.0})
+    with pytest.raises(crane_sim.SceneError, match=r"^scene \[0, 0, .*\.\.\.: must be a name, a file or a dict$"):
+        load_scene([0] * 1000)  # pyright: ignore[reportArgumentType]
 
 
 def test_a_file_with_a_misspelt_crane() -> None:

@@ -46,7 +46,7 @@ def outcome(load: Callable[[], Any]) -> str:
     except SceneError as error:
         line = str(error)
         assert len(line.splitlines()) == 1 and line.encode(), line  # it can be printed, in one line
-        assert "cannot be built" not in line, line  # what somebody else's law may do, and ours must not
+        assert "cannot be built" not in line, line  # which only an external law may cause
     assert time.monotonic() - began < HANG
     return line
 

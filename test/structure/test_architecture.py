@@ -58,6 +58,7 @@ LAYERS = (
     "crane_sim.ros",
     "crane_control.nodes",
     "crane_sim.orchestration",
+    "crane_sim.evaluation.plotting",
     "crane_sim.evaluation.reproduce",
     "crane_sim.evaluation.bench",
     "crane_sim.evaluation.league",

@@ -47,22 +47,24 @@ def measure_rates(name: str, count: int, rounds: int) -> dict[str, Any]:
     checked = time.perf_counter() - began
     ways = {f"{kind}_{n}": (kind == "lanes", n) for kind in ("lanes", "one_by_one") for n in (1, cores())}
     compiled = {way: run_cranes(scenes[:1], NOTHING, 1, wide).setup_time for way, (wide, n) in ways.items() if n == 1}
-    found: dict[str, list[float]] = {way: [] for way in ways}
+    rates: dict[str, list[float]] = {way: [] for way in ways}
     for _ in range(rounds):
         for way, (wide, threads) in ways.items():
             batch = run_cranes(scenes, NOTHING, threads, wide)
-            found[way].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
-    speeds = {way: describe_spread(values) for way, values in found.items()}
+            rates[way].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
+    speeds = {way: describe_spread(values) for way, values in rates.items()}
     return {"million_steps_per_s": speeds, "scenes_us": checked / count * 1e6, "compile_s": compiled}
 
 
 def costs(name: str, count: int, rounds: int) -> dict[str, Any]:
     """Return, by error and method, the coarsest step [s] that keeps it and µs per crane and simulated second."""
     fine = [run_cranes(cranes(name, "rk8", STEP / n, count), NOTHING, cores(), True).payload for n in (1, 2)]
-    found: dict[str, Any] = {"reference_doubt_m": _largest_distance(*fine)}
+    results: dict[str, Any] = {"reference_doubt_m": _largest_distance(*fine)}
     for error in ERRORS:
-        found[f"{error:g}"] = {method: _cheapest_run(name, method, count, error, fine[1], rounds) for method in METHODS}
-    return found
+        results[f"{error:g}"] = {
+            method: _cheapest_run(name, method, count, error, fine[1], rounds) for method in METHODS
+        }
+    return results
 
 
 def _cheapest_run(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
@@ -83,24 +85,25 @@ def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
     assert problem is not None, name
     for _ in range(scene.steps):
         plant.advance()
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     try:
         for step in PEER_STEPS:
             ends, _ = mujoco_engine.batch(problem, 1, step, 1)
-            off, left = _largest_distance(ends, np.array(plant.payload)), [e for e in ERRORS if f"{e:g}" not in found]
-            reached = [error for error in left if off <= error]
+            error_m = _largest_distance(ends, np.array(plant.payload))
+            pending = [error for error in ERRORS if f"{error:g}" not in results]
+            reached = [error for error in pending if error_m <= error]
             if reached:
                 times = [mujoco_engine.batch(problem, count, step, cores())[1] for _ in range(rounds)]
                 steps, seconds = round(scene.duration / step), count * scene.duration
                 cost = describe_spread([1e6 * taken / seconds for taken in times])
                 speed = describe_spread([count * steps / taken / 1e6 for taken in times])
-                row = {"step": step, "error_m": off, "us_per_crane_second": cost, "million_steps_per_s": speed}
-                found |= {f"{error:g}": row for error in reached}
-            if len(reached) == len(left):
+                row = {"step": step, "error_m": error_m, "us_per_crane_second": cost, "million_steps_per_s": speed}
+                results |= {f"{error:g}": row for error in reached}
+            if len(reached) == len(pending):
                 break
     except Missing as missing:
         return {"missing": str(missing)}
-    return found
+    return results
 
 
 def _largest_distance(ends: Array, others: Array) -> float:
@@ -127,21 +130,23 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     return found | {"machine": machine()}
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the rates and costs in lines."""
-    lines = [f"{found['cranes']} cranes of {found['cores']} cores against {found['peer_cranes']} of MuJoCo's rollout"]
+    lines = [
+        f"{results['cranes']} cranes of {results['cores']} cores against {results['peer_cranes']} of MuJoCo's rollout"
+    ]
     for name in SCENES:
-        lines += _told_scene(name, found[name])
+        lines += _scene_lines(name, results[name])
     return lines
 
 
-def _told_scene(name: str, found: dict[str, Any]) -> list[str]:
-    ours, theirs = found["rates"], found["mujoco"]
+def _scene_lines(name: str, results: dict[str, Any]) -> list[str]:
+    ours, theirs = results["rates"], results["mujoco"]
     lines = [f"{name}: {ours['scenes_us']:.0f} µs to check a crane's scene"]
     for way, speed in ours["million_steps_per_s"].items():
         lines.append(f"  {way.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
     for error in (f"{error:g}" for error in ERRORS):
-        rows = found["costs"][error] | {"MuJoCo": theirs.get(error)}
+        rows = results["costs"][error] | {"MuJoCo": theirs.get(error)}
         for method, row in rows.items():
             cost = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
             lines.append(f"  error {error} m  {method:<7} {cost} per crane and simulated second")

@@ -1,20 +1,20 @@
 """The figure of the benchmark: work against precision, a panel for each scene."""
 
 from math import ceil, isfinite
-from pathlib import Path
 from typing import Any
 
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.results import points_of
 from crane_sim.evaluation.bench.sweep import Point
+from crane_sim.evaluation.plotting import BLUE, GREEN, GREY, RED
 
 COLUMNS = 3
 COLOURS = {
-    NAME: "#c43d3d",
+    NAME: RED,
     "hand C": "#222222",
     "CasADi C": "#8a6bbf",
-    "Pinocchio": "#2a78b8",
-    "MuJoCo": "#2f9e62",
+    "Pinocchio": BLUE,
+    "MuJoCo": GREEN,
     "Drake": "#d98c21",
     "scipy": "#8c8c8c",
 }
@@ -22,28 +22,25 @@ MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "ro
 LEAST, MOST = 1e-12, 3.0  # m, errors that are shown
 
 
-def draw(scenes: dict[str, Any], file: Path) -> None:
-    """Draw the front of every engine, and of this simulator every method, into a PNG file; needs matplotlib."""
-    from matplotlib.figure import Figure
-
+def draw(figure: Any, scenes: dict[str, Any]) -> None:
+    """Draw the front of every engine, and of this simulator every method."""
     columns, rows = min(COLUMNS, len(scenes)), ceil(len(scenes) / COLUMNS)
-    figure = Figure(figsize=(4.6 * columns, 3.5 * rows + 0.9), layout="constrained")
+    figure.set_size_inches(4.6 * columns, 3.5 * rows + 0.9)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in panels[len(scenes) :]:
         axes.set_axis_off()
     for (case, scene), axes in zip(scenes.items(), panels, strict=False):
-        _panel(axes, case, scene)
-    named = {label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=7, fontsize=8, frameon=False)
-    figure.savefig(file, dpi=110)
+        _draw_panel(axes, case, scene)
+    lines = {label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(lines.values(), lines.keys(), loc="outside upper center", ncols=7, fontsize=8, frameon=False)
 
 
-def _panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
+def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
     points = [point for point in points_of(scene) if isfinite(point.error) and point.error < MOST]
     for engine in dict.fromkeys(point.engine for point in points):
         own = [point for point in points if point.engine == engine]
         if engine != NAME:
-            axes.plot(*_front(own), color=COLOURS.get(engine, "#555555"), linewidth=1.6, label=engine)
+            axes.plot(*_front(own), color=COLOURS.get(engine, GREY), linewidth=1.6, label=engine)
             continue
         for method in dict.fromkeys(point.method for point in own):
             at = _front([point for point in own if point.method == method])

@@ -132,13 +132,13 @@ def measure(rounds: int = 15, times: int = 20_000, cases: Sequence[Case] = CASES
     return {"rounds": rounds, "cases": [cost(case, rounds, times) for case in cases], "machine": machine()}
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
     lines = [
-        f"ns per evaluation and per step of order 8, without and with the group; medians of {found['rounds']} pairs"
+        f"ns per evaluation and per step of order 8, without and with the group; medians of {results['rounds']} pairs"
     ]
     lines.append(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")
-    for row in found["cases"]:
+    for row in results["cases"]:
         costs = f"{_format_pair(row, 'evaluation')} {_format_pair(row, 'step')}"
         lines.append(f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} {row['states_added']:+}")
     return lines

@@ -30,27 +30,27 @@ def echo(scene: "Scene", packed: bool = False) -> float:
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         reserve_domain() as domain,
-        ProcessGroup(node_environment(domain, Path(folder))) as crew,
+        ProcessGroup(node_environment(domain, Path(folder))) as group,
     ):
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
         common = {"scene": str(scene_file), "steps": scene.steps, "packed": packed}
-        ping = crew.start("ping", "crane_sim.ros.echo_node", scene.crane, common | {"role": "ping"})
-        pong = crew.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
+        ping = group.start("ping", "crane_sim.ros.echo_node", scene.crane, common | {"role": "ping"})
+        pong = group.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
         while not (ping.ready and pong.ready):
-            _hear(crew)
+            _wait(group)
         ping.order("go")
         while ping.summary is None:
-            _hear(crew)
+            _wait(group)
         return ping.summary["steps_per_second"]
 
 
-def _hear(crew: ProcessGroup) -> None:
-    heard = crew.listen(_LIMIT)
-    if lost := [child.name for child in crew.children if child.fault]:
+def _wait(group: ProcessGroup) -> None:
+    answered = group.listen(_LIMIT)
+    if lost := [child.name for child in group.children if child.fault]:
         raise RuntimeError(f"the echo failed: {lost[0]} is gone")
-    if not heard:
-        raise RuntimeError(f"the echo failed: nothing heard for {_LIMIT:g} s")
+    if not answered:
+        raise RuntimeError(f"the echo failed: no message for {_LIMIT:g} s")
 
 
 def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = None) -> float:
@@ -67,15 +67,15 @@ def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = Non
 
 def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
     """Return steps per second by kind, one number per round; the kinds take turns, so that drift hits all."""
-    found: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
+    rates: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         for _ in range(rounds):
-            found["echo"].append(echo(scene))
-            found["packed echo"].append(echo(scene, packed=True))
-            found["lockstep"].append(lockstep(scene))
+            rates["echo"].append(echo(scene))
+            rates["packed echo"].append(echo(scene, packed=True))
+            rates["lockstep"].append(lockstep(scene))
             if recorder:
-                found["lockstep, recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
-    return found
+                rates["lockstep, recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
+    return rates
 
 
 def measure(
@@ -105,12 +105,12 @@ def measure(
     }
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the medians and their ratios to the echo in lines."""
-    steps, rounds = found["steps_per_round"], found["rounds"]
+    steps, rounds = results["steps_per_round"], results["rounds"]
     lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]
-    for kind, speed in found["steps_per_second"].items():
-        times, span = found["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
+    for kind, speed in results["steps_per_second"].items():
+        times, span = results["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
         lines.append(f"  {kind:<20} {speed['median']:6.0f}  {span:<16} {times:5.2f} x the echo")
     return [
         *lines,

@@ -99,8 +99,8 @@ class Loops:
 
     def runs(self, engine: str) -> list[Run]:
         """Return the sweeps of all methods."""
-        found, duration = [], self.form.duration
+        runs, duration = [], self.form.duration
         for method in self.form.methods:
             counts = [ceil(duration * self.form.pace / part) for part in sweep_values(*SWEEPS[method], 8)]
-            found += [Run(engine, method, duration / n, lambda r, m=method, n=n: self.fixed(m, n, r)) for n in counts]
-        return found + [Run(engine, "dop853", tol, lambda r, tol=tol: self.adaptive(tol, r)) for tol in TOLERANCES]
+            runs += [Run(engine, method, duration / n, lambda r, m=method, n=n: self.fixed(m, n, r)) for n in counts]
+        return runs + [Run(engine, "dop853", tol, lambda r, tol=tol: self.adaptive(tol, r)) for tol in TOLERANCES]

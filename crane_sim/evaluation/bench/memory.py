@@ -88,41 +88,41 @@ def measure(
     if summary.get("error") != "interrupted":
         raise RuntimeError(summary.get("error", "the run ended before its time"))
     if not watch.times or watch.times[-1] < seconds - 2.0 * INTERVAL:
-        raise RuntimeError("interrupted")  # by somebody else
+        raise RuntimeError("interrupted")  # from outside, before the time was over
     return {
         "scene": name,
         "seconds": seconds,
         "warm_up_s": warm_up,
         "steps": summary["steps"],
-        "recorded_steps": summary.get("recorded_steps"),  # None: nobody recorded
+        "recorded_steps": summary.get("recorded_steps"),  # None: without a recorder
         "sample_times_s": [round(t, 3) for t in watch.times],
         "sample_steps": watch.steps,
-        "resident": {node: _memory_figures(watch.times, found, warm_up) for node, found in watch.samples.items()},
+        "resident": {node: _memory_figures(watch.times, samples, warm_up) for node, samples in watch.samples.items()},
         "machine": machine(),
     }
 
 
-def _memory_figures(times: list[float], found: list[float], warm_up: float) -> dict[str, Any]:
-    warm = [mb for t, mb in zip(times, found, strict=True) if t >= warm_up] or found[-1:]
+def _memory_figures(times: list[float], samples: list[float], warm_up: float) -> dict[str, Any]:
+    warm = [mb for t, mb in zip(times, samples, strict=True) if t >= warm_up] or samples[-1:]
     since = [t for t in times if t >= warm_up]
     slope = statistics.linear_regression(since, warm).slope if len(since) > 1 else 0.0
     return {
-        "start_MB": found[0],
+        "start_MB": samples[0],
         "after_warm_up_MB": warm[0],
         "end_MB": warm[-1],
-        "most_MB": max(found),
+        "most_MB": max(samples),
         "growth_MB": warm[-1] - warm[0],
         "slope_MB_per_hour": slope * 3600.0,
-        "samples_MB": [round(mb, 3) for mb in found],
+        "samples_MB": [round(mb, 3) for mb in samples],
     }
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the memory of every process in lines."""
-    lines = [f"resident memory over {found['seconds']:g} s of lockstep, {found['steps']} steps, MB"]
-    for node, figures in found["resident"].items():
+    lines = [f"resident memory over {results['seconds']:g} s of lockstep, {results['steps']} steps, MB"]
+    for node, figures in results["resident"].items():
         start, warm, end = (figures[f"{key}_MB"] for key in ("start", "after_warm_up", "end"))
         growth = f"growth {figures['growth_MB']:+.2f} ({figures['slope_MB_per_hour']:+.1f} per hour)"
-        warmed = f"{warm:6.1f} after {found['warm_up_s']:g} s"
+        warmed = f"{warm:6.1f} after {results['warm_up_s']:g} s"
         lines.append(f"  {node:<11} {start:6.1f} at the start, {warmed}, {end:6.1f} at the end: {growth}")
     return lines

@@ -42,16 +42,16 @@ what it gave, is in [profiling.md](profiling.md).
 """
 
 
-def write_page(data: dict[str, Any]) -> str:
-    """Return the page in Markdown."""
+def write_page(data: dict[str, Any], drawn: bool) -> str:
+    """Return the page in Markdown; `drawn`: it has a figure."""
     parts = [HEAD]
     if "scenes" in data:
-        parts += [HOW, _machine(data["scenes"]), "![work against precision](performance.png)\n"]
+        parts += [HOW, _machine(data["scenes"]), *["![work against precision](performance.png)\n"] * drawn]
         parts += [tables.cheapest_table(data["scenes"]), tables.target_table(data["scenes"])]
         parts += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
     for name, part in PARTS.items():
         if name in data:
-            parts.append(f"## {part.title}\n\n```\n" + "\n".join(part.told(data[name])) + "\n```\n")
+            parts.append(f"## {part.title}\n\n```\n" + "\n".join(part.format(data[name])) + "\n```\n")
     return "\n".join([*parts, REPEAT])
 
 

@@ -1,4 +1,4 @@
-"""The parts of the benchmark beside its scenes: each measures, and tells in lines what it found."""
+"""The parts of the benchmark beside its scenes: what each measures, and its results as lines of text."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -7,11 +7,11 @@ from crane_sim.evaluation.bench import batch, groups, lockstep, memory, realtime
 
 
 class Part(NamedTuple):
-    """One part."""
+    """A part of the benchmark."""
 
     title: str
     measure: Callable[[], dict[str, Any]]
-    told: Callable[[dict[str, Any]], list[str]]
+    format: Callable[[dict[str, Any]], list[str]]
 
 
 PARTS = {

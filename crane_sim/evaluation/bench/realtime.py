@@ -80,20 +80,20 @@ def measure(
     }
 
 
-def _timing_figures(found: list[dict[str, Any]]) -> dict[str, Any]:
+def _timing_figures(summaries: list[dict[str, Any]]) -> dict[str, Any]:
     errors = {
-        key: {name: describe_spread([round_[key][name] for round_ in found]) for name in found[0][key]}
+        key: {name: describe_spread([round_[key][name] for round_ in summaries]) for name in summaries[0][key]}
         for key in ("lateness_us", "period_error_us")
     }
-    rate = describe_spread([round_["steps_per_second"] for round_ in found])
-    return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in found]}
+    rate = describe_spread([round_["steps_per_second"] for round_ in summaries])
+    return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in summaries]}
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the figures of both in lines."""
-    steps, rate = found["steps_per_round"], 1.0 / found["period_s"]
-    lines = [f"{steps} periods at {rate:g} Hz, medians of {found['rounds']} interleaved rounds, µs"]
-    return lines + [f"  {label:<28} {_line(found[kind])}" for kind, label in LABELS.items()]
+    steps, rate = results["steps_per_round"], 1.0 / results["period_s"]
+    lines = [f"{steps} periods at {rate:g} Hz, medians of {results['rounds']} interleaved rounds, µs"]
+    return lines + [f"  {label:<28} {_line(results[kind])}" for kind, label in LABELS.items()]
 
 
 def _line(figures: dict[str, Any]) -> str:

@@ -64,13 +64,15 @@ def measure(
     }
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the costs in lines."""
-    lines = [f"lockstep of {found['scene']}, {found['steps_per_round']} steps, median of {found['rounds']} rounds"]
-    for label, speed in found["steps_per_second"].items():
-        added = found["added_us_per_step"].get(label, {"median": 0.0})["median"]
-        times = found["ratio_to_unrecorded"][label]["median"]
+    lines = [
+        f"lockstep of {results['scene']}, {results['steps_per_round']} steps, median of {results['rounds']} rounds"
+    ]
+    for label, speed in results["steps_per_second"].items():
+        added = results["added_us_per_step"].get(label, {"median": 0.0})["median"]
+        times = results["ratio_to_unrecorded"][label]["median"]
         lines.append(f"  {label:<14} {speed['median']:6.0f} steps per second, {added:+6.0f} µs per step, {times:.2f} x")
-    for kind, size in found["bytes_per_simulated_minute"].items():
+    for kind, size in results["bytes_per_simulated_minute"].items():
         lines.append(f"  .{kind:<5} {size['median'] / 1e6:.2f} MB per simulated minute")
     return lines

@@ -52,12 +52,14 @@ def best(points: Iterable[Point]) -> dict[str, list[Point | None]]:
 
 def targets(case: str, scene: dict[str, Any]) -> list[Target]:
     """Return the comparisons of a measured scene at every error that we reach."""
-    found, rows = best(points_of(scene)), []
+    best_points, rows = best(points_of(scene)), []
     for i, level in enumerate(LEVELS):
-        own = found.get(NAME, [None] * len(LEVELS))[i]
+        own = best_points.get(NAME, [None] * len(LEVELS))[i]
         if own is None:
             continue
-        times = {engine: point.us_per_s / own.us_per_s for engine, at in found.items() if (point := at[i]) is not None}
+        times = {
+            engine: point.us_per_s / own.us_per_s for engine, at in best_points.items() if (point := at[i]) is not None
+        }
         general = min(times.keys() & set(GENERAL), key=lambda engine: times[engine], default="none")
         floor = times.get(FLOOR)
         of_floor = 1.0 / floor if floor else None

@@ -34,14 +34,14 @@ def chosen_cases(ids: Sequence[str], quick: bool) -> list[Case]:
     return [known[name] for name in ids or (QUICK if quick else [case.id for case in CASES])]
 
 
-def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, said: Said) -> dict[str, Any]:
-    """Return what was measured: the machine, the engines, and for each case by id its points and who refused it.
+def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, on_progress: Said) -> dict[str, Any]:
+    """Return the measurements: machine, engines, and for each case by id its points and the engines that refused it.
 
     Args:
         cases: to measure.
         methods: of this simulator; all when empty.
         peers: measure every engine that is there, not only the hand-written C.
-        said: is told what is going on.
+        on_progress: called with a line at each step.
 
     Raises:
         SceneError: there is no such method.
@@ -49,16 +49,18 @@ def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, said: Sa
     for name in methods:
         if name not in crane_sim_engine.METHODS:
             raise SceneError(unknown_key(name, crane_sim_engine.METHODS, "--method"))
-    found, missing = engines(peers)
-    versions = {crane_sim_engine.NAME: crane_sim_engine.VERSION} | {engine.name: engine.version for engine in found}
-    cannot = {engine.name: getattr(engine, "cannot", {}) for engine in found}
+    peer_engines, missing = engines(peers)
+    versions = {crane_sim_engine.NAME: crane_sim_engine.VERSION} | {
+        engine.name: engine.version for engine in peer_engines
+    }
+    cannot = {engine.name: getattr(engine, "cannot", {}) for engine in peer_engines}
     begun = time.strftime("%Y-%m-%d")
-    scenes = {case.id: _scene(case, methods, found, said) for case in cases}
+    scenes = {case.id: _scene(case, methods, peer_engines, on_progress) for case in cases}
     head = {"date": begun, "machine": machine(), "engines": versions, "missing": missing, "cannot": cannot}
     return head | {"scenes": scenes}
 
 
-def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Said) -> dict[str, Any]:
+def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], on_progress: Said) -> dict[str, Any]:
     scene, truth = case_scene(case), truth_of(case)
     own, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
     if methods and not set(methods) & set(own.methods()):
@@ -66,17 +68,17 @@ def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], said: Sa
     trials[crane_sim_engine.NAME] = []
     for method in own.methods():
         if not methods or method in methods:
-            said(f"{case.id}: {crane_sim_engine.NAME}, {method}")
+            on_progress(f"{case.id}: {crane_sim_engine.NAME}, {method}")
             trials[crane_sim_engine.NAME] += sweep_method(own.runs(method), truth)
     for engine in peers if case.compared else ():
-        said(f"{case.id}: {engine.name}")
+        on_progress(f"{case.id}: {engine.name}")
         try:
             trials[engine.name] = _peer(engine, own, truth)
         except Missing as why:
             refused[engine.name] = str(why)
         except Exception as why:  # a peer's fault takes its row, not the others'
             refused[engine.name] = f"failed: {type(why).__name__}: {why}".partition("\n")[0]
-    points = measure_points(trials, scene.duration, lambda what: said(f"{case.id}: {what}"))
+    points = measure_points(trials, scene.duration, lambda what: on_progress(f"{case.id}: {what}"))
     head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": truth.trusted}
     head["date"] = time.strftime("%Y-%m-%d")
     rows = [list(point) for point in points]

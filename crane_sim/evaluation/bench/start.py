@@ -55,11 +55,11 @@ def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int =
     return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **found, "machine": machine()}
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the times in lines."""
-    lines = [f"from a new process to the first simulated step of {found['scene']}, imports included, s"]
+    lines = [f"from a new process to the first simulated step of {results['scene']}, imports included, s"]
     for key, label in LABELS.items():
-        time_s = found[key]
+        time_s = results[key]
         of = f"median of {len(time_s['rounds'])}; least {time_s['least']:.2f}, most {time_s['most']:.2f}"
         lines.append(f"  {label:<36} {time_s['median']:5.2f}  ({of})")
     return lines

@@ -113,14 +113,14 @@ def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict
     return found
 
 
-def format_lines(found: dict[str, Any]) -> list[str]:
+def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the comparison in lines."""
     lines = []
-    for damping, row in found["dampings"].items():
+    for damping, row in results["dampings"].items():
         lines.append(f"{SCENE}, damping {damping} N s/m; two tight references differ by {row['doubt_m']:.1e} m")
         for name in ("rodas", "LSODA"):
             if (trial := row[name]) is None:
-                lines.append(f"  {name:<6} no setting reaches {found['error_m']:g} m")
+                lines.append(f"  {name:<6} no setting reaches {results['error_m']:g} m")
                 continue
             cost = f"{1e3 * trial['seconds']:8.2f} ms per simulated second, {trial['evaluations']} evaluations"
             tolerances = ", ".join(f"{tolerance:g}" for tolerance in trial["tolerances"])

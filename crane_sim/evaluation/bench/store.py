@@ -18,26 +18,26 @@ def read_store(folder: Path) -> dict[str, Any]:
         SceneError: the file is not one of the benchmark's.
     """
     try:
-        found = json.loads((folder / FILE).read_text())
+        data = json.loads((folder / FILE).read_text())
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
         raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: {error}") from None
-    if not isinstance(found, dict) or not all(isinstance(part, dict) and "machine" in part for part in found.values()):
+    if not isinstance(data, dict) or not all(isinstance(part, dict) and "machine" in part for part in data.values()):
         raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: it has another shape")
-    return found
+    return data
 
 
-def merge_part(before: dict[str, Any], part: str, found: dict[str, Any]) -> dict[str, Any]:
+def merge_part(before: dict[str, Any], part: str, measured: dict[str, Any]) -> dict[str, Any]:
     """Return the data with a part measured anew; scenes, engines and methods that were not measured this time stay."""
     if part == "scenes" and part in before:
         old = before[part]
-        kept = {name: old[name] | found[name] for name in ("engines", "cannot", "scenes")}
-        for case in old["scenes"].keys() & found["scenes"].keys():
-            kept["scenes"][case] = _join_scene(old["scenes"][case], found["scenes"][case])
-        missing = {name: why for name, why in found["missing"].items() if name not in kept["engines"]}
-        found = found | kept | {"missing": missing}
-    return before | {part: round_floats(found)}
+        kept = {name: old[name] | measured[name] for name in ("engines", "cannot", "scenes")}
+        for case in old["scenes"].keys() & measured["scenes"].keys():
+            kept["scenes"][case] = _join_scene(old["scenes"][case], measured["scenes"][case])
+        missing = {name: why for name, why in measured["missing"].items() if name not in kept["engines"]}
+        measured = measured | kept | {"missing": missing}
+    return before | {part: round_floats(measured)}
 
 
 def _join_scene(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
@@ -57,7 +57,7 @@ def write_store(data: dict[str, Any], folder: Path) -> None:
 def dump_points(data: dict[str, Any]) -> str:
     """Return data in JSON, a line for each point, so that a change shows where it is."""
     spread = json.dumps(data, indent=1, ensure_ascii=False)
-    return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda found: f"[{' '.join(found[1].split())}]", spread) + "\n"
+    return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda match: f"[{' '.join(match[1].split())}]", spread) + "\n"
 
 
 def round_floats(value: Any) -> Any:

@@ -64,12 +64,12 @@ def run_trial(run: Run, truth: Truth) -> Trial:
 
 def sweep_method(runs: Iterable[Run], truth: Truth) -> list[Trial]:
     """Return the trials of one method, coarsest first, until they are exact or take too long."""
-    found: list[Trial] = []
+    trials: list[Trial] = []
     for run in runs:
-        found.append(run_trial(run, truth))
-        if found[-1].seconds > SLOWEST or found[-1].error < max(BEST, 2.0 * truth.trusted):
+        trials.append(run_trial(run, truth))
+        if trials[-1].seconds > SLOWEST or trials[-1].error < max(BEST, 2.0 * truth.trusted):
             break
-    return found
+    return trials
 
 
 def select_candidates(trials: Sequence[Trial]) -> set[int]:
@@ -90,29 +90,29 @@ def time_run(run: Run, seconds: float) -> float:
     return (time.perf_counter() - began) / times
 
 
-def measure_points(trials: dict[str, list[Trial]], duration: float, said: Callable[[str], Any]) -> list[Point]:
+def measure_points(trials: dict[str, list[Trial]], duration: float, on_progress: Callable[[str], Any]) -> list[Point]:
     """Return the points of all trials, by engine; the promising ones are timed in rounds, engines taking turns.
 
     Args:
         trials: by engine.
         duration: simulated seconds of a run.
-        said: is told what is going on.
+        on_progress: called with a line at each step.
     """
-    timings = {(name, i): [time_run(t.run, t.seconds)] for name, found in trials.items() for i, t in enumerate(found)}
-    chosen = {name: select_candidates([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(found)])
-              for name, found in trials.items()}  # fmt: skip
-    rounds = {name: _rounds(trials[name], picked) for name, picked in chosen.items()}
+    timings = {(name, i): [time_run(t.run, t.seconds)] for name, own in trials.items() for i, t in enumerate(own)}
+    chosen = {name: select_candidates([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(own)])
+              for name, own in trials.items()}  # fmt: skip
+    rounds = {name: _rounds(trials[name], indices) for name, indices in chosen.items()}
     for k in range(max(rounds.values(), default=0)):
-        said(f"round {k + 1} of {max(rounds.values())}")
-        for name, picked in chosen.items():
-            for i in picked if k < rounds[name] else ():
+        on_progress(f"round {k + 1} of {max(rounds.values())}")
+        for name, indices in chosen.items():
+            for i in indices if k < rounds[name] else ():
                 timings[name, i].append(time_run(trials[name][i].run, timings[name, i][0]))
-    return [_point(t, timings[name, i], duration) for name, found in trials.items() for i, t in enumerate(found)]
+    return [_point(t, timings[name, i], duration) for name, own in trials.items() for i, t in enumerate(own)]
 
 
-def _rounds(trials: Sequence[Trial], picked: set[int]) -> int:
-    each = sum(max(SHORTEST, trials[i].seconds) for i in picked)
-    return min(ROUNDS, max(3, int(PATIENCE / each))) if picked else 0
+def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
+    each = sum(max(SHORTEST, trials[i].seconds) for i in indices)
+    return min(ROUNDS, max(3, int(PATIENCE / each))) if indices else 0
 
 
 def _point(trial: Trial, seconds: Sequence[float], duration: float) -> Point:

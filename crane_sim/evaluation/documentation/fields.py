@@ -55,13 +55,13 @@ def fields(group: Any) -> tuple[Field, ...]:
     """Return the keys of a pydantic model or a NamedTuple, in the order of their declaration."""
     hints, descriptions = get_type_hints(group, include_extras=True), comments(group)
     words = {field: word for word, field in WORDS.items()} if hasattr(group, "_fields") else {}
-    found, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
+    declared, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
     for name in names:
         unit, text = split_comment(descriptions.get(name, ""))
         inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, Inline)), None)
         key = words.get(name, name) if inline is None else inline.choice[0]
-        found.append(Field(key, hints[name], unit, default(group, name), text))
-    return tuple(found)
+        declared.append(Field(key, hints[name], unit, default(group, name), text))
+    return tuple(declared)
 
 
 def default(group: Any, name: str) -> Any:
@@ -77,19 +77,19 @@ def split_comment(comment: str) -> tuple[str, str]:
     if comment in UNITS:
         return comment, ""
     for mark in (", ", "; "):
-        head, found, rest = comment.partition(mark)
-        if found and head in UNITS:
+        head, separator, rest = comment.partition(mark)
+        if separator and head in UNITS:
             return head, rest
     return "", comment
 
 
 def comments(group: Any) -> dict[str, str]:
     """Return the comments behind the fields of a class and of its bases, by field."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for base in reversed(group.__mro__):
         if base.__module__.startswith(("crane_sim", "crane_control")) or issubclass(base, BaseModel | tuple):
-            found |= _own_comments(base)
-    return found
+            texts |= _own_comments(base)
+    return texts
 
 
 @cache
@@ -101,15 +101,15 @@ def _own_comments(group: type) -> dict[str, str]:
     lines = {token.start[0]: token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT}
     body = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.AnnAssign)]
     busy = {line for node in body for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)}
-    found = {}
+    texts = {}
     for node in body:
         if isinstance(node.target, ast.Name):
             line, text = node.end_lineno or node.lineno, []
             while line in lines and (not text or line not in busy):
                 text.append(lines[line])
                 line += 1
-            found[node.target.id] = " ".join(text)
-    return found
+            texts[node.target.id] = " ".join(text)
+    return texts
 
 
 def strip_annotated(annotation: Any) -> tuple[Any, list[Any]]:
@@ -131,17 +131,17 @@ def strip_annotated(annotation: Any) -> tuple[Any, list[Any]]:
 def choice(annotation: Any) -> Choice | None:
     """Return the choice that an annotation leaves to the file; None where there is none."""
     for part in strip_annotated(annotation)[1]:
-        found = getattr(getattr(part, "func", part), "choice", None)
-        if found is not None:
-            return Choice(*found)
+        declared = getattr(getattr(part, "func", part), "choice", None)
+        if declared is not None:
+            return Choice(*declared)
     return None
 
 
 def subgroup(annotation: Any) -> Any:
     """Return the group, or the Choice, that an annotation leads to, alone, in a list or by name; None if none."""
-    found = choice(annotation)
-    if found is not None:
-        return found
+    chosen = choice(annotation)
+    if chosen is not None:
+        return chosen
     kind, _ = strip_annotated(annotation)
     if get_origin(kind) is tuple:
         return next(filter(None, map(subgroup, get_args(kind))), None)
@@ -152,11 +152,11 @@ def subgroup(annotation: Any) -> Any:
 
 def in_words(annotation: Any) -> str:
     """Return what a value may be, in words."""
-    found = choice(annotation)
-    if found is not None:
-        names = " \\| ".join(f"`{name}`" for name in found.kinds)
+    chosen = choice(annotation)
+    if chosen is not None:
+        names = " \\| ".join(f"`{name}`" for name in chosen.kinds)
         inline = any(isinstance(part, Inline) for part in strip_annotated(annotation)[1])
-        return names if inline else f"group with `{found.key}`"
+        return names if inline else f"group with `{chosen.key}`"
     kind, metadata = strip_annotated(annotation)
     if get_origin(kind) is Literal:
         return " \\| ".join(f"`{value}`" for value in get_args(kind))
@@ -186,7 +186,7 @@ def _range(metadata: list[Any]) -> str:
     """Return the bounds of a number in words."""
     parts = [one for part in metadata for one in (part.metadata if isinstance(part, FieldInfo) else [part])]
     signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
-    found = {sign: getattr(part, name) for part in parts for name, sign in signs.items() if hasattr(part, name)}
-    if "≥" in found:
-        found.pop(">", None)
-    return "".join(f" {sign} {bound:.16g}" for sign, bound in found.items() if abs(bound) < HUGE)
+    bounds = {sign: getattr(part, name) for part in parts for name, sign in signs.items() if hasattr(part, name)}
+    if "≥" in bounds:
+        bounds.pop(">", None)
+    return "".join(f" {sign} {bound:.16g}" for sign, bound in bounds.items() if abs(bound) < HUGE)

@@ -1,7 +1,7 @@
-"""The pages in `docs` that commands write: which command, how long it takes, and what the rows of a page are called.
+"""The pages in `docs` that commands write: the command of each, how long it takes, and the names of its rows.
 
-What a page should have comes from the tables of cases, so that a page can be compared with its command without running
-it: a case that was added and is not on the page is seen at once.
+The rows that a page should have come from the tables of cases, so that a page can be compared with its command without
+running it: a case that is not on the page yet fails a test.
 """
 
 import re
@@ -17,7 +17,7 @@ from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
 HAND_WRITTEN = ("bench_top", "commands", "profiling", "ros", "summary")
-"""Pages that people write."""
+"""Pages written by hand."""
 
 
 class Page(NamedTuple):
@@ -25,8 +25,8 @@ class Page(NamedTuple):
 
     command: str  # that writes it, without `crane`
     minutes: float  # that it takes on two idle cores whose cache of compiled code is empty
-    expected: Callable[[], list[str]]  # what its rows or sections should be called
-    found: Callable[[str], list[str]]  # what they are called in its text
+    expected_rows: Callable[[], list[str]]  # names of the rows or sections that it should have
+    read_rows: Callable[[str], list[str]]  # names of those in its text
     measured: tuple[str, ...] = ()  # commands that measure what it is written from, where it does not measure itself
 
 
@@ -51,15 +51,15 @@ def headings(text: str) -> list[str]:
 
 def trials_in(text: str) -> list[str]:
     """Return crane, law and trial of each cell of the league's page: rows, and laws that do not apply."""
-    crane, found = "", list[str]()
+    crane, cells = "", list[str]()
     refused = text[text.index("## Does not apply") :]
     for line in text.splitlines():
         if line.startswith("## "):
             crane = line.removeprefix("## ")
         elif line.startswith("| ") and not line.startswith("| law |"):
             law, trial = line.strip("| ").split(" | ")[:2]
-            found.append(f"{crane.lower()}, {law}, {trial.removesuffix(': not controlled')}")
-    return [*found, *(line[2:].partition(": ")[0] for line in refused.splitlines() if line.startswith("- "))]
+            cells.append(f"{crane.lower()}, {law}, {trial.removesuffix(': not controlled')}")
+    return [*cells, *(line[2:].partition(": ")[0] for line in refused.splitlines() if line.startswith("- "))]
 
 
 def scenes_in(text: str) -> list[str]:
@@ -70,10 +70,10 @@ def scenes_in(text: str) -> list[str]:
 
 
 def _reproduction_page(item: str, minutes: float, cells: int = 1) -> Page:
-    def expected() -> list[str]:
+    def list_rows() -> list[str]:
         return [name.replace("|", "/") for name in NAMES[item]()]
 
-    return Page(f"reproduce {item} --save docs", minutes, expected, partial(first_cells, cells))
+    return Page(f"reproduce {item} --save docs", minutes, list_rows, partial(first_cells, cells))
 
 
 PAGES = {

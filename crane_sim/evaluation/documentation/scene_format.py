@@ -99,14 +99,14 @@ def _identity(group: Any) -> Any:
 
 def sections_of(forms: dict[str, list[Field]]) -> list[Section]:
     """Return a section for each group that the keys of some cranes lead to, outer ones first."""
-    found: dict[Any, Section] = {}
+    sections: dict[Any, Section] = {}
 
     def visit(keys: list[Field], path: str, crane: str) -> None:
         for field in keys:
             group, name = subgroup(field.annotation), f"{path}{field.key}"
             if group is None:
                 continue
-            section = found.setdefault(_identity(group), Section(group, [], []))
+            section = sections.setdefault(_identity(group), Section(group, [], []))
             section.keys.extend([name] if name not in section.keys else [])
             section.cranes.extend([crane] if crane not in section.cranes else [])
             for kind in group.kinds.values() if isinstance(group, Choice) else (group,):
@@ -114,7 +114,7 @@ def sections_of(forms: dict[str, list[Field]]) -> list[Section]:
 
     for crane, keys in forms.items():
         visit(keys, "", crane)
-    return list(found.values())
+    return list(sections.values())
 
 
 def _example(name: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The trials of the league and who takes part: catalogue scenes, and what of them is changed, as data.
+"""The trials and entrants of the league as data: scenes of the catalogue, and what a trial changes of them.
 
 Laws are told nothing of disturbances, nor of masses and lengths that are not what the catalogue says: they believe the
 catalogue's scene on a base at rest. Every trial has a base that can move and a gust that can blow, mostly by nothing,
@@ -14,7 +14,7 @@ COLUMNS = (
     "set-point", "obstacle", "resonant base", "irregular sea", "mass -20 %", "mass +20 %",
     "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
 )  # fmt: skip
-"""What is asked of the laws."""
+"""The trials, as columns of the figure."""
 SEA, NOISE = "base_motion.sea.seed", "control.vision.seed"
 LIGHT, HEAVY, SHORT, LONG = 0.8, 1.2, 0.95, 1.05
 
@@ -26,34 +26,34 @@ class FromScene(NamedTuple):
     changes: dict[str, Any] = {}  # by dotted key, within the group
 
 
-class Task(NamedTuple):
-    """What is asked of all laws of a crane in one column."""
+class Trial(NamedTuple):
+    """What all laws of a crane have to do in one column."""
 
     column: str
     scene: str  # of the catalogue
-    told: dict[str, Any] = {}  # changes of the scene by dotted key that the laws know of
-    untold: dict[str, Any] = {}  # changes that they do not know of
-    scaled: dict[str, float] = {}  # numbers of the scene, by what part of what the laws believe
+    known: dict[str, Any] = {}  # changes of the scene by dotted key that are part of the laws' nominal scene
+    hidden: dict[str, Any] = {}  # changes that are not
+    scaled: dict[str, float] = {}  # hidden factors of the scene's numbers, by dotted key
     seeded: str = ""  # the dotted key that takes SEEDS
 
 
 class Entrant(NamedTuple):
-    """A law, or a way to do without one."""
+    """A law with its settings."""
 
     name: str
     law: str
-    home: str = ""  # scene whose settings it takes; "": the trial's own, where that has the law
+    home: str = ""  # scene whose settings it takes; "": the trial's own, if that is of this law
     settings: dict[str, Any] = {}  # on top
     believes: dict[str, Any] = {}  # besides the catalogue's scene, by dotted key
 
 
 class Group(NamedTuple):
-    """The contenders on a crane, their trials, and where the payload should be: on the path, or at the target."""
+    """The entrants on a crane, their trials, and where the payload should be: on the path, or at the target."""
 
     name: str
     goal: Literal["path", "target"]
-    contenders: tuple[Entrant, ...]
-    trials: tuple[Task, ...]
+    entrants: tuple[Entrant, ...]
+    trials: tuple[Trial, ...]
 
 
 def gust(force: float) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def wind(force: float) -> dict[str, Any]:
     return {"payload_force": {"x": gust(force)}}
 
 
-def make_gust(force: float) -> dict[str, Any]:
+def node_gust(force: float) -> dict[str, Any]:
     """Return a gust [N] along x, of overhead cranes."""
     return {"forces": [{"node": 1, "axis": "x", "force": gust(force)}]}
 
@@ -77,7 +77,7 @@ def base_oscillation(axis: str, amplitude: float, frequency: float) -> dict[str,
 
 
 STILL = base_oscillation("sway", 0.0, 0.0) | wind(0.0)
-FIRM = base_oscillation("surge", 0.0, 0.0) | make_gust(0.0)
+FIRM = base_oscillation("surge", 0.0, 0.0) | node_gust(0.0)
 AFLOAT = {"base_motion": FromScene("pendulum_sea", {"sea.components": 20})}
 PITCHING = {
     "base_motion": {
@@ -96,37 +96,37 @@ PITCHING = {
 """The sea of the scene `pendulum_sea` from ahead, for cranes in the plane."""
 
 
-def make_tracking_task(scene: str) -> tuple[Task, ...]:
-    """Return what is asked of a payload of 4 kg that follows the path of a scene."""
+def tracking_trials(scene: str) -> tuple[Trial, ...]:
+    """Return the trials of a payload of 4 kg that follows the path of a scene."""
     return (
-        Task("irregular sea", scene, {}, STILL | AFLOAT, seeded=SEA),
-        Task("mass -20 %", scene, {}, STILL, {"payload.mass": LIGHT}),
-        Task("mass +20 %", scene, {}, STILL, {"payload.mass": HEAVY}),
-        Task("gust", scene, {}, STILL | wind(2.0)),
+        Trial("irregular sea", scene, {}, STILL | AFLOAT, seeded=SEA),
+        Trial("mass -20 %", scene, {}, STILL, {"payload.mass": LIGHT}),
+        Trial("mass +20 %", scene, {}, STILL, {"payload.mass": HEAVY}),
+        Trial("gust", scene, {}, STILL | wind(2.0)),
     )
 
 
-def setpoint_tasks(
-    scene: str, told: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str
-) -> list[Task]:
-    """Return what is asked of a crane that is brought to a target; others: what happens in further columns."""
+def setpoint_trials(
+    scene: str, known: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str
+) -> list[Trial]:
+    """Return the trials of a crane with a target; others: changes of the scene in further columns."""
     return [
-        Task("set-point", scene, told, still),
-        Task("mass -20 %", scene, told, still, {mass: LIGHT}),
-        Task("mass +20 %", scene, told, still, {mass: HEAVY}),
-        *(Task(name, scene, told, still | do, seeded=SEA if "sea" in name else "") for name, do in others.items()),
+        Trial("set-point", scene, known, still),
+        Trial("mass -20 %", scene, known, still, {mass: LIGHT}),
+        Trial("mass +20 %", scene, known, still, {mass: HEAVY}),
+        *(Trial(name, scene, known, still | do, seeded=SEA if "sea" in name else "") for name, do in others.items()),
     ]
 
 
-FOLLOWING = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
-"""The angular law without damping: the suspension point follows the path, and nobody looks at the payload."""
+UNDAMPED = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
+"""The angular law without damping: the suspension point follows the path, without feedback of the payload."""
 SHAPED = "reference.path.shaping.kind"
-BLIND = (
-    Entrant("open loop", "angular", settings=FOLLOWING),
-    Entrant("open loop, ZV", "angular", settings=FOLLOWING, believes={SHAPED: "zv"}),
-    Entrant("open loop, ZVD", "angular", settings=FOLLOWING, believes={SHAPED: "zvd"}),
+OPEN_LOOP = (
+    Entrant("open loop", "angular", settings=UNDAMPED),
+    Entrant("open loop, ZV", "angular", settings=UNDAMPED, believes={SHAPED: "zv"}),
+    Entrant("open loop, ZVD", "angular", settings=UNDAMPED, believes={SHAPED: "zvd"}),
 )
-LOOKING = tuple(Entrant(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
+FEEDBACK = tuple(Entrant(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
 ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
 OF_KNUCKLE = (
     ENERGY,
@@ -139,19 +139,19 @@ STEP = {
 }
 """A metre in less than two periods of the swing: a path, since the pendulum's laws follow one."""
 PENDULUM = (
-    Task("set-point", "offshore_obstacle", STEP, STILL),
-    Task("obstacle", "offshore_obstacle", {}, STILL),
-    *make_tracking_task("offshore_obstacle"),
-    Task("resonant base", "offshore_resonant", {}, wind(0.0)),
-    Task("rope -5 %", "offshore_obstacle", {}, STILL, {"rope.length": SHORT}),
-    Task("rope +5 %", "offshore_obstacle", {}, STILL, {"rope.length": LONG}),
-    Task("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
+    Trial("set-point", "offshore_obstacle", STEP, STILL),
+    Trial("obstacle", "offshore_obstacle", {}, STILL),
+    *tracking_trials("offshore_obstacle"),
+    Trial("resonant base", "offshore_resonant", {}, wind(0.0)),
+    Trial("rope -5 %", "offshore_obstacle", {}, STILL, {"rope.length": SHORT}),
+    Trial("rope +5 %", "offshore_obstacle", {}, STILL, {"rope.length": LONG}),
+    Trial("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
 )
 BOOM = (
-    *make_tracking_task("knuckle_tracking"),
-    Task("resonant base", "knuckle_tracking", {}, wind(0.0)),
+    *tracking_trials("knuckle_tracking"),
+    Trial("resonant base", "knuckle_tracking", {}, wind(0.0)),
 )
-KNUCKLE = setpoint_tasks(
+KNUCKLE = setpoint_trials(
     "knuckle_setpoint",
     {},
     STILL,
@@ -165,17 +165,17 @@ KNUCKLE = setpoint_tasks(
 ROLLED = {
     "resonant base": base_oscillation("surge", 0.02, 2.215),
     "irregular sea": PITCHING,
-    "gust": make_gust(5.0),
+    "gust": node_gust(5.0),
 }  # on 2 m
 TROLLEY = (
-    *setpoint_tasks("overhead_energy", {}, FIRM, ROLLED, "cable.node_masses"),
-    Task("rope -5 %", "overhead_energy", {}, FIRM, {"cable.lengths": SHORT}),
-    Task("rope +5 %", "overhead_energy", {}, FIRM, {"cable.lengths": LONG}),
+    *setpoint_trials("overhead_energy", {}, FIRM, ROLLED, "cable.node_masses"),
+    Trial("rope -5 %", "overhead_energy", {}, FIRM, {"cable.lengths": SHORT}),
+    Trial("rope +5 %", "overhead_energy", {}, FIRM, {"cable.lengths": LONG}),
 )
-HOIST = setpoint_tasks("overhead_hoist_energy", {"control.period": 0.01}, FIRM, ROLLED, "cable.node_masses")
+HOIST = setpoint_trials("overhead_hoist_energy", {"control.period": 0.01}, FIRM, ROLLED, "cable.node_masses")
 GROUPS = (
-    Group("pendulum", "path", (*BLIND, *LOOKING), PENDULUM),
-    Group("knuckle boom, tracking", "path", LOOKING, BOOM),
+    Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK), PENDULUM),
+    Group("knuckle boom, tracking", "path", FEEDBACK, BOOM),
     Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE)),
     Group("overhead, trolley", "target", (ENERGY, LQR), TROLLEY),
     Group("overhead, trolley and hoist", "target", (ENERGY, LQR), tuple(HOIST)),
@@ -184,4 +184,4 @@ GROUPS = (
 
 def names(groups: Sequence[Group] = GROUPS) -> list[tuple[str, str, str]]:
     """Return crane, law and trial of every cell, in order, without running any."""
-    return [(g.name, c.name, trial.column) for g in groups for c in g.contenders for trial in g.trials]
+    return [(g.name, c.name, trial.column) for g in groups for c in g.entrants for trial in g.trials]

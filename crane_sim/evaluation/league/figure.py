@@ -1,14 +1,12 @@
 """The figure of the league: heat maps, a row for each law of each crane, a column for each trial."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from crane_sim.evaluation.league.cases import COLUMNS
 from crane_sim.evaluation.league.cells import Cell, Figures
-from crane_sim.files.errors import SceneError
 
 WORST = 30.0  # times the least of a crane in a column: the darkest colour
 NOTHING, LOST = "#e4e4e4", "#e8705f"
@@ -27,28 +25,20 @@ class Panel(NamedTuple):
 
 
 PANELS = (
-    Panel("mean error of the payload, m", lambda found: found.mae, 1e-3),
-    Panel("largest error of the payload in the last quarter, m", lambda found: found.residual_error, 1e-3),
-    Panel("residual swing, deg", lambda found: found.residual_swing, 0.1),
-    Panel("largest acceleration of the tip, m/s²", lambda found: found.tip_acceleration, 0.01),
+    Panel("mean error of the payload, m", lambda figures: figures.mae, 1e-3),
+    Panel("largest error of the payload in the last quarter, m", lambda figures: figures.residual_error, 1e-3),
+    Panel("residual swing, deg", lambda figures: figures.residual_swing, 0.1),
+    Panel("largest acceleration of the tip, m/s²", lambda figures: figures.tip_acceleration, 0.01),
 )
 
 
-def draw(cells: Sequence[Cell], file: Path) -> None:
-    """Draw the heat maps into a PNG file.
-
-    Raises:
-        SceneError: matplotlib is not installed.
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError("--save: the figure needs matplotlib, which is not installed") from None
+def draw(figure: Any, cells: Sequence[Cell]) -> None:
+    """Draw the heat maps."""
     rows = list(dict.fromkeys((cell.crane, cell.law) for cell in cells))
-    figure = Figure(figsize=(16.0, 0.58 * len(rows) + 4.0), layout="constrained")
+    figure.set_size_inches(16.0, 0.58 * len(rows) + 4.0)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, panel in zip(panels.ravel(), PANELS, strict=True):
-        _draw(axes, rows, cells, panel)
+        _draw_panel(axes, rows, cells, panel)
         axes.set_title(panel.title, fontsize=11)
     for axes in panels[:, 0]:
         axes.set_yticks(range(len(rows)), [law for _, law in rows], fontsize=9)
@@ -56,10 +46,9 @@ def draw(cells: Sequence[Cell], file: Path) -> None:
     for axes in panels[-1]:
         axes.set_xticks(range(len(COLUMNS)), COLUMNS, rotation=35, ha="right", fontsize=9)
     figure.supxlabel(WORDS, fontsize=10)
-    figure.savefig(file, dpi=100)
 
 
-def _draw(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], panel: Panel) -> None:
+def _draw_panel(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], panel: Panel) -> None:
     """Draw one heat map."""
     places = {(cell.crane, cell.law, cell.trial): cell for cell in cells}
     colours = np.full((len(rows), len(COLUMNS)), np.nan)
@@ -69,7 +58,7 @@ def _draw(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], pan
             if cell is None or cell.refused:
                 continue
             if cell.figures is not None:
-                colours[i, j] = np.log(_beside(cell.figures, rivals(cell, cells), panel))
+                colours[i, j] = np.log(_relative(cell.figures, rivals(cell, cells), panel))
             _write_value(axes, i, j, cell, panel)
     axes.set_facecolor(NOTHING)
     axes.imshow(colours, cmap="Blues", vmin=0.0, vmax=1.6 * np.log(WORST), aspect="auto")
@@ -88,9 +77,9 @@ def rivals(cell: Cell, cells: Sequence[Cell]) -> list[Figures]:
     return [other.figures for other in same if other.figures is not None and not other.failed]
 
 
-def _beside(found: Figures, others: Sequence[Figures], panel: Panel) -> float:
-    """Return a value by the least of the others, from 1 to WORST."""
-    values = [max(panel.value(figures), panel.least) for figures in (found, *others)]
+def _relative(own: Figures, others: Sequence[Figures], panel: Panel) -> float:
+    """Return a value divided by the least of the others, from 1 to WORST."""
+    values = [max(panel.value(figures), panel.least) for figures in (own, *others)]
     return min(values[0] / min(values), WORST)
 
 

@@ -11,16 +11,18 @@ NO_EFFORT = 1e-9  # m/s², m, N or N m: smaller ones are rounding, whose digits 
 HEAD = """# The league: every law on every scene that suits it
 
 Written by `crane league --save docs`, with [league.json](league.json).
-
+"""
+FIGURE = """
 ![heat map of errors, swing and accelerations](league.png)
 
 Numbers in the picture are as in the tables; colours compare the laws of one crane in one column: white is the least of
 them, the darkest thirty times as much or more. Grey: does not apply. Red: not controlled, the reason is below.
-
-Laws believe the catalogue's scene on a base at rest, without wind: what else happens they are not told. Each takes the
-gains that the catalogue gives it, or its own where the catalogue gives none; none was tuned for this table, so it tells
-how these gains do, not how good a law can be made. Seas and the camera's noise are medians over ten seeds that nothing
-in the catalogue uses.
+"""
+HOW = """
+Laws believe in the catalogue's scene on a base at rest, without wind; what a trial adds to it is not known to them.
+Each takes the gains that the catalogue gives it, or its own where the catalogue gives none; none was tuned for this
+table: it shows how these gains do, not how good a law can be made. Seas and the camera's noise are medians over ten
+seeds that nothing in the catalogue uses.
 
 - **Errors** are distances of the payload, in the axes of the base, from where it should be at that time: on the path,
   or for cranes that are brought to a target, at the target from the start on. A shaped path arrives later by half a
@@ -32,7 +34,7 @@ in the catalogue uses.
   periods in which a demand was limited.
 - **30 Hz vision** is the catalogue's `offshore_vision`: its base sways at the payload's own frequency as well, a
   little more than in the column of the resonant base.
-- **Open loop**: the suspension point follows the path, with its acceleration, and nobody looks at the payload. The mass
+- **Open loop**: the suspension point follows the path, with its acceleration, without feedback of the payload. The mass
   of a payload below an ideally driven point changes nothing.
 - The knuckle boom appears twice: as a small crane that carries the suspension point of the tracking laws, and as the
   knuckle paper's that is brought to a target. Its paper's laws know no path, and these no target.
@@ -59,32 +61,33 @@ class Line(NamedTuple):
 
 def lines(cells: Iterable[Cell]) -> dict[str, list[Line]]:
     """Return the lines of each crane; cells of laws that do not apply have none."""
-    found: dict[str, list[Line]] = {}
+    by_crane: dict[str, list[Line]] = {}
     for cell in cells:
         if not cell.refused:
-            found.setdefault(cell.crane, []).append(_line(cell))
-    return found
+            by_crane.setdefault(cell.crane, []).append(_line(cell))
+    return by_crane
 
 
 def _line(cell: Cell) -> Line:
     name = cell.law, f"{cell.trial}: not controlled" if cell.failed else cell.trial, cell.runs
-    found = cell.figures
-    if found is None:
+    figures = cell.figures
+    if figures is None:
         return Line._make((*name, *[NONE] * (len(Line._fields) - len(name))))
-    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in found.effort.items()}
+    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in figures.effort.items()}
     efforts = ", ".join(f"{joint} {format_value(peak)}" for joint, peak in peaks.items())
-    numbers = found._asdict() | {"settling": NONE if found.settling is None else found.settling, "effort": efforts}
+    settling = NONE if figures.settling is None else figures.settling
+    numbers = figures._asdict() | {"settling": settling, "effort": efforts}
     return Line._make((*name, *numbers.values()))
 
 
-def write_comparison(cells: Sequence[Cell]) -> str:
-    """Return the page in Markdown."""
-    parts = [HEAD]
+def write_comparison(cells: Sequence[Cell], drawn: bool) -> str:
+    """Return the page in Markdown; `drawn`: it has a figure."""
+    parts = [HEAD + FIGURE * drawn + HOW]
     for crane, own in lines(cells).items():
         parts.append(f"## {crane.capitalize()}\n\n" + _markdown(own))
     for title, reasons in (("Not controlled", "failed"), ("Does not apply", "refused")):
-        told = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
-        parts.append(f"## {title}\n\n" + ("\n".join(told) or "Nothing.") + "\n")
+        rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
+        parts.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
     return "\n".join(parts)
 
 

@@ -4,57 +4,38 @@ An experiment is run again for its figure: a run is repeatable, so these are the
 """
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from crane_sim.evaluation.plotting import BLUE, GREY, RED
 from crane_sim.evaluation.reproduce import knuckle, offshore
-from crane_sim.files.errors import SceneError
 
-HOLDS, FAILS, BOUND = "#2a78b8", "#c43d3d", "#555555"
+HOLDS, FAILS, BOUND = BLUE, RED, GREY
 FIRST, SECOND, GOAL = HOLDS, FAILS, BOUND
 LABELS = ("tower, deg", "boom, deg", "jib, deg", "rope, m", "theta1, deg", "theta2, deg")
 EFFORTS = ("u1, N m", "u2, N m", "u3, N m", "u4, N")
 
 
-def save_figure(item: str, rows: Sequence[Any], file: Path) -> bool:
-    """Write the figure of an item with these rows, and return whether there is one.
-
-    Raises:
-        SceneError: matplotlib is not installed.
-    """
-    if item not in FIGURES:
-        return False
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError("--save: the figure needs matplotlib, which is not installed") from None
-    figure = Figure(layout="constrained")
-    FIGURES[item](figure, rows)
-    figure.savefig(file, dpi=120)
-    return True
-
-
-def draw_cases(figure: Any, cases: Sequence[Any]) -> None:
+def draw_cases(figure: Any, rows: Sequence[Any]) -> None:
     """Draw error and bound of every case on one logarithmic axis, with the evaluations beside them."""
-    figure.set_size_inches(9.0, 0.27 * len(cases) + 1.2)
+    figure.set_size_inches(9.0, 0.27 * len(rows) + 1.2)
     axes = figure.add_subplot()
-    for i, case in enumerate(cases):
+    for i, case in enumerate(rows):
         colour = HOLDS if case.verdict == "holds" else FAILS
         axes.plot([case.error, case.bound], [i, i], color=colour, linewidth=1.0, alpha=0.4)
         axes.plot(case.error, i, "o", color=colour, markersize=5)
         axes.plot(case.bound, i, "|", color=BOUND, markersize=10)
     axes.set_xscale("log")
-    axes.set_yticks(range(len(cases)), [case.case for case in cases], fontsize=8)
+    axes.set_yticks(range(len(rows)), [case.case for case in rows], fontsize=8)
     axes.invert_yaxis()
     axes.set_xlabel("error (dot) and its bound (bar): nodes in metres, the last two relative")
     right = axes.secondary_yaxis("right")
-    right.set_yticks(range(len(cases)), [f"{case.evaluations:,} evals" for case in cases], fontsize=7)
+    right.set_yticks(range(len(rows)), [f"{case.evaluations:,} evals" for case in rows], fontsize=7)
     axes.grid(axis="x", alpha=0.3)
 
 
-def draw_knuckle(figure: Any, _: Sequence[Any]) -> None:
+def draw_knuckle(figure: Any, rows: Sequence[Any]) -> None:
     """Draw joints, swing and efforts of both laws over time, as figures 3 to 10 of the knuckle paper do."""
     figure.set_size_inches(9.0, 10.0)
     runs, panels = knuckle.run_both_laws(), figure.subplots(5, 2, sharex=True).ravel()
@@ -73,7 +54,7 @@ def draw_knuckle(figure: Any, _: Sequence[Any]) -> None:
         panel.set_xlabel("t, s")
 
 
-def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
+def draw_offshore(figure: Any, rows: Sequence[Any]) -> None:
     """Draw paths of the payload, left, and the size of its error over time, right; one row for each table."""
     figure.set_size_inches(10.0, 9.0)
     panels = figure.subplots(3, 2, width_ratios=(1, 2))
@@ -91,10 +72,10 @@ def draw_offshore(figure: Any, _: Sequence[Any]) -> None:
 
 def _plot_tracking(path: Any, error: Any, experiment: offshore.Experiment, colour: str) -> None:
     run = offshore.run_experiment(experiment)
-    found, goal = offshore.payload_and_path(run)
-    path.plot(found[:, 0], found[:, 1], color=colour, linewidth=1.0)
+    payload, goal = offshore.payload_and_path(run)
+    path.plot(payload[:, 0], payload[:, 1], color=colour, linewidth=1.0)
     path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--")
-    error.plot(run.t, np.linalg.norm(found - goal, axis=1), color=colour, linewidth=1.0, label=experiment.name)
+    error.plot(run.t, np.linalg.norm(payload - goal, axis=1), color=colour, linewidth=1.0, label=experiment.name)
     for axes in (path, error):
         axes.grid(alpha=0.3)
 

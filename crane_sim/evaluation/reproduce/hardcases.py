@@ -78,8 +78,8 @@ def lateness(run: Rollout, reference: dict[str, Any]) -> float | None:
     """Return the largest error [s] of the event times; None without events."""
     if "events" not in reference:
         return None
-    expected, found = np.array(reference["events"]), np.array([t for t, _ in run.events if t > LEAST])
-    return float(np.max(np.abs(found - expected))) if len(found) == len(expected) else np.inf
+    expected, measured = np.array(reference["events"]), np.array([t for t, _ in run.events if t > LEAST])
+    return float(np.max(np.abs(measured - expected))) if len(measured) == len(expected) else np.inf
 
 
 def names() -> list[str]:
@@ -101,8 +101,8 @@ def heavy_accelerations() -> Case:
     started, error = time.perf_counter(), 0.0
     for state in known["states"]:
         expected = np.array(state["acceleration"])
-        found = acceleration(scene, state["q"], state["v"], state["u"])
-        error = max(error, float(np.max(np.abs(found - expected)) / np.max(np.abs(expected))))
+        measured = acceleration(scene, state["q"], state["v"], state["u"])
+        error = max(error, float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected))))
     verdict = "holds" if error <= RELATIVE else "does not hold"
     wall, count = time.perf_counter() - started, len(known["states"])
     return Case(HEAVY, "accelerations, relative", "-", error, RELATIVE, None, count, wall, verdict)

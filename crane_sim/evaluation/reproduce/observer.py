@@ -43,12 +43,12 @@ class Compared(NamedTuple):
 
 def names() -> list[str]:
     """Return the disturbance and what is seen of each row, without running any."""
-    return [f"{name}, {seen}" for seen in SIGHTS for name in disturbances(0)]
+    return [f"{name}, {state}" for state in SIGHTS for name in disturbances(0)]
 
 
 def rows(seeds: tuple[int, ...] = SEEDS) -> list[Compared]:
     """Return the comparison over these seeds."""
-    return [compare(name, seen, seeds) for seen in SIGHTS for name in disturbances(0)]
+    return [compare(name, state, seeds) for state in SIGHTS for name in disturbances(0)]
 
 
 def disturbances(seed: int) -> dict[str, dict[str, Any]]:
@@ -73,14 +73,14 @@ def sea(peak: float, seed: int) -> dict[str, Any]:
     return {"sea": {"significant_height": height, "peak_period": 2.0 * pi / peak} | answer}
 
 
-def compare(name: str, seen: str, seeds: tuple[int, ...]) -> Compared:
-    """Return the row of a disturbance, the laws seeing the state as `seen` says."""
-    scene, wanted = SIGHTS[seen]
-    found = np.array([list(_yield_figures(scene, disturbances(seed)[name], seed)) for seed in seeds])
-    mse, tips = found[:, :, 0], found[:, :, 1]
+def compare(name: str, state: str, seeds: tuple[int, ...]) -> Compared:
+    """Return the row of a disturbance, the laws seeing the state as `state` says."""
+    scene, wanted = SIGHTS[state]
+    figures = np.array([list(_yield_figures(scene, disturbances(seed)[name], seed)) for seed in seeds])
+    mse, tips = figures[:, :, 0], figures[:, :, 1]
     done = ~np.isnan(mse[:, 1])
     cartesian, harmonic = (float(np.median(mse[:, i])) for i in (0, 2))
-    head = (name, seen, cartesian)
+    head = (name, state, cartesian)
     if not done.any():
         return Compared(*head, np.nan, len(seeds), harmonic, np.nan, np.nan, "-", "no ratio: the adaptive law fails")
     ratio = mse[done, 1] / mse[done, 2]

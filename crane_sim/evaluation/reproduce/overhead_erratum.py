@@ -31,11 +31,11 @@ def erratum(
     return Erratum(where, correction, values[0], values[1], values[2], tolerance)
 
 
-def relative_difference(found: Array, expected: Array) -> float:
+def relative_difference(value: Array, expected: Array) -> float:
     """Return the largest difference relative to the largest entry expected, infinite between different shapes."""
-    if found.shape != expected.shape:
+    if value.shape != expected.shape:
         return inf
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
+    return float(np.max(np.abs(value - expected)) / np.max(np.abs(expected)))
 
 
 def example(n: int) -> tuple[LumpedCrane, Array, Array]:

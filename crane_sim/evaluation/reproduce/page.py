@@ -1,10 +1,11 @@
-"""The tables of `crane reproduce` as pages of documentation."""
+"""Pages of documentation that are written from the tables of `crane reproduce`."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from crane_sim.evaluation.reproduce.figure import save_figure
+from crane_sim.evaluation.plotting import save_figure
+from crane_sim.evaluation.reproduce.figure import FIGURES
 from crane_sim.evaluation.reproduce.overhead_erratum import ROUNDING
 from crane_sim.evaluation.reproduce.table import Tables, format_value
 from crane_sim.files.errors import SceneError
@@ -59,7 +60,8 @@ def save_pages(tables: Tables, folder: str) -> None:
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
         for item, rows in tables.items():
-            drawn = save_figure(item, rows, Path(folder) / f"{item}.png")
+            draw, picture = FIGURES.get(item), Path(folder) / f"{item}.png"
+            drawn = draw is not None and save_figure(draw, rows, picture, dpi=120)
             (Path(folder) / f"{item}.md").write_text(_write_item(item, list(rows), drawn))
     except OSError as error:
         raise SceneError(f"--save {folder!r}: {error.strerror}") from None

@@ -43,11 +43,11 @@ class Setup(NamedTuple):
 def setups(kilted: str = KILTED) -> list[Setup]:
     """Return every way to put a run together, with nodes of another interpreter where there is one."""
     executors = ("events", "single")
-    found = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
+    ways = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
     if kilted:
         pairs = ((kilted, sys.executable), (sys.executable, kilted), (kilted, kilted))
-        found += [Setup(2, executor, *pair) for pair, executor in product(pairs, executors)]
-    return found
+        ways += [Setup(2, executor, *pair) for pair, executor in product(pairs, executors)]
+    return ways
 
 
 @contextmanager
@@ -71,7 +71,7 @@ def determinism_scene(duration: float = DURATION) -> Scene:
 
 
 def state_sha256(setup: Setup, scene: Scene) -> str:
-    """Run plant, controller and maybe recorder, each as a process that nobody leads; return the run's hash.
+    """Run plant, controller and, if asked for, recorder as processes without a supervisor; return the run's hash.
 
     Raises:
         RuntimeError: the run failed; the plant's own words.
@@ -109,27 +109,28 @@ def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
         )
     except subprocess.TimeoutExpired:
         raise RuntimeError(f"plant: it did not end within {_PATIENCE:g} s") from None
-    told = next((line for line in plant.stderr.splitlines() if "state_sha256" in line), "")
-    if plant.returncode or not told:
+    hash_line = next((line for line in plant.stderr.splitlines() if "state_sha256" in line), "")
+    if plant.returncode or not hash_line:
         raise RuntimeError(f"plant: exit code {plant.returncode}: {plant.stderr.strip()}")
-    return json.loads(told[told.index("{") :])["state_sha256"]
+    return json.loads(hash_line[hash_line.index("{") :])["state_sha256"]
 
 
 def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
     """Return the environment of a node; another interpreter must not find this one's ROS."""
-    found = node_environment(domain, folder)
-    return found if python == sys.executable else {key: found[key] for key in found.keys() - set(_OF_THIS_ONE)}
+    environment = node_environment(domain, folder)
+    omitted = () if python == sys.executable else _OF_THIS_ONE
+    return {key: value for key, value in environment.items() if key not in omitted}
 
 
 def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
     """Run so many times, every other time beside a busy process; return figures, and the data behind them."""
     scene, ways = determinism_scene(), setups()
     planned = [(ways[i // 2 % len(ways)], i % 2) for i in range(count)]
-    found, took = [], []
+    hashes, took = [], []
     for setup, loops in planned:
         began = time.perf_counter()
         with busy(loops) if loops else nullcontext():
-            found.append(state_sha256(setup, scene))
+            hashes.append(state_sha256(setup, scene))
         took.append(time.perf_counter() - began)
     alone = simulate(scene).summary["state_sha256"]
     figures = [
@@ -137,8 +138,8 @@ def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
         Figure("mixtures of processes, executors, distributions and load", len(set(planned))),
         Figure("runs beside a busy process", sum(loops for _, loops in planned)),
         Figure("runs with a node of another ROS distribution", sum(KILTED in setup for setup, _ in planned)),
-        equal("different state_sha256", len(set(found)), 1),
-        equal("runs unlike the one in a single process", sum(each != alone for each in found), 0),
+        equal("different state_sha256", len(set(hashes)), 1),
+        equal("runs unlike the one in a single process", sum(each != alone for each in hashes), 0),
         Figure("a run with the start of its nodes, median", quantiles(took)["p50"], "s"),
     ]
-    return figures, {"state_sha256": sorted(set(found)), "took_s": took}
+    return figures, {"state_sha256": sorted(set(hashes)), "took_s": took}

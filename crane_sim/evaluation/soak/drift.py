@@ -28,16 +28,16 @@ class Drift(NamedTuple):
 def drift(rates: Sequence[float]) -> Drift:
     """Return the change of a rate that was looked at in regular intervals, at least three times."""
     stretches = [float(np.median(part)) for part in np.array_split(np.asarray(rates), min(_STRETCHES, len(rates)))]
-    found = theilslopes(stretches, alpha=0.95)
+    slopes = theilslopes(stretches, alpha=0.95)
     scale = 100.0 * (len(stretches) - 1) / float(np.median(stretches))
-    return Drift(*(scale * np.array([found[0], found[2], found[3]], dtype=float)).tolist())
+    return Drift(*(scale * np.array([slopes[0], slopes[2], slopes[3]], dtype=float)).tolist())
 
 
 def drift_figures(rates: Sequence[float], of: str = "") -> list[Figure]:
     """Return what was promised of a rate, that it does not fall, and how well that can be told."""
-    found = drift(rates)
+    trend = drift(rates)
     return [
         Figure(f"{of}rate, median", float(np.median(rates)), "steps/s"),
-        at_least(f"{of}rate, change from begin to end", found.change, -FALL, "%"),
-        Figure(f"{of}half the change's 95 % interval", (found.high - found.low) / 2.0, "%"),
+        at_least(f"{of}rate, change from begin to end", trend.change, -FALL, "%"),
+        Figure(f"{of}half the change's 95 % interval", (trend.high - trend.low) / 2.0, "%"),
     ]

@@ -1,4 +1,4 @@
-"""What a soak found: figures, and which of them were promised."""
+"""Figures of a soak, each with what was promised of it."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ class Figure(NamedTuple):
     promise: str = ""  # what it should be, in words; empty where nothing was promised
     kept: bool = True
 
-    def told(self) -> str:
+    def format_value(self) -> str:
         """Return the value with its unit, in a few digits."""
         if self.value is None:  # what a file has where a number was not finite
             return "—"
@@ -42,5 +42,5 @@ def quantiles(values: Sequence[float]) -> dict[str, float]:
     """Return median, 99 % quantile and largest of some numbers; nan where there are none."""
     if not len(values):
         return dict.fromkeys(("p50", "p99", "max"), float("nan"))
-    found = np.asarray(values)
-    return {"p50": float(np.median(found)), "p99": float(np.quantile(found, 0.99)), "max": float(found.max())}
+    array = np.asarray(values)
+    return {"p50": float(np.median(array)), "p99": float(np.quantile(array, 0.99)), "max": float(array.max())}

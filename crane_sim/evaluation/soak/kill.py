@@ -16,14 +16,14 @@ from crane_sim.evaluation.bench.memory import resident
 from crane_sim.evaluation.bench.realtime import bare_apart
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import steps_in
-from crane_sim.evaluation.soak.monitor import Heard, monitor, wait_for_discovery
+from crane_sim.evaluation.soak.monitor import Messages, Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
 
 VICTIMS = ("controller", "recorder")
 HALF, ALL = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
 _GAP = (0.5, 2.5)  # s between two kills, uniform
-_LOOK = 0.01  # s between two looks for somebody to kill
+_POLL = 0.01  # s between two looks for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
 _GROWTH = 5.0  # MB that the plant may grow
 _CALL = 20.0  # ms that a call may take
@@ -33,15 +33,15 @@ _SECOND = 1e9  # ns
 
 
 class Kill(NamedTuple):
-    """One of them; instants in ns of the system's clock."""
+    """A kill; instants in ns of the system's clock."""
 
     victim: str
     at: int
-    filled: int  # when the place was filled again, 0: not within the run
+    filled: int  # when the role was filled again, 0: not within the run
 
 
 class _Killer(threading.Thread):
-    """Kills whoever fills the places.
+    """Kills the processes that fill the roles, in turn.
 
     Attributes:
         plant_memory: the plant's resident memory [MB], after each kill.
@@ -51,35 +51,35 @@ class _Killer(threading.Thread):
         super().__init__(daemon=True)
         self.plant_memory: list[float] = []
         self._gaps, self._pids, self._filled = gaps, dict[str, int](), list[tuple[str, int]]()
-        self._begun, self._struck = threading.Event(), list[tuple[str, int]]()
+        self._all_filled, self._killed = threading.Event(), list[tuple[str, int]]()
 
-    def filled(self, name: str, pid: int) -> None:
-        """Take note of who fills a place from now on."""
+    def on_filled(self, name: str, pid: int) -> None:
+        """Note the process that fills a role from now on."""
         wait_for_discovery(name, pid)
         self._pids[name] = pid
         self._filled.append((name, time.time_ns()))
         if name == VICTIMS[-1]:
-            self._begun.set()
+            self._all_filled.set()
 
     def run(self) -> None:
-        self._begun.wait()
+        self._all_filled.wait()
         time.sleep(_BEFORE)
         for i, gap in enumerate(self._gaps):
             time.sleep(gap)
             victim = VICTIMS[i % len(VICTIMS)]
             while not (pid := self._pids.pop(victim, 0)):
-                time.sleep(_LOOK)  # nobody fills the place yet
-            struck = time.time_ns()
+                time.sleep(_POLL)  # the role is not filled yet
+            instant = time.time_ns()
             with suppress(ProcessLookupError):  # it has just ended by itself, with the run: no kill
                 os.kill(pid, signal.SIGKILL)
-                self._struck.append((victim, struck))
+                self._killed.append((victim, instant))
             self.plant_memory.append(resident(self._pids["plant"]))
 
     def kills(self) -> list[Kill]:
-        """Return what was done."""
+        """Return the kills."""
         return [
             Kill(victim, at, next((t for name, t in self._filled if name == victim and t > at), 0))
-            for victim, at in self._struck
+            for victim, at in self._killed
         ]
 
 
@@ -92,43 +92,43 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         reserve_domain() as domain,
-        monitor(loaded, domain) as account,
-        ThreadPoolExecutor(1) as beside,
+        monitor(loaded, domain) as monitored,
+        ThreadPoolExecutor(1) as pool,
     ):
-        bare = beside.submit(bare_apart, _BARE, round(loaded.duration / _BARE))
+        bare = pool.submit(bare_apart, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
-        summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.filled, **options)
-        time.sleep(0.1)  # what the witness writes ten times as often
-        heard, recorded = account.read(), steps_in(Path(summary["recording"]))
+        summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.on_filled, **options)
+        time.sleep(0.1)  # ten times the interval at which the monitor writes
+        received, recorded = monitored.read(), steps_in(Path(summary["recording"]))
         machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
     kills = killer.kills()
-    back = [back_after(kill, heard) for kill in kills if kill.victim == "controller"]
-    figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, heard, recorded), *_control(back)]
-    figures += [*_publishing(summary, machine), _gap(loaded.period_ns, heard["s"])]
+    back = [back_after(kill, received) for kill in kills if kill.victim == "controller"]
+    figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, received, recorded)]
+    figures += [*_control(back), *_publishing(summary, machine), _gap(loaded.period_ns, received["s"])]
     figures += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
     figures += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _GROWTH, "MB")]
     return figures, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
 
 
-def back_after(kill: Kill, heard: dict[str, list[Heard]]) -> float:
+def back_after(kill: Kill, received: Messages) -> float:
     """Return after how many s the plant applied a command that the next controller had sent; inf: never."""
-    commands = {h.effort for h in heard["c"] if kill.filled and h.sent >= kill.filled}
-    applied = (h.sent for h in heard["e"] if h.sent >= kill.filled and h.effort in commands)
+    commands = {h.effort for h in received["c"] if kill.filled and h.sent >= kill.filled}
+    applied = (h.sent for h in received["e"] if h.sent >= kill.filled and h.effort in commands)
     return (next(applied, float("inf")) - kill.at) / _SECOND
 
 
 def _control(back: list[float]) -> list[Figure]:
-    found = quantiles(back)
+    times = quantiles(back)
     return [
-        at_most("control back, median", found["p50"], HALF, "s"),
-        Figure("control back, 99 %", found["p99"], "s"),
-        at_most("control back, longest", found["max"], ALL, "s"),
+        at_most("control back, median", times["p50"], HALF, "s"),
+        Figure("control back, 99 %", times["p99"], "s"),
+        at_most("control back, longest", times["max"], ALL, "s"),
     ]
 
 
-def _survival(steps: int, summary: dict[str, Any], heard: dict[str, list[Heard]], recorded: list[int]) -> list[Figure]:
-    stamps, planned = [h.stamp for h in heard["e"]], range(1, steps + 1)
+def _survival(steps: int, summary: dict[str, Any], received: Messages, recorded: list[int]) -> list[Figure]:
+    stamps, planned = [h.stamp for h in received["e"]], range(1, steps + 1)
     return [
         Figure("error of the run", summary.get("error", "none"), promise="none", kept="error" not in summary),
         equal("steps, the plant's own count", summary["steps"], steps),
@@ -154,7 +154,7 @@ def _growth(memory: list[float]) -> float:
     return memory[-1] - memory[0] if memory else float("nan")
 
 
-def _gap(period: int, states: list[Heard]) -> Figure:
+def _gap(period: int, states: list[Received]) -> Figure:
     """Return the longest time between two states, less the period [ns]."""
     gap = max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0)
     return at_most("longest gap between two states above the period", gap / 1e6, _STALL, "ms")

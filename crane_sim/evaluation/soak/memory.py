@@ -15,22 +15,22 @@ _WARM_UP = 60.0  # s, in short soaks a third of the time
 def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
     """Run for so long; return figures, and the data behind them."""
     warm_up = min(_WARM_UP, seconds / 3.0)
-    found = memory.measure(seconds=seconds, warm_up=warm_up)
-    figures = [Figure("wall time", found["sample_times_s"][-1], "s"), Figure("steps", found["steps"])]
-    figures += [equal("steps that the recorder says it has", found["recorded_steps"], found["steps"])]
-    for node, resident in found["resident"].items():
+    measured = memory.measure(seconds=seconds, warm_up=warm_up)
+    figures = [Figure("wall time", measured["sample_times_s"][-1], "s"), Figure("steps", measured["steps"])]
+    figures += [equal("steps that the recorder says it has", measured["recorded_steps"], measured["steps"])]
+    for node, resident in measured["resident"].items():
         figures += [
             Figure(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
             at_most(f"{node}, growth since", resident["growth_MB"], GROWTH, "MB"),
         ]
-    times, rates = _step_rates(found)
+    times, rates = _step_rates(measured)
     data: dict[str, Any] = {"seconds": times, "steps_per_second": rates}
-    data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in found["resident"].items()}
+    data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in measured["resident"].items()}
     warm = [rate for t, rate in zip(times, rates, strict=True) if t > warm_up]
     return figures + drift_figures(warm), data
 
 
-def _step_rates(found: dict[str, Any]) -> tuple[list[float], list[float]]:
+def _step_rates(measured: dict[str, Any]) -> tuple[list[float], list[float]]:
     """Return the ends [s] of the intervals between two looks at a run, and its steps per second in them."""
-    times, steps = np.array(found["sample_times_s"]), np.array(found["sample_steps"])
+    times, steps = np.array(measured["sample_times_s"]), np.array(measured["sample_steps"])
     return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist()

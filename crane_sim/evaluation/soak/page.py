@@ -1,7 +1,6 @@
 """The page of documentation that is written from what the soaks found."""
 
 from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim.evaluation.bench.measurement import in_words
@@ -14,19 +13,19 @@ Written by `crane soak page --save docs` from the files in [soak](soak), one for
 --save docs` keeps: a part that is run again replaces what was there. Every run has the scene `knuckle_setpoint`. What
 was promised stands beside what was measured, also where it was not kept; a figure without a promise is there to judge
 the others by. What is promised of a run over ROS is measured outside the plant where that is possible: by a node that
-belongs to no run, the witness, which subscribes in the same ROS domain and records instant, stamp and efforts of every
+belongs to no run, the monitor, which subscribes in the same ROS domain and records instant, stamp and efforts of every
 message.
 """
 
 
 class Part(NamedTuple):
-    """A soak as the page tells it."""
+    """A section of the page."""
 
     title: str
     how: str
-    keeps: tuple[str, ...] = ()  # what the plot is drawn of
-    draw: Callable[[dict[str, Any], Path], None] | None = None
-    series: bool = False  # they are looks at one thing, of which some may be left out
+    keeps: tuple[str, ...] = ()  # keys of the data that the plot shows
+    draw: Callable[[Any, dict[str, Any]], None] | None = None  # into a matplotlib figure
+    series: bool = False  # they are samples over time, which may be thinned
 
 
 PARTS = {
@@ -34,10 +33,10 @@ PARTS = {
         "Nodes that are killed",
         "One run in real time with `--restart`. Controller and recorder are killed by SIGKILL in turn, half a second "
         "to two and a half seconds apart, drawn at random. Control is back when the plant applies a command that the "
-        "*next* controller has sent: the witness tells it by the efforts, bit for bit, so that a command of the dead "
-        "one that is still held does not count. Steps are counted three times, by the plant, by the witness and in "
+        "*next* controller has sent: the monitor recognises it by the efforts, bit for bit, so that a held command of "
+        "the dead one does not count. Steps are counted three times, by the plant, by the monitor and in "
         "the recording that is left at the end, which is read back. A loop beside the "
-        "run that only sleeps, a millisecond at a time, tells how long the machine itself stands still: no call can "
+        "run that only sleeps, a millisecond at a time, measures how long the machine itself stands still: no call can "
         "be promised to be shorter.",
         ("back_s",),
         plots.draw_kill,
@@ -48,9 +47,9 @@ PARTS = {
         "and gets SIGINT or SIGTERM at a random instant: a fifth of "
         "them in the first 100 ms, a tenth with an empty cache, while the equations are being compiled; a third get "
         "a second signal. Complaints are: a process that outlives its run, a traceback, any file but recording and "
-        "bag, a recording that lacks a step that the witness heard, a last effort other than zero as the witness heard "
-        "it, or an exit code other than 1, the signal's own apart within the first 100 ms, while the shell of the "
-        "start script is still there; a run that had taken all its steps may end with 0.",
+        "bag, a recording that lacks a step that the monitor received, a last effort other than zero as the monitor "
+        "received it, or an exit code other than 1, the signal's own apart within the first 100 ms, while the shell of "
+        "the start script is still there; a run that had taken all its steps may end with 0.",
         ("at", "took", "fresh", "code"),
         plots.draw_signals,
     ),
@@ -82,20 +81,20 @@ PARTS = {
     "realtime": Part(
         "Real time at 1 kHz",
         "Rounds of ten seconds, in turn: a loop that only sleeps until its next deadline, then plant and controller. "
-        "Rate and overruns are also counted by the witness, from when states and efforts were sent; the plant's "
+        "Rate and overruns are also counted by the monitor, from when states and efforts were sent; the plant's "
         "punctuality is judged by that of the bare loop in the same round, because the machine is the same for both.",
     ),
 }
 
 
-def write_findings(found: Mapping[str, Mapping[str, Any]], drawn: Collection[str]) -> str:
+def write_findings(documents: Mapping[str, Mapping[str, Any]], drawn: Collection[str]) -> str:
     """Return the page in Markdown.
 
     Args:
-        found: for each part that was run its document: command, machine, figures, data.
+        documents: for each part that was run its document: command, machine, figures, data.
         drawn: the parts that have a plot.
     """
-    sections = [_section(part, found[part], part in drawn) for part in PARTS if part in found]
+    sections = [_section(part, documents[part], part in drawn) for part in PARTS if part in documents]
     return "\n".join([HEAD, *sections])
 
 
@@ -110,4 +109,5 @@ def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
 
 def _write_row(figure: Figure) -> str:
     kept = ("yes" if figure.kept else "**no**") if figure.promise else ""
-    return f"| {' | '.join(cell.replace('|', '/') for cell in (figure.what, figure.told(), figure.promise, kept))} |"
+    cells = figure.what, figure.format_value(), figure.promise, kept
+    return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"

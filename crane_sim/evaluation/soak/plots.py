@@ -1,54 +1,54 @@
-"""The plots of the soaks' page, one PNG file each; they need matplotlib."""
+"""The plots of the soaks' page, a figure of one or two panels each."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from crane_sim.evaluation.plotting import BLUE, GREEN, GREY, RED
 from crane_sim.evaluation.soak.kill import ALL, HALF
 from crane_sim.evaluation.soak.signals import LIMIT
 
-COLOURS = ("#c43d3d", "#2a78b8", "#2f9e62")
-PROMISED = "#555555"
+COLOURS = (RED, BLUE, GREEN)
+PROMISED = GREY
 _MINUTE, _MILLION = 60.0, 1e6
 
 
-def draw_memory(data: dict[str, Any], file: Path) -> None:
+def draw_memory(figure: Any, data: dict[str, Any]) -> None:
     """Draw resident memory and rate over the minutes of a run."""
     minutes = np.array(data["seconds"]) / _MINUTE
-    figure, (memory, rate) = _panels(2, "minutes")
+    memory, rate = _add_panels(figure, 2, "minutes")
     for colour, (node, resident) in zip(COLOURS, data["memory_MB"].items(), strict=False):
         memory.plot(minutes, resident, color=colour, linewidth=1.2, label=node)
     rate.plot(minutes, data["steps_per_second"], color=COLOURS[0], linewidth=0.9)
-    _finish_panels(figure, (memory, "resident memory, MB"), (rate, "steps/s"), file)
+    _finish_panels((memory, "resident memory, MB"), (rate, "steps/s"))
 
 
-def draw_inprocess(data: dict[str, Any], file: Path) -> None:
+def draw_inprocess(figure: Any, data: dict[str, Any]) -> None:
     """Draw resident memory and rate over millions of steps."""
-    figure, (memory, rate) = _panels(2, "million steps")
-    for colour, (way, found) in zip(COLOURS, data.items(), strict=False):
-        steps = np.array(found["steps"]) / _MILLION
-        memory.plot(steps, found["memory_MB"], color=colour, linewidth=1.2, label=way)
-        rate.plot(steps, found["steps_per_second"], color=colour, linewidth=1.2)
-    _finish_panels(figure, (memory, "resident memory, MB"), (rate, "steps/s"), file)
+    memory, rate = _add_panels(figure, 2, "million steps")
+    for colour, (way, series) in zip(COLOURS, data.items(), strict=False):
+        steps = np.array(series["steps"]) / _MILLION
+        memory.plot(steps, series["memory_MB"], color=colour, linewidth=1.2, label=way)
+        rate.plot(steps, series["steps_per_second"], color=colour, linewidth=1.2)
+    _finish_panels((memory, "resident memory, MB"), (rate, "steps/s"))
 
 
-def draw_kill(data: dict[str, Any], file: Path) -> None:
+def draw_kill(figure: Any, data: dict[str, Any]) -> None:
     """Draw the share of kills behind which control was back within so many seconds."""
     back = np.sort([np.inf if value is None else value for value in data["back_s"]])
     share = 100.0 * np.arange(1, len(back) + 1) / len(back)
-    figure, (axes,) = _panels(1, "s from the kill until the next controller's command is applied")
-    found = np.isfinite(back)
-    axes.step([0.0, *back[found]], [0.0, *share[found]], where="post", color=COLOURS[1])
+    (axes,) = _add_panels(figure, 1, "s from the kill until the next controller's command is applied")
+    finite = np.isfinite(back)
+    axes.step([0.0, *back[finite]], [0.0, *share[finite]], where="post", color=COLOURS[1])
     axes.axvline(HALF, color=PROMISED, linewidth=0.8, linestyle=":", label="promised for half of them")
     axes.axvline(ALL, color=PROMISED, linewidth=0.8, linestyle="--", label="promised for all")
     axes.set_xlim(left=0.0)
-    _finish_panels(figure, (axes, "% of the controllers"), None, file)
+    _finish_panels((axes, "% of the controllers"))
 
 
-def draw_signals(data: dict[str, Any], file: Path) -> None:
+def draw_signals(figure: Any, data: dict[str, Any]) -> None:
     """Draw how long each run took to end over the instant at which it was interrupted."""
-    figure, (axes,) = _panels(1, "s from the start of the command until the signal")
+    (axes,) = _add_panels(figure, 1, "s from the start of the command until the signal")
     at, took, fresh = (np.array(data[name]) for name in ("at", "took", "fresh"))
     late = np.array(data["code"]) == 0  # it had ended before
     for colour, chosen, label in (
@@ -58,25 +58,23 @@ def draw_signals(data: dict[str, Any], file: Path) -> None:
         if chosen.any():
             axes.plot(at[chosen], took[chosen], "o", color=colour, markersize=3.5, label=label)
     axes.axhline(LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised")
-    _finish_panels(figure, (axes, "s until the end"), None, file)
+    _finish_panels((axes, "s until the end"))
 
 
-def _panels(number: int, along: str) -> tuple[Any, Any]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(3.9 * number + 1.0, 2.6), layout="constrained")
+def _add_panels(figure: Any, number: int, along: str) -> Any:
+    """Add panels side by side, with the label of their horizontal axes; return them."""
+    figure.set_size_inches(3.9 * number + 1.0, 2.6)
     panels = figure.subplots(1, number, squeeze=False)[0]
     for axes in panels:
         axes.set_xlabel(along, fontsize=8)
         axes.tick_params(labelsize=8)
         axes.grid(alpha=0.25)
-    return figure, panels
+    return panels
 
 
-def _finish_panels(figure: Any, first: tuple[Any, str], second: tuple[Any, str] | None, file: Path) -> None:
-    """Give the panels their vertical axes, the first one its legend, and write the file."""
-    for axes, label in (first, second) if second else (first,):
+def _finish_panels(*panels: tuple[Any, str]) -> None:
+    """Give each panel its vertical axis, from 0 on, with a label, and the first one its legend."""
+    for axes, label in panels:
         axes.set_ylabel(label, fontsize=8)
         axes.set_ylim(bottom=0.0)
-    first[0].legend(fontsize=7, frameon=False)
-    figure.savefig(file, dpi=100)
+    panels[0][0].legend(fontsize=7, frameon=False)

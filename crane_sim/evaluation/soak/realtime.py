@@ -8,7 +8,7 @@ import numpy as np
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.realtime import bare_apart
 from crane_sim.evaluation.soak.figures import Figure, at_most
-from crane_sim.evaluation.soak.monitor import Heard, monitor, wait_for_discovery
+from crane_sim.evaluation.soak.monitor import Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
 
@@ -25,24 +25,24 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
     data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "unclear", "rates")}
-    with reserve_domain() as domain, monitor(scene, domain) as account:
+    with reserve_domain() as domain, monitor(scene, domain) as monitored:
         for _ in range(rounds):
             data["bare"].append(bare_apart(PERIOD, scene.steps))
             summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=wait_for_discovery)
             if "error" in summary:
                 raise RuntimeError(summary["error"])
             data["plant"].append(summary)
-            time.sleep(0.1)  # what the witness writes ten times as often
-            heard = account.read()
-            late = lateness(heard["s"], heard["e"], scene.period_ns)
+            time.sleep(0.1)  # ten times the interval at which the monitor writes
+            received = monitored.read()
+            late = lateness(received["s"], received["e"], scene.period_ns)
             data["counted"].append(int(np.count_nonzero(late > scene.period_ns)))
             data["unclear"].append(int(np.count_nonzero(late > scene.period_ns - _UNCLEAR)) - data["counted"][-1])
-            states = heard["s"]
+            states = received["s"]
             data["rates"].append((len(states) - 1) * 1e9 / (states[-1].sent - states[0].sent))
     return _figures(**data), data
 
 
-def lateness(states: list[Heard], efforts: list[Heard], period: int) -> np.ndarray:
+def lateness(states: list[Received], efforts: list[Received], period: int) -> np.ndarray:
     """Return how long after its deadline each step sent the last of its messages, the applied effort (N,), ns.
 
     The schedule is not known: it is the latest one that no step is ahead of with its state, so a step is at least as
@@ -70,7 +70,7 @@ def _figures(
         Figure("overruns of the bare loop", sum(round_["deadline_misses"] for round_ in bare)),
         Figure("overruns, the plant's own count", sum(own)),
         Figure("overruns, the subscriber's count", sum(counted)),
-        Figure("steps too close to their deadline for him to tell", sum(unclear)),
+        Figure("steps too close to their deadline to be counted", sum(unclear)),
         at_most("their difference, of all steps", 100.0 * abs(sum(own) - sum(counted)) / steps, _DOUBT, "%"),
         Figure("period error p99, plant", float(np.median([ours for ours, _ in p99])), "us"),
         Figure("period error p99, bare loop", float(np.median([theirs for _, theirs in p99])), "us"),

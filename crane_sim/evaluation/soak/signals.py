@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from crane_sim import load_scene
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import MARK, RECORDING, of_run, orphans
-from crane_sim.evaluation.soak.monitor import Account, Heard, monitor
+from crane_sim.evaluation.soak.monitor import Messages, MonitorFile, monitor
 from crane_sim.files.catalogue import config_folder
 from crane_sim.orchestration.ros_environment import reserve_domain
 from crane_sim.process_signals import set_parent_death_signal
@@ -22,7 +22,7 @@ from crane_sim.process_signals import set_parent_death_signal
 SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
-_LOOK = 0.02  # s between two looks at what is heard
+_POLL = 0.02  # s between two looks at the messages received
 _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
 _BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
 
@@ -50,7 +50,7 @@ class Interruption(NamedTuple):
     again: float | None  # s after the first signal, a second one
     fresh: bool  # nothing is compiled: the signal comes while it is
     way: str = "realtime"  # of WAYS
-    begun: bool = False  # the instant counts from the first state that an independent subscriber hears
+    begun: bool = False  # the instant counts from the first state that the monitor receives
 
 
 class End(NamedTuple):
@@ -64,37 +64,39 @@ class End(NamedTuple):
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:
     """Return so many interruptions of runs that usually take `usual` seconds."""
     draw, ways = random.Random(seed), list(WAYS)
-    found = []
+    interruptions = []
     for i in range(count):
         fresh = i % 10 == 3
         span = _EARLY if i % 5 == 0 else 8.0 if fresh else usual + 0.3
         again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
         number = draw.choice((signal.SIGINT, signal.SIGTERM))
-        found.append(Interruption(number, draw.uniform(0.0, span), again, fresh, ways[(i + i // 10) % len(ways)]))
-    return found
+        interruptions.append(
+            Interruption(number, draw.uniform(0.0, span), again, fresh, ways[(i + i // 10) % len(ways)])
+        )
+    return interruptions
 
 
 def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     """Interrupt so many runs; return figures, and the data behind them."""
     scene = load_scene(SCENE, {"duration": DURATION})
-    with reserve_domain() as domain, monitor(scene, domain) as account:
+    with reserve_domain() as domain, monitor(scene, domain) as monitored:
         began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
-        undisturbed = interrupt_run(None, domain, account)
+        undisturbed = interrupt_run(None, domain, monitored)
         if undisturbed.complaints:
             raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
         planned = plan(count, seed, time.monotonic() - began)
-        ends = [interrupt_run(each, domain, account) for each in planned]
-        left = set(os.listdir("/dev/shm")) - shared
+        ends = [interrupt_run(each, domain, monitored) for each in planned]
+        files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
-    told = zip(planned, ends, strict=True)
-    complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in told for why in end.complaints]
+    pairs = zip(planned, ends, strict=True)
+    complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in pairs for why in end.complaints]
     figures = [
         Figure("runs interrupted", count),
         Figure("of them after their end", sum(not end.took for end in ends)),
         Figure("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
         Figure("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
-        equal("files more in /dev/shm", len(left), 0),
+        equal("files more in /dev/shm", len(files), 0),
         equal("complaints", len(complaints), 0),
         *(Figure("complaint", why) for why in complaints),
     ]
@@ -102,11 +104,11 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
-def interrupt_run(how: Interruption | None, domain: int, account: Account) -> End:
+def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile) -> End:
     """Start a run, interrupt it, and look at what is left."""
     mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
-    account.read()
-    heard: dict[str, list[Heard]] = {"s": [], "e": []}
+    monitored.read()
+    received: Messages = {"s": [], "e": []}
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
@@ -116,14 +118,18 @@ def interrupt_run(how: Interruption | None, domain: int, account: Account) -> En
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
-            took = _send_signals(process, how, account, heard)
+            took = _send_signals(process, how, monitored, received)
             _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
-        time.sleep(0.1)  # what the witness writes ten times as often
-        _hear(account, heard)
+        time.sleep(0.1)  # ten times the interval at which the monitor writes
+        _read_messages(monitored, received)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
-        complaints = [*orphans(mark), *of_run(Path(folder), _count_steps(heard, steps)), *_last_effort(heard, steps)]
+        complaints = [
+            *orphans(mark),
+            *of_run(Path(folder), _count_steps(received, steps)),
+            *_last_effort(received, steps),
+        ]
     complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
-    complaints += _exit_code(how, process.returncode, took > 0.0 and _count_steps(heard, steps) < steps)
+    complaints += _exit_code(how, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
     return End(took, process.returncode, tuple(complaints))
 
 
@@ -134,16 +140,16 @@ def _exit_code(how: Interruption | None, code: int, cut: bool) -> list[str]:
     return [] if right or in_shell else [f"exit code {code}"]
 
 
-def _hear(account: Account, heard: dict[str, list[Heard]]) -> None:
-    for letter, news in account.read().items():
-        if letter in heard:
-            heard[letter] += news
+def _read_messages(monitored: MonitorFile, received: Messages) -> None:
+    for letter, news in monitored.read().items():
+        if letter in received:
+            received[letter] += news
 
 
-def _count_steps(heard: dict[str, list[Heard]], steps: int) -> int:
-    """Return how many steps of a run were heard; the last effort of one that is cut short belongs to none."""
-    found = len({effort.stamp for effort in heard["e"]})
-    return found if found == steps else max(found - 1, 0)
+def _count_steps(received: Messages, steps: int) -> int:
+    """Return how many steps of a run were received; the last effort of one that is cut short belongs to none."""
+    stamps = len({effort.stamp for effort in received["e"]})
+    return stamps if stamps == steps else max(stamps - 1, 0)
 
 
 def _crane() -> str:
@@ -153,15 +159,18 @@ def _crane() -> str:
 
 
 def _send_signals(
-    process: subprocess.Popen[str], how: Interruption | None, account: Account, heard: dict[str, list[Heard]]
+    process: subprocess.Popen[str],
+    how: Interruption | None,
+    monitored: MonitorFile,
+    received: Messages,
 ) -> float:
     """Send the signals and wait for the end; return how long it took."""
     if how is None:
         return 0.0
     limit = time.monotonic() + _BEGUN
-    while how.begun and process.poll() is None and not heard["s"] and time.monotonic() < limit:
-        time.sleep(_LOOK)
-        _hear(account, heard)
+    while how.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
+        time.sleep(_POLL)
+        _read_messages(monitored, received)
     try:
         process.wait(how.at)
         return 0.0
@@ -180,10 +189,10 @@ def _send_signals(
     return time.monotonic() - began
 
 
-def _last_effort(heard: dict[str, list[Heard]], steps: int) -> list[str]:
-    """Return a complaint where a run that began was cut short, and the last effort heard of it is not zero."""
-    efforts = heard["e"]
-    if not heard["s"] or len(efforts) == steps:
+def _last_effort(received: Messages, steps: int) -> list[str]:
+    """Return a complaint where a run that began was cut short, and the last effort received of it is not zero."""
+    efforts = received["e"]
+    if not received["s"] or len(efforts) == steps:
         return []
     last = efforts[-1].effort if efforts else ("none",)
     return [] if efforts and not any(map(float, last)) else [f"last effort {', '.join(last)}"]

@@ -2,12 +2,12 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.store import dump_points, round_floats
+from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.soak.figures import Figure
 from crane_sim.evaluation.soak.page import PARTS, write_findings
 from crane_sim.files.errors import SceneError
@@ -45,16 +45,16 @@ def write_page(folder: Path) -> None:
     Raises:
         SceneError: as of `save_findings`, or there are no data.
     """
-    found = {part: document for part in PARTS if (document := _read_part(folder, part))}
-    if not found:
+    documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
+    if not documents:
         raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
     try:
-        for part, document in found.items():
+        for part, document in documents.items():
             draw, file = PARTS[part].draw, folder / "soak" / f"{part}.png"
-            if draw is not None and find_spec("matplotlib") is not None:
-                draw(document["data"], file)
-        drawn = [part for part in found if (folder / "soak" / f"{part}.png").is_file()]
-        (folder / "soak.md").write_text(write_findings(found, drawn))
+            if draw is not None:
+                save_figure(draw, document["data"], file, dpi=100)
+        drawn = [part for part in documents if (folder / "soak" / f"{part}.png").is_file()]
+        (folder / "soak.md").write_text(write_findings(documents, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 

@@ -56,7 +56,7 @@ class Bag:
         self._states, self._efforts = self._tracks[STATES], self._tracks[EFFORTS]
         self._file = self._new_file()
         self._now, self.passes = (after + 1) * period_ns, passes
-        self._heard = self._saved = time.monotonic()
+        self._last_message = self._saved = time.monotonic()
         self.broken, self.last_step, self._after = "", after, after
         self._older = 0  # steps in a file that could not be written further, from before a reset
 
@@ -80,7 +80,7 @@ class Bag:
 
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
-        silence = time.monotonic() - self._heard
+        silence = time.monotonic() - self._last_message
         if self.broken or silence > _SILENCE:
             return True
         if steps is None or silence < _QUIET:
@@ -98,9 +98,9 @@ class Bag:
             counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
             return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
         added = {"mcap": str(self._path)}
-        found = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
-        if found < steps:
-            return added | {"error": f"recorder: {self._path} is incomplete, it has {max(found, 0)} of {steps} steps"}
+        written = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
+        if written < steps:
+            return added | {"error": f"recorder: {self._path} is incomplete, it has {max(written, 0)} of {steps} steps"}
         return added
 
     def abandon(self) -> None:
@@ -108,7 +108,7 @@ class Bag:
         self._file.abandon()
 
     def _take(self, track: _Track, data: bytes) -> None:
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         stamp = stamp_of(data) if track.topic.stamped else 0
         if track is self._states:
             if stamp < self._now:

@@ -89,18 +89,18 @@ def scan_file(file: BinaryIO) -> tuple[int, list[Chunk]]:
     return end, chunks
 
 
-def ending(file: BinaryIO, end: int, chunks: list[Chunk], left: Callable[[], float]) -> bytes:
+def ending(file: BinaryIO, end: int, chunks: list[Chunk], time_left: Callable[[], float]) -> bytes:
     """Return what closes a file whose records end at `end`: index and footer, without checksums.
 
     The chunks are not compressed, and one of them has messages; of the file one is read at a time.
 
     Raises:
-        TimeoutError: before all are read, `left` says that there are no seconds left.
+        TimeoutError: before all are read, `time_left` says that there are no seconds left.
     """
     definitions = {SCHEMA: dict[int, bytes](), CHANNEL: dict[int, bytes]()}
     counts = Counter[int]()
     for chunk in chunks:
-        if left() <= 0.0:
+        if time_left() <= 0.0:
             raise TimeoutError("no time is left to read all messages")
         for kind, body in _records(chunk.records(file)):
             (number,) = _NUMBER.unpack_from(body)
@@ -110,8 +110,8 @@ def ending(file: BinaryIO, end: int, chunks: list[Chunk], left: Callable[[], flo
                 definitions[kind][number] = _read_record(kind, body)
     begun = _read_record(DATA_END, bytes(_LENGTH.size))
     summary = b"".join([*definitions[SCHEMA].values(), *definitions[CHANNEL].values()])
-    told = [chunk for chunk in chunks if chunk.indices]  # the first one may hold nothing but definitions
-    summary += _statistics(definitions, counts, told) + b"".join(map(_chunk_index, told))
+    indexed = [chunk for chunk in chunks if chunk.indices]  # the first one may hold nothing but definitions
+    summary += _statistics(definitions, counts, indexed) + b"".join(map(_chunk_index, indexed))
     return begun + summary + _read_record(FOOTER, struct.pack("<QQI", end + len(begun), 0, 0)) + MAGIC
 
 
@@ -145,14 +145,14 @@ def _map(values: dict[int, int]) -> bytes:
     return _LENGTH.pack(len(pairs)) + pairs
 
 
-def repair_folder(part: Path, left: Callable[[], float] = lambda: inf) -> Path | None:
+def repair_folder(part: Path, time_left: Callable[[], float] = lambda: inf) -> Path | None:
     """Turn a leftover into `<name>.recovered.mcap`, and remove it.
 
     Returns None, and leaves it alone, where a recorder is still writing it; None, too, where nothing was saved in it.
 
     Args:
         part: the folder.
-        left: returns the seconds that are left.
+        time_left: returns the seconds that are left.
 
     Raises:
         OSError: the disk is full or gone, or no time is left.
@@ -162,21 +162,21 @@ def repair_folder(part: Path, left: Callable[[], float] = lambda: inf) -> Path |
             return None
         target = None
         for file in sorted(part.glob("*.mcap")):
-            if _close_file(file, left):
+            if _close_file(file, time_left):
                 target = free_name(part)
                 file.replace(target)
         shutil.rmtree(part)
         return target
 
 
-def _close_file(path: Path, left: Callable[[], float]) -> bool:
+def _close_file(path: Path, time_left: Callable[[], float]) -> bool:
     """Cut a file behind its last whole record and write its index there; return whether it has messages."""
     with path.open("r+b") as file:
         end, chunks = scan_file(file)
-        found = any(chunk.indices for chunk in chunks)
-        if found:
-            behind = ending(file, end, chunks, left)
+        readable = any(chunk.indices for chunk in chunks)
+        if readable:
+            behind = ending(file, end, chunks, time_left)
             file.seek(end)
             file.truncate()
             file.write(behind)
-        return found
+        return readable

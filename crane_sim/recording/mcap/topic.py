@@ -1,4 +1,4 @@
-"""What a bag says of a topic; apart from its writer, which needs a package that not everyone has."""
+"""Metadata of a bag's topic, apart from its writer, which needs an optional package."""
 
 import struct
 from typing import NamedTuple
@@ -13,7 +13,7 @@ class Topic(NamedTuple):
     name: str  # with its namespace
     kind: str  # "sensor_msgs/msg/JointState"
     stamped: bool  # its messages begin with a header
-    latched: bool  # who comes late gets the last message, too
+    latched: bool  # late subscribers get the last message
     reliable: bool
 
 

@@ -150,11 +150,11 @@ class RobotVisual:
 
     def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""
-        found = self._joints[joint]
-        axis = np.array(found.axis)
-        if found.joint_type == "prismatic":
-            return EffortArrow(found.child_link, (0.0, 0.0, 0.0), _as_vector(axis))
-        return EffortArrow(found.child_link, (ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0))))
+        pose = self._joints[joint]
+        axis = np.array(pose.axis)
+        if pose.joint_type == "prismatic":
+            return EffortArrow(pose.child_link, (0.0, 0.0, 0.0), _as_vector(axis))
+        return EffortArrow(pose.child_link, (ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0))))
 
     def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
@@ -214,7 +214,7 @@ LEVERS = {
 
 
 class GantryVisual:
-    """Draws what `Suspension` tells."""
+    """Draws the cable of a `Suspension`."""
 
     def __init__(self, rec: rr.RecordingStream, suspension: Suspension, stand: str) -> None:
         """Log the solids in the room that is expected; all of them stand in the frame `stand`."""

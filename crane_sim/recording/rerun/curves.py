@@ -5,7 +5,7 @@ and angles in degrees, because a plot has one axis and people read degrees.
 
 What a curve of a recording is: its entity, its name and colour, and how a block yields its values.
 
-The curves that the nodes of an overhead crane's cable tell, whatever its coordinates are.
+The curves of an overhead crane's cable, computed from its nodes, whatever its coordinates are.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def _shown_curves(layout: Layout) -> list[Channel]:
 
 
 def _swings(layout: Layout) -> list[Channel]:
-    """Return the swings that are joints, and what else is told of the cable."""
+    """Return the swings that are joints, and the other curves of the cable."""
     which = [layout.joints.index(name) for name in layout.swings]
     joints = _of(layout, "shown/swing_deg", which, lambda b: np.degrees(b.q[:, which]))
     if layout.suspension:

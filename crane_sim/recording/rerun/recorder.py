@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
 SILENCE = 2.0  # s without a message until what is missing counts as lost
-_QUIET = 0.3  # s without one until all is here of a run whose length nobody knows
+_QUIET = 0.3  # s without one until a run of unknown length counts as complete
 
 
 class Recorder:
@@ -47,7 +47,7 @@ class Recorder:
             scene: what is recorded.
             path: the complete file, or the part of it that this recorder writes.
             live_port: serve the run to viewers on this port, too.
-            run_id: what the viewer knows the run by, numbered behind a reset; empty: one of its own for each file.
+            run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for each file.
             whole: the complete file, where others wrote parts of it.
             before: what they left.
 
@@ -64,23 +64,23 @@ class Recorder:
         self._pairing = StepAssembler(scene.period_ns, scene.reference, scene.sampled, before.after)
         self._mode = ""
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         self.broken = ""
         self._older = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Take the joint state (nq,) of a stamp [ns]."""
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         if self._pairing.begins_anew(stamp):
             self._start_over()
         if not self._last_time:
-            self._last_time = self._heard
+            self._last_time = self._last_message
         self._pairing.add_state(stamp, q, v)
 
     def effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) applied from a stamp on."""
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         self._pairing.add_effort(stamp, effort)
         self._tend()
 
@@ -89,7 +89,7 @@ class Recorder:
         self._pairing.add_command(stamp, effort)
 
     def accept_effort(self, stamp: int, effort: Sequence[float]) -> None:
-        """Take the effort (nu,) that the plant says it has accepted in answer to the state of a stamp."""
+        """Take the effort (nu,) that the plant has accepted in answer to the state of a stamp."""
         self._pairing.add_accepted(stamp, effort)
 
     def reference(self, stamp: int, target: Sequence[float]) -> None:
@@ -109,7 +109,7 @@ class Recorder:
 
     @property
     def _pass_id(self) -> str:
-        """What the viewer knows the present pass by: the same for whoever writes a part of it."""
+        """Recording id of the present pass in the viewer: the same for all recorders that write a part of it."""
         return f"{self._run_id}-{self.passes}" if self._run_id and self.passes else self._run_id
 
     def idle(self) -> None:
@@ -122,7 +122,7 @@ class Recorder:
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
-        if self.broken or time.monotonic() - self._heard > (_QUIET if steps is None else SILENCE):
+        if self.broken or time.monotonic() - self._last_message > (_QUIET if steps is None else SILENCE):
             return True
         return steps is not None and self._pairing.has(steps)
 
@@ -140,8 +140,8 @@ class Recorder:
         if closed is None:
             own, files = self._session.broken(self.broken, lost, self._older), self._parts.all(self._session.part)
         else:
-            left = within - (time.monotonic() - began)
-            own, files = closed, self._parts.join(Path(closed["recording"]), left)
+            time_left = within - (time.monotonic() - began)
+            own, files = closed, self._parts.join(Path(closed["recording"]), time_left)
         return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _tend(self) -> None:

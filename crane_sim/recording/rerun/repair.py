@@ -29,28 +29,28 @@ _LOOK = 0.05  # s between two looks at what time is left
 
 
 def repair_leftovers(folder: Path) -> list[Path]:
-    """Repair every `.rrd.part` file in a folder that nobody is writing, and return the recovered recordings.
+    """Repair every `.rrd.part` file in a folder that no process is writing, and return the recovered recordings.
 
     A file from which nothing can be recovered stays as it is.
     """
     if not folder.is_dir():
         return []
-    found = [repair(part) for part in sorted(folder.glob("*.rrd.part"))]
-    return [path for path in found if path is not None]
+    recovered = [repair(part) for part in sorted(folder.glob("*.rrd.part"))]
+    return [path for path in recovered if path is not None]
 
 
-def repair(part: Path, left: Callable[[], float] | None = None) -> Path | None:
+def repair(part: Path, time_left: Callable[[], float] | None = None) -> Path | None:
     """Turn one leftover into `<name>.recovered.rrd`, or the first such name that is free.
 
     Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
-    are no seconds `left`; without that, `LIMIT`.
+    are no seconds `time_left`; without that, `LIMIT`.
     """
     with lock_file(part) as ours:
         if not ours:
             return None
         target = free_name(part)
         fresh = temporary_name(target)
-        if not optimize_recordings([part], fresh, left or countdown(LIMIT)):
+        if not optimize_recordings([part], fresh, time_left or countdown(LIMIT)):
             return None
         fresh.replace(target)
         part.unlink()
@@ -59,25 +59,25 @@ def repair(part: Path, left: Callable[[], float] | None = None) -> Path | None:
 
 
 def countdown(seconds: float) -> Callable[[], float]:
-    """Return what tells how many of so many seconds are left."""
+    """Return a function that returns how many of these seconds are left."""
     until = time.monotonic() + seconds
     return lambda: until - time.monotonic()
 
 
-def optimize_recordings(parts: Sequence[Path], whole: Path, left: Callable[[], float]) -> bool:
+def optimize_recordings(parts: Sequence[Path], whole: Path, time_left: Callable[[], float]) -> bool:
     """Whether recordings, which may be unfinished, have become the `whole`; else there is none.
 
-    That is given up as soon as there are no seconds `left`, which is asked again and again: they may become fewer. The
-    program that does it ends with this process, however that ends.
+    It is given up as soon as `time_left` [s] is 0; that is called repeatedly, since a deadline may be set meanwhile.
+    The program that does it ends with this process, however that ends.
     """
-    if left() <= 0.0:
+    if time_left() <= 0.0:
         return False
     command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(whole)]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(
         command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
     ) as program:
-        while program.poll() is None and left() > 0.0:
+        while program.poll() is None and time_left() > 0.0:
             with suppress(subprocess.TimeoutExpired):
                 program.wait(_LOOK)
         program.kill()  # if it still runs
@@ -92,7 +92,7 @@ def viewer_program() -> Path:
     return Path(rerun_cli.__file__).with_name("rerun")
 
 
-_MARGIN = 0.3  # s less than there are, so that the outcome can still be told
+_MARGIN = 0.3  # s less than there are, so that the outcome can still be reported
 
 
 class Previous(NamedTuple):
@@ -105,7 +105,7 @@ class Previous(NamedTuple):
 
 
 class Parts:
-    """The earlier files of a run, kept from everyone who looks for leftovers."""
+    """The earlier files of a run, hidden from searches for leftovers."""
 
     def __init__(self, whole: Path, before: Previous) -> None:
         """Take over what is there; `whole` is what all become in the end."""

@@ -38,7 +38,7 @@ class Session:
             scene: what is recorded.
             path: the complete file.
             live_port: serve the run to viewers on this port, too.
-            run_id: what the viewer knows the run by, the same for parts of one; empty: one of its own.
+            run_id: the viewer's recording id, the same for parts of one; empty: one of its own.
             repairs: look for leftovers.
 
         Raises:
@@ -136,8 +136,8 @@ def _base(scene: Scene, t: Numbers) -> Numbers | None:
 
 
 def _write_reference(rows: Sequence[Row]) -> Numbers | None:
-    found = [row.reference for row in rows]
-    return _array(found) if all(reference is not None for reference in found) else None
+    references = [row.reference for row in rows]
+    return _array(references) if all(reference is not None for reference in references) else None
 
 
 def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
@@ -147,7 +147,7 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     """
     if scene.crane == "overhead":
         return to_world(hanging_still(scene.actuated, reference, nodes), base)
-    rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # what nobody drives stays as long as it is
+    rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
     rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     if "link_1_z" in scene.joint_names:
         rest[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down

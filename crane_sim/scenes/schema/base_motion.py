@@ -66,14 +66,14 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
         if name in head:
             values[:, i] = rows[:, head.index(name)]
     if cut_off is not None:
-        values = _low_passed(where, times, values, cut_off)
+        values = _low_pass(where, times, values, cut_off)
     spline = make_interp_spline(times, values, k=5)
     knots = np.unique(spline.t)  # those of the ends stand several times
     powers = [spline(knots[:-1], nu=m) / factorial(m) for m in range(6)]
     return SplineBase(knots, np.ascontiguousarray(np.stack(powers, axis=-1).transpose(1, 0, 2)))
 
 
-def _low_passed(where: str, times: Array, values: Array, cut_off: float) -> Array:
+def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
     """Return the rows after the low pass of `smooth`.
 
     Raises:
@@ -114,8 +114,8 @@ def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
         lines.append(f"{where}: means an acceleration of {linear:.3g} m/s² at {at:.6g} s; {remedy}")
     if angular > LIVELY_TURN:
         lines.append(f"{where}: means an angular acceleration of {angular:.3g} rad/s² at {at_turn:.6g} s; {remedy}")
-    found: dict[str, Any] = {"peak_base_acceleration": linear, "peak_base_angular_acceleration": angular}
-    return found | ({"warnings": lines} if lines else {})
+    notes: dict[str, Any] = {"peak_base_acceleration": linear, "peak_base_angular_acceleration": angular}
+    return notes | ({"warnings": lines} if lines else {})
 
 
 def _read_columns(where: str, file: str) -> tuple[list[str], Array, list[int]]:
@@ -261,8 +261,10 @@ class SeaGroup(Group):
         response = (
             Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
         )
-        given = {name: getattr(response, name) for name in AXES}
-        return {name: apply_response(waves, answer.table(name)) for name, answer in given.items() if answer is not None}
+        curves = {name: getattr(response, name) for name in AXES}
+        return {
+            name: apply_response(waves, answer.table(name)) for name, answer in curves.items() if answer is not None
+        }
 
     def _sea(self) -> Sea:
         """Return the sea.
@@ -331,7 +333,7 @@ class BaseMotion(Group):
         return self._sum(self.sea.motions(seed) if self.sea is not None else {})
 
     def notes(self, base: Any, duration: float) -> dict[str, Any]:
-        """Return what the summary says of the motion `base` that this group came to, over `duration` [s]."""
+        """Return the notes for the summary on the motion `base` of this group over `duration` [s]."""
         if self.file is not None:
             return peak_notes(f"base_motion.file = {self.file!r}", base, duration)
         return self.sea.notes() if self.sea is not None else {}

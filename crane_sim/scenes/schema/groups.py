@@ -34,7 +34,7 @@ def _words_of(fields: tuple[str, ...]) -> dict[str, str]:
 
 
 def _read_group(kind: Any, values: dict[str, Any]) -> Any:
-    """Return the NamedTuple with these values; a mistake in a field is told by the file's word for it."""
+    """Return the NamedTuple with these values; an error in a field names it by the file's word."""
     try:
         return TypeAdapter(kind).validate_python(values)
     except ValidationError as error:
@@ -77,11 +77,11 @@ class Picker:
         rest, known = {k: v for k, v in value.items() if k != key}, _words_of(choices[name]._fields)
         for unknown in (k for k in rest if k not in known):
             raise ValueError(unknown_key(str(unknown), (key, *known)))
-        found = _read_group(choices[name], {known[k]: v for k, v in rest.items()})
-        complaint = found.complaint() if hasattr(found, "complaint") else ""
+        group = _read_group(choices[name], {known[k]: v for k, v in rest.items()})
+        complaint = group.complaint() if hasattr(group, "complaint") else ""
         if complaint:
             raise ValueError(complaint)
-        return found
+        return group
 
 
 def make_picker(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:

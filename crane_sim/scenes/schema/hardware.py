@@ -174,9 +174,9 @@ def source(groups: dict[str, Fitted], joint: str, key: str) -> str:
 
 def merge_groups(groups: dict[str, Fitted], joint: str, kind: type[Fitted]) -> Fitted:
     """Return the group of a joint: its own keys, else those of `all`."""
-    found: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for name in (ALL, joint):
         group = groups.get(name)
         if group is not None:
-            found |= {key: getattr(group, key) for key in group.model_fields_set}
-    return kind.model_construct(**found)
+            keys |= {key: getattr(group, key) for key in group.model_fields_set}
+    return kind.model_construct(**keys)

@@ -1,25 +1,24 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
 from math import inf
-from typing import Any, ClassVar, Literal
+from typing import Literal
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import Angle, LengthRange, Name, NonNegative, Positive, Real, Seed, Tilt
-from crane_sim.integrators.dop853 import DOP853
+from crane_sim.files.types import Angle, LengthRange, NonNegative, Positive, Real, Tilt
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.models.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.stops import LEAD, SHORTEST, Stops
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
-from crane_sim.scenes.schema.base_motion import BaseMotion
-from crane_sim.scenes.schema.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
-from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.knuckle_checks import check_rods
 from crane_sim.scenes.schema.limits import Limit, limits_of
-from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.scenes.schema.reference import ReferenceGroup, path_in
+from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
+from crane_sim.trajectories.path import Path
 
 
 class Rope(Group):
@@ -65,15 +64,11 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
-class KnuckleFile(HardwareGroups):
+class KnuckleFile(SceneFile):
     """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on a rope."""
 
     crane: Literal["knuckle"]  # which form the file has
-    name: Name = ""  # of the scene, in one line; left out: the file's
-    description: str = ""  # a line for the catalogue
-    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     gravity: NonNegative = 9.81  # m/s², acceleration of free fall
-    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
     boom: Rod  # the rod at the tower
     jib: Rod  # the rod at the boom's end
     tower: Tower  # what slews besides boom and jib
@@ -84,14 +79,18 @@ class KnuckleFile(HardwareGroups):
     swing_friction: Friction = None  # friction of the swing joints
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
-    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
     reference: Reference | None = None  # where the crane should go
-    control: Control | None = None  # the law; left out: open loop
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
-    integrator: Method = DOP853()  # method and its accuracy
 
-    joint_names: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope", "swing_tangential", "swing_radial")
-    joint_units: ClassVar[tuple[str, ...]] = ("rad", "rad", "rad", "m", "rad", "rad")
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints: three of the boom, the rope's length, two angles of its swing."""
+        return "slew", "boom", "jib", "rope", "swing_tangential", "swing_radial"
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Units of the joints' positions."""
+        return "rad", "rad", "rad", "m", "rad", "rad"
 
     @property
     def actuated(self) -> tuple[str, ...]:
@@ -141,7 +140,9 @@ class KnuckleFile(HardwareGroups):
             ("rope", "rope.limits", self.rope.limits),
         )
 
-    notes: ClassVar[dict[str, Any]] = {}
+    def path(self) -> Path | None:
+        """Return the compiled path, None where the scene has none."""
+        return path_in(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""
@@ -157,10 +158,10 @@ class KnuckleFile(HardwareGroups):
         check_rods(self.boom, self.jib)
         support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib)
         crane = Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
-        moves, given = self.base_motion, self.payload_force
+        base_motion, force = self.base_motion, self.payload_force
         return crane._replace(
-            base=moves.base(self.seed, self.duration) if moves is not None else None,
-            force=given.force() if given is not None else None,
+            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
+            force=force.force() if force is not None else None,
             stops=self._stops(),
         )
 
@@ -192,8 +193,8 @@ class KnuckleFile(HardwareGroups):
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
         """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
-        given = self.inputs
-        if given is None:
+        inputs = self.inputs
+        if inputs is None:
             return (0.0,) * len(self.actuated)
-        winch = None if self.rope.drive == "locked" else Inputs(given.rope)
-        return Inputs(given.slew, Inputs(given.boom, Inputs(given.jib, winch)))
+        winch = None if self.rope.drive == "locked" else Inputs(inputs.rope)
+        return Inputs(inputs.slew, Inputs(inputs.boom, Inputs(inputs.jib, winch)))

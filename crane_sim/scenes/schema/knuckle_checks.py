@@ -1,4 +1,4 @@
-"""What boom and jib of a knuckle-boom crane cannot be: bodies that do not exist, and joints that nothing resists."""
+"""Validation of boom and jib of a knuckle-boom crane: inertias that no body has, and singular inertia matrices."""
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.supports.knuckle_boom import Rod

@@ -1,6 +1,5 @@
 """The form of a scene file with an overhead crane."""
 
-from functools import cached_property
 from typing import Any
 
 from crane_sim.scenes.schema.integrator import Demands
@@ -9,16 +8,17 @@ from crane_sim.scenes.schema.overhead_cable import OverheadCrane
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
 from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
-from crane_sim.scenes.schema.reference import target_of
+from crane_sim.scenes.schema.reference import path_in, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
+from crane_sim.trajectories.path import Path
 
 
 class OverheadFile(OverheadCrane):
     """A scene with an overhead crane: a trolley, on a bridge in 3 dimensions, and a cable of one or many links."""
 
-    @cached_property
+    @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: axes, the hoist, then what tells where the links are."""
+        """Joints: axes, the hoist, then angles or directions of the links or positions of the nodes."""
         n, hoist = len(self.parts.lengths), ("hoist",) if self.hoist else ()
         across = "xz" if self.dimensions == 2 else "xyz"
         if self.cable_model == "elastic":
@@ -69,10 +69,14 @@ class OverheadFile(OverheadCrane):
     @property
     def notes(self) -> dict[str, Any]:
         """What was chosen for the scene."""
-        found: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
+        notes: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
         if self.cable_model == "straight" and len(self.parts.masses) > 1:
-            found["model_error_estimate"] = bending_error(self)
-        return found
+            notes["model_error_estimate"] = bending_error(self)
+        return notes
+
+    def path(self) -> Path | None:
+        """Return the compiled path, None where the scene has none."""
+        return path_in(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""

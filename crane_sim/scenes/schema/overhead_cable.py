@@ -1,4 +1,4 @@
-"""What an overhead scene's cable and initial state come to: lists filled up, massless nodes merged, coordinates."""
+"""Cable and initial state of an overhead scene: lists filled up, massless nodes merged, joint coordinates."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -80,11 +80,11 @@ def _link_directions(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
         return fill_list(start.angles or (0.0,), n, "initial.angles")
     if start.angles is not None:
         raise SceneError("initial.angles: belong to 2 dimensions; 3 take directions, unit vectors down the links")
-    given = fill_list(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
-    for k, direction in enumerate(given):
+    directions = fill_list(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
+    for k, direction in enumerate(directions):
         if not abs(np.linalg.norm(direction) - 1.0) < UNIT:
             raise SceneError(f"initial.directions[{k}] = {list(direction)}: must be a unit vector")
-    return tuple(tuple(map(float, np.array(d) / np.linalg.norm(d))) for d in given)
+    return tuple(tuple(map(float, np.array(d) / np.linalg.norm(d))) for d in directions)
 
 
 def _leaves(value: Any) -> Iterator[Any]:
@@ -96,15 +96,15 @@ def _leaves(value: Any) -> Iterator[Any]:
 
 
 def _link_rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
-    given, flat = file.initial.rates, file.dimensions == 2
-    if given is None or given in ([], ()):
+    values, flat = file.initial.rates, file.dimensions == 2
+    if values is None or values in ([], ()):
         return (0.0 if flat else (0.0, 0.0, 0.0),) * n
-    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in _leaves(given)):
-        raise SceneError(f"initial.rates = {given!r}: must be numbers, one or three for each link")
+    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in _leaves(values)):
+        raise SceneError(f"initial.rates = {values!r}: must be numbers, one or three for each link")
     try:
-        rates = np.atleast_1d(np.array(given, dtype=np.float64))
+        rates = np.atleast_1d(np.array(values, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
-        raise SceneError(f"initial.rates = {given!r}: must be numbers, one or three for each link") from None
+        raise SceneError(f"initial.rates = {values!r}: must be numbers, one or three for each link") from None
     if rates.shape not in (((1,), (n,)) if flat else ((1, 3), (n, 3))) or not np.all(np.isfinite(rates)):
         form = f"{n} numbers" if flat else f"{n} vectors of 3"
         raise SceneError(f"initial.rates: has the shape {rates.shape}, must be {form}, all finite")
@@ -123,7 +123,7 @@ def _merge_links(cable: Cable) -> Cable:
     return Cable(*(tuple(column) for column in zip(*kept, strict=True)))
 
 
-def what_is_modelled(file: "OverheadCrane") -> str:
+def choose_cable_model(file: "OverheadCrane") -> str:
     """Return the cable's model; `auto` takes a rod for a light straight cable in the plane, else rigid links."""
     wanted, cable = file.cable.model, file.parts
     if wanted != "auto":
@@ -188,13 +188,13 @@ def _node_states(file: "OverheadCrane", top: list[float], rates: list[float]) ->
     start, n, d = file.initial, len(file.parts.lengths), file.dimensions
     if start.positions is None:
         return _unstretched_nodes(file, top, rates)
-    found = []
+    states = []
     for name, rows in (("positions", start.positions), ("velocities", start.velocities or ((0.0,) * d,) * n)):
         if len(rows) != n or any(len(row) != d for row in rows):
             raise SceneError(f"initial.{name}: must be {n} vectors of {d}")
-        found.append(tuple(float(x) for row in rows for x in row))
+        states.append(tuple(float(x) for row in rows for x in row))
     _check_apart([(*top[: d - 1], 0.0), *start.positions], file.parts.lengths)
-    return found[0], found[1]
+    return states[0], states[1]
 
 
 def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
@@ -237,7 +237,7 @@ class OverheadCrane(OverheadGroups):
     @cached_property
     def cable_model(self) -> str:
         """The cable's model: rigid, elastic or straight."""
-        return what_is_modelled(self)
+        return choose_cable_model(self)
 
     @property
     def axes(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What the groups of an overhead scene may not say together: silent surprises, refused by name."""
+"""Cross-field validation of overhead scenes: groups that contradict each other, or would be ignored."""
 
 from typing import Any
 
@@ -65,10 +65,10 @@ def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
     for key in (place, speed):
         if drive == "prescribed" and key in start.model_fields_set:
             raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
-    rubs = getattr(file.friction, name) if file.friction is not None else None
-    for key in ("coulomb", "static", "viscous") if rubs is not None else ():
-        if getattr(rubs, key) > LARGEST_FRICTION:
-            raise SceneError(f"friction.{name}.{key} = {getattr(rubs, key)}: must be at most {LARGEST_FRICTION:g}")
+    friction = getattr(file.friction, name) if file.friction is not None else None
+    for key in ("coulomb", "static", "viscous") if friction is not None else ():
+        if getattr(friction, key) > LARGEST_FRICTION:
+            raise SceneError(f"friction.{name}.{key} = {getattr(friction, key)}: must be at most {LARGEST_FRICTION:g}")
     _check_finite(f"{name}.motion", group.motion)
 
 

@@ -4,13 +4,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from crane_sim.files.types import Name, NonNegative, Positive, Real, Seed, Tilt
-from crane_sim.integrators.dop853 import DOP853
+from crane_sim.files.types import NonNegative, Positive, Real, Tilt
 from crane_sim.models.supports.rails import Friction
-from crane_sim.scenes.schema.base_motion import BaseMotion
-from crane_sim.scenes.schema.groups import Channel, Control, Group, Method, Profile
-from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.groups import Channel, Group, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant
 
 
@@ -150,16 +148,12 @@ class Inputs(Group):
     hoist: Channel = Constant(0.0)  # N, force on the length, positive pays out
 
 
-class OverheadGroups(HardwareGroups):
+class OverheadGroups(SceneFile):
     """All groups of a scene file with an overhead crane."""
 
     crane: Literal["overhead"]  # which form the file has
-    name: Name = ""  # of the scene, in one line; left out: the file's
-    description: str = ""  # a line for the catalogue
     dimensions: Literal[2, 3] = 2  # `2`: the plane x-z; `3`: space, with a bridge
-    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     gravity: SizeOrZero = 9.81  # m/s², acceleration of free fall
-    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
     trolley: AxisGroup  # runs along x, carried by the bridge
     bridge: AxisGroup | None = None  # runs along y, in 3 dimensions; left out: fixed
     cable: CableGroup  # links and nodes
@@ -169,9 +163,6 @@ class OverheadGroups(HardwareGroups):
     friction: FrictionGroup | None = None  # of the rails
     forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
     events: tuple[Event, ...] = ()  # changes of the payload at given times
-    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
     initial: Start = Start()  # the state at t = 0
     reference: ReferenceGroup | None = None  # where the crane should go
-    control: Control | None = None  # the law; left out: open loop
     inputs: Inputs | None = None  # of the joints that a force drives, where there is no law
-    integrator: Method = DOP853()  # method and its accuracy

@@ -1,9 +1,4 @@
-"""Which model an overhead scene is, and its parameters.
-
-The springs of an overhead scene with an elastic cable.
-
-The moving base of an overhead scene.
-"""
+"""The model of an overhead scene: which one `crane_of` chooses, its parameters, and the base that it stands on."""
 
 from math import sqrt
 from typing import Any
@@ -30,77 +25,25 @@ from crane_sim.scenes.schema.overhead_stiffness import stiffest
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
 from crane_sim.trajectories.profiles import Shape
 
-_OWN = ("stiffness", "damping", "tension_only")  # keys that only an elastic cable has
-
-
-def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
-    """Return the links of an elastic cable.
-
-    Raises:
-        SceneError: what it needs is missing, or there is something that it cannot have.
-    """
-    group, parts = file.cable, file.parts
-    n = len(parts.lengths)
-    if group.stiffness is None:
-        raise SceneError("cable.stiffness = None: an elastic cable has one, in N/m, for each link or for all")
-    if n != (group.links or max(len(group.lengths), len(group.node_masses))):
-        raise SceneError("cable.node_masses: every node of an elastic cable has a mass greater than 0")
-    for name, given in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
-        if given is not None:
-            raise SceneError(f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods")
-    if group.slack == "stop":
-        raise SceneError("cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only")
-    if isinstance(hoist, MasslessHoist):
-        raise SceneError("hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia")
-    stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
-    damping = fill_list(damping, n, "cable.damping")
-    masses, lengths = np.array(parts.masses), np.array(parts.lengths)
-    return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
-
-
-def refuse_springs(file: OverheadCrane) -> None:
-    """Raise SceneError when a cable that is not elastic has keys of an elastic one."""
-    for name in _OWN:
-        if getattr(file.cable, name):
-            raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
-
-
-IN_PLANE = ("surge", "heave", "pitch")
-
-
-def on_base(file: OverheadCrane, crane: Any) -> Any:
-    """Return the crane on the scene's base: as it is where the base rests.
-
-    Raises:
-        SceneError: the base leaves the plane of a crane in the plane, or its group cannot be used.
-    """
-    if file.base_motion is None:
-        return crane
-    base = file.base_motion.base(file.seed, file.duration)
-    if file.dimensions == 2:
-        _check_plane(base)
-        return crane._replace(base=base)
-    carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
-    return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
-
-
-def _check_plane(base: Base | SplineBase) -> None:
-    tables = (base.coefficients,) if isinstance(base, SplineBase) else (base.offsets, base.amplitudes)
-    for i, name in enumerate(AXES):
-        if name not in IN_PLANE and any(np.any(table[i]) for table in tables):
-            raise SceneError(
-                f"base_motion: {name} leaves the plane; it takes dimensions: 3; 2 have {', '.join(IN_PLANE)}"
-            )
-
-
-def check_straight(file: OverheadCrane) -> None:
-    """Raise SceneError when a straight cable of several nodes hangs on a moving base."""
-    if file.base_motion is not None and file.cable_model == "straight" and len(file.parts.lengths) > 1:
-        raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
+IN_PLANE = ("surge", "heave", "pitch")  # motions of a base that keep a crane in its plane
+ELASTIC_KEYS = ("stiffness", "damping", "tension_only")  # of a cable: only an elastic one has them
 
 
 def crane_of(file: OverheadCrane) -> Any:
     """Return the parameters of a scene's crane, its base at rest; their type chooses the equations.
+
+    The first row that applies; `plain`: no joints, no inertia of links and no forces on nodes; `steady`: nothing that
+    switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are merged.
+
+    | cable    | dimensions | links | base  | besides                                       | model          |
+    |----------|------------|-------|-------|-----------------------------------------------|----------------|
+    | elastic  | 2          | 1     | rests | no forces, no hoist, steady, explicit method  | `SpringCrane`  |
+    | elastic  | 2 or 3     | any   | any   |                                               | `ElasticCrane` |
+    | rigid    | 3          | any   | any   |                                               | `SpatialCrane` |
+    | straight | 2          | any   | rests | plain                                         | `RodCrane`     |
+    | rigid    | 2          | 1     | rests | plain                                         | `RodCrane`     |
+    | rigid    | 2          | 2     | rests | plain, steady                                 | `DoubleCrane`  |
+    | any      | 2          | any   | any   |                                               | `PlanarCrane`  |
 
     Raises:
         SceneError: groups contradict each other.
@@ -110,12 +53,13 @@ def crane_of(file: OverheadCrane) -> Any:
     refuse_springs(file)
     if file.dimensions == 3:
         return _spatial_crane(file)
+    straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
     plain = not (_bends(file) or file.cable.inertia or file.forces)
-    if file.cable_model == "straight" or (len(file.parts.lengths) == 1 and plain):
-        if not plain:
-            raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
-        return _planar_crane(file) if file.base_motion else _rod_crane(file)
-    if len(file.parts.lengths) == 2 and plain and not file.base_motion and switches_of(file) is None:
+    if straight and not plain:
+        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
+    if (straight or links == 1) and plain and rests:
+        return _rod_crane(file)
+    if links == 2 and plain and rests and switches_of(file) is None:
         return _double_crane(file)
     return _planar_crane(file)
 
@@ -163,23 +107,55 @@ def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
     if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
-    rubs, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
-    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
-    bridge = axis_of("bridge", file.bridge, carried, rubs.bridge)
+    friction, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
+    trolley = axis_of("trolley", file.trolley, 0.0, friction.trolley)
+    bridge = axis_of("bridge", file.bridge, carried, friction.bridge)
     return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
-    hoist, rubs, bridge = hoist_of(file), file.friction or FrictionGroup(), None
-    trolley = axis_of("trolley", file.trolley, 0.0, rubs.trolley)
+    hoist, friction, bridge = hoist_of(file), file.friction or FrictionGroup(), None
+    trolley = axis_of("trolley", file.trolley, 0.0, friction.trolley)
     if file.dimensions == 3:
-        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, rubs.bridge)
+        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction.bridge)
     springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
     if alone and not file.base_motion and not implicit(file.integrator, demands_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
+
+
+def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
+    """Return the links of an elastic cable.
+
+    Raises:
+        SceneError: what it needs is missing, or there is something that it cannot have.
+    """
+    group, parts = file.cable, file.parts
+    n = len(parts.lengths)
+    if group.stiffness is None:
+        raise SceneError("cable.stiffness = None: an elastic cable has one, in N/m, for each link or for all")
+    if n != (group.links or max(len(group.lengths), len(group.node_masses))):
+        raise SceneError("cable.node_masses: every node of an elastic cable has a mass greater than 0")
+    for name, value in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
+        if value is not None:
+            raise SceneError(f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods")
+    if group.slack == "stop":
+        raise SceneError("cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only")
+    if isinstance(hoist, MasslessHoist):
+        raise SceneError("hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia")
+    stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
+    damping = fill_list(damping, n, "cable.damping")
+    masses, lengths = np.array(parts.masses), np.array(parts.lengths)
+    return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
+
+
+def refuse_springs(file: OverheadCrane) -> None:
+    """Raise SceneError when a cable that is not elastic has keys of an elastic one."""
+    for name in ELASTIC_KEYS:
+        if getattr(file.cable, name):
+            raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
 
 
 def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None) -> Axis:
@@ -235,23 +211,25 @@ def forces_of(file: OverheadCrane) -> NodeForces | None:
     Raises:
         SceneError: no such node, or a force that leaves the plane.
     """
-    found = None
+    forces = None
     for i, force in reversed(list(enumerate(file.forces))):
         if force.node > len(file.parts.lengths):
             raise SceneError(f"forces[{i}].node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
         if force.axis == "y" and file.dimensions == 2:
             raise SceneError(f"forces[{i}].axis = 'y': leaves the plane; 2 dimensions have x and z")
-        found = NodeForces(force.node, "xyz".index(force.axis), force.force, found)
-    return found
+        forces = NodeForces(force.node, "xyz".index(force.axis), force.force, forces)
+    return forces
 
 
 def switches_of(file: OverheadCrane) -> Switches | None:
     """Return what can switch or end the run, None when nothing can."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
-    rubs = file.friction is not None and (file.friction.trolley or file.friction.bridge)
-    winds = file.hoist is not None  # a first link that is wound up to nothing ends the run
-    if not (any(axes) or winds or rubs or file.events or file.cable.slack == "stop" or file.cable.tension_only):
+    has_friction = file.friction is not None and (file.friction.trolley or file.friction.bridge)
+    has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
+    if not (
+        any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only
+    ):
         return None
     ends = [limits or (-np.inf, np.inf) for limits in axes]
     events = sorted(file.events, key=lambda event: event.at)
@@ -264,6 +242,37 @@ def switches_of(file: OverheadCrane) -> Switches | None:
         times=np.array([event.at for event in events]),
         masses=np.array([file.parts.masses[-1], *(event.set.payload.mass for event in events)]),
     )
+
+
+def on_base(file: OverheadCrane, crane: Any) -> Any:
+    """Return the crane on the scene's base: as it is where the base rests.
+
+    Raises:
+        SceneError: the base leaves the plane of a crane in the plane, or its group cannot be used.
+    """
+    if file.base_motion is None:
+        return crane
+    base = file.base_motion.base(file.seed, file.duration)
+    if file.dimensions == 2:
+        _check_plane(base)
+        return crane._replace(base=base)
+    carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
+    return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
+
+
+def _check_plane(base: Base | SplineBase) -> None:
+    tables = (base.coefficients,) if isinstance(base, SplineBase) else (base.offsets, base.amplitudes)
+    for i, name in enumerate(AXES):
+        if name not in IN_PLANE and any(np.any(table[i]) for table in tables):
+            raise SceneError(
+                f"base_motion: {name} leaves the plane; it takes dimensions: 3; 2 have {', '.join(IN_PLANE)}"
+            )
+
+
+def check_straight(file: OverheadCrane) -> None:
+    """Raise SceneError when a straight cable of several nodes hangs on a moving base."""
+    if file.base_motion is not None and file.cable_model == "straight" and len(file.parts.lengths) > 1:
+        raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
 
 
 def demands_of(file: OverheadCrane, sampled: bool) -> Demands:

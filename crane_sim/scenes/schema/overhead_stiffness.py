@@ -21,17 +21,17 @@ def stiffest(file: OverheadCrane) -> float:
         return max(rates, swing, _friction_rate(file))
     tension = file.gravity * np.cumsum(masses[::-1])[::-1]
     across = tension / lengths
-    found = [rates, _largest(file, across), _friction_rate(file)]
+    frequencies = [rates, _largest(file, across), _friction_rate(file)]
     if file.cable_model == "elastic" and file.cable.stiffness is not None:
         stiffness = np.array(fill_list(file.cable.stiffness, len(lengths), "cable.stiffness"))
         damping = np.array(fill_list(file.cable.damping or (0.0,), len(lengths), "cable.damping"))
-        found += [_largest(file, stiffness), _largest(file, damping) ** 2]
+        frequencies += [_largest(file, stiffness), _largest(file, damping) ** 2]
     joints = file.joints or file.cable.joints
     if joints is not None:  # a bound: no node feels more than four times two neighbours' moments
         turned = np.min(masses) * np.min(lengths) ** 2
-        found.append(float(np.hypot(found[1], 4.0 * np.sqrt(max(joints.stiffness) / turned))))
-        found.append(float(16.0 * max(joints.damping) / turned))
-    return max(found)
+        frequencies.append(float(np.hypot(frequencies[1], 4.0 * np.sqrt(max(joints.stiffness) / turned))))
+        frequencies.append(float(16.0 * max(joints.damping) / turned))
+    return max(frequencies)
 
 
 def _shortest_first(file: OverheadCrane) -> float:
@@ -46,12 +46,12 @@ def _shortest_first(file: OverheadCrane) -> float:
 
 def _friction_rate(file: OverheadCrane) -> float:
     """Return the rate [1/s] at which the axes' viscous friction slows them at most."""
-    rubs, carried, found = file.friction, file.trolley.mass or 0.0, 0.0
-    if rubs is not None and rubs.trolley is not None:
-        found = rubs.trolley.viscous / carried
-    if rubs is not None and rubs.bridge is not None and file.bridge is not None:
-        found = max(found, rubs.bridge.viscous / ((file.bridge.mass or 0.0) + carried))
-    return found
+    friction, carried, rate = file.friction, file.trolley.mass or 0.0, 0.0
+    if friction is not None and friction.trolley is not None:
+        rate = friction.trolley.viscous / carried
+    if friction is not None and friction.bridge is not None and file.bridge is not None:
+        rate = max(rate, friction.bridge.viscous / ((file.bridge.mass or 0.0) + carried))
+    return rate
 
 
 def _least(shape: Shape, duration: float) -> float:
@@ -83,12 +83,12 @@ def bending_error(file: OverheadCrane) -> float:
 
 def _lightest_axis(file: OverheadCrane) -> float:
     """Return the smaller one of the masses [kg] that the cable can move along an axis; infinite where it moves none."""
-    carried, found = file.trolley.mass or 0.0, [np.inf]
+    carried, masses = file.trolley.mass or 0.0, [np.inf]
     if file.trolley.drive == "force":
-        found.append(carried)
+        masses.append(carried)
     if file.bridge is not None and file.bridge.drive == "force":
-        found.append((file.bridge.mass or 0.0) + carried)
-    return min(found)
+        masses.append((file.bridge.mass or 0.0) + carried)
+    return min(masses)
 
 
 def _largest(file: OverheadCrane, springs: Array) -> float:

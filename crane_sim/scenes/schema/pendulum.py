@@ -1,24 +1,23 @@
 """The form of a scene file with a payload below a driven suspension point, and the model that it describes."""
 
 from math import sqrt
-from typing import Any, ClassVar, Literal
+from typing import Literal
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import Name, NonNegative, Positive, Real, Seed
-from crane_sim.integrators.dop853 import DOP853
+from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.models.cables.rope import LockedRope
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
-from crane_sim.scenes.schema.base_motion import BaseMotion
-from crane_sim.scenes.schema.groups import Channel, Control, Friction, Group, Method, PayloadForceGroup
-from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
-from crane_sim.scenes.schema.reference import ReferenceGroup, target_of
+from crane_sim.scenes.schema.reference import ReferenceGroup, path_in, target_of
+from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
+from crane_sim.trajectories.path import Path
 
 Vector = tuple[Real, Real, Real]
 UNIT = 1e-6  # how far from 1 the length of a unit vector may be
@@ -77,31 +76,30 @@ class InputGroup(Group):
     tip_z: Channel | None = None  # effort's unit, along z, with `suspension.height: driven`
 
 
-class PendulumFile(HardwareGroups):
+class PendulumFile(SceneFile):
     """A scene with a payload below a driven suspension point."""
 
     crane: Literal["pendulum"]  # which form the file has
-    name: Name = ""  # of the scene, in one line; left out: the file's
-    description: str = ""  # a line for the catalogue
-    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     gravity: NonNegative = 9.81  # m/s², acceleration of free fall
-    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
     suspension: Suspension = Suspension()  # the suspension point
     rope: Rope  # the rope, of fixed length
     payload: PointLoad  # a point mass at the rope's end
     initial: Initial = Initial()  # the state at t = 0
-    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
     swing_friction: Friction = None  # friction of the swing joints
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
     reference: ReferenceGroup | None = None  # where the crane should go
-    control: Control | None = None  # the law; left out: open loop
     inputs: InputGroup | None = None  # of the suspension point where there is no law
-    integrator: Method = DOP853()  # method and its accuracy
 
-    joint_names: ClassVar[tuple[str, ...]] = ("tip_x", "tip_y", "tip_z", "link_1_x", "link_1_y", "link_1_z")
-    joint_units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "1", "1", "1")
-    notes: ClassVar[dict[str, Any]] = {}
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints: coordinates of the suspension point, and the unit vector from there to the payload."""
+        return "tip_x", "tip_y", "tip_z", "link_1_x", "link_1_y", "link_1_z"
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Units of the joints' positions."""
+        return "m", "m", "m", "1", "1", "1"
 
     @property
     def actuated(self) -> tuple[str, ...]:
@@ -171,6 +169,10 @@ class PendulumFile(HardwareGroups):
             ("tip_z", "suspension.limits.z", box.z),
         )
 
+    def path(self) -> Path | None:
+        """Return the compiled path, None where the scene has none."""
+        return path_in(self.reference, self)
+
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""
         smooth = not sampled and self._stops() is None
@@ -187,7 +189,7 @@ class PendulumFile(HardwareGroups):
         Raises:
             SceneError: groups contradict each other.
         """
-        moves = self.base_motion
+        base_motion = self.base_motion
         return Crane(
             self.suspension.point(),
             LockedRope(self.rope.length),
@@ -195,7 +197,7 @@ class PendulumFile(HardwareGroups):
             self.gravity,
             self.swing_friction,
             self.payload_drag,
-            base=moves.base(self.seed, self.duration) if moves is not None else None,
+            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
             force=self.payload_force.force() if self.payload_force is not None else None,
             stops=self._stops(),
         )
@@ -206,10 +208,10 @@ class PendulumFile(HardwareGroups):
         Raises:
             SceneError: there is an input of a height that is fixed.
         """
-        given, nu = self.inputs, len(self.actuated)
-        if given is None:
+        inputs, nu = self.inputs, len(self.actuated)
+        if inputs is None:
             return self.initial.tip[:nu] if self.suspension.drive == "servo" else (0.0,) * nu
-        if given.tip_z is not None and nu == 2:
+        if inputs.tip_z is not None and nu == 2:
             raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
-        height = Inputs(given.tip_z or Constant(0.0)) if nu == 3 else None
-        return Inputs(given.tip_x, Inputs(given.tip_y, height))
+        height = Inputs(inputs.tip_z or Constant(0.0)) if nu == 3 else None
+        return Inputs(inputs.tip_x, Inputs(inputs.tip_y, height))

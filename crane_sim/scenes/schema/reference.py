@@ -51,9 +51,9 @@ def _path(value: Any) -> Any:
         raise ValueError(f"{no_group()}, with kind: {' | '.join(KINDS)}")
     own = {key: entry for key, entry in value.items() if key not in _SHARED}
     if own.get("kind") == "trajectory" and "file" in own:
-        told = [key for key in ("joint_names", "points") if key in own]
-        if told:
-            raise ValueError(f"file tells {told[0]}, too; leave out one of the two")
+        duplicates = [key for key in ("joint_names", "points") if key in own]
+        if duplicates:
+            raise ValueError(f"file tells {duplicates[0]}, too; leave out one of the two")
         if not isinstance(own["file"], str):
             raise ValueError(f"file = {own['file']!r}: must be text")
         own |= read_trajectory(own.pop("file"))
@@ -75,7 +75,7 @@ class ReferenceGroup(Group):
 
 
 def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tuple[float, ...] | None:
-    """Return where the actuated joints should end, None where nothing says so.
+    """Return where the actuated joints should end, None without `reference.q`.
 
     Raises:
         SceneError: it has another number of values than joints are actuated.
@@ -104,7 +104,7 @@ def resolve_target(target: tuple[float, ...] | None, path: Path | None) -> tuple
 
 
 class Follower(Protocol):
-    """What a path asks of a scene's file."""
+    """Properties of a scene's file that a path depends on."""
 
     @property
     def actuated(self) -> tuple[str, ...]:
@@ -132,7 +132,7 @@ def path_in(reference: ReferenceGroup | None, file: Follower) -> Path | None:
     if group is None:
         return None
     try:
-        with np.errstate(all="ignore"):  # what is not finite is told below
+        with np.errstate(all="ignore"):  # results that are not finite are refused below
             pieces = _pieces(group, file)
     except (ValueError, OverflowError) as error:
         raise SceneError(f"reference.path: {error}") from None
@@ -157,10 +157,10 @@ def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
     n = pieces.coefficients.shape[1]
     if n > len(names) or (group.of == "joints" and n < len(names)):
         raise ValueError(f"has {n} coordinates, {group.of} of this crane: {', '.join(names)}")
-    given = getattr(group.shape, "joint_names", names[:n])
-    if sorted(given) != sorted(names[:n]):
-        raise ValueError(f"joint_names = {', '.join(given)}: must be {', '.join(names[:n])}, in any order")
-    return reorder(pieces, [given.index(name) for name in names[:n]])
+    order = getattr(group.shape, "joint_names", names[:n])
+    if sorted(order) != sorted(names[:n]):
+        raise ValueError(f"joint_names = {', '.join(order)}: must be {', '.join(names[:n])}, in any order")
+    return reorder(pieces, [order.index(name) for name in names[:n]])
 
 
 def _frequency(shaping: Shaping, file: Follower) -> float:

@@ -15,11 +15,11 @@ GENERAL = ("Pinocchio", "MuJoCo", "Drake")
 
 def engines(every: bool) -> tuple[list[Engine], dict[str, str]]:
     """Return (the engines that are there, why the others are not, by name): every one, or only the hand-written C."""
-    found: list[Engine] = []
+    present: list[Engine] = []
     missing: dict[str, str] = {}
     for kind in PEERS if every else FLOOR:
         try:
-            found.append(kind())
+            present.append(kind())
         except Missing as error:
             missing[kind.name] = str(error)
-    return found, missing
+    return present, missing

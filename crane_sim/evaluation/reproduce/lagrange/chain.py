@@ -151,10 +151,10 @@ def chain_acceleration(crane: LumpedCrane, q: Array, v: Array, forces: Array, le
     fixed = np.setdiff1d(np.arange(len(q)), free)
     if np.any(v[fixed]):
         raise ValueError(f"rates {v[fixed]} of fixed lengths: must be zero")
-    found = np.zeros(len(q))
+    total = np.zeros(len(q))
     load = (forces - bias(crane, q, v))[free]
-    found[free] = np.linalg.solve(mass_matrix(crane, q)[np.ix_(free, free)], load)
-    return found
+    total[free] = np.linalg.solve(mass_matrix(crane, q)[np.ix_(free, free)], load)
+    return total
 
 
 def _node_masses(crane: LumpedCrane) -> Array:

@@ -1,0 +1,125 @@
+"""What a scene file of any crane holds, and what is asked of it: the contract between forms and `scenes/scene.py`."""
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+from crane_sim.files.types import Name, Positive, Seed
+from crane_sim.integrators.dop853 import DOP853
+from crane_sim.scenes.schema.base_motion import BaseMotion
+from crane_sim.scenes.schema.groups import Control, Method
+from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.integrator import Demands
+from crane_sim.scenes.schema.limits import Limit
+from crane_sim.trajectories.inputs import Inputs
+from crane_sim.trajectories.path import Path
+
+
+class SceneFile(HardwareGroups, ABC):
+    """A scene file: a form, one subclass for each kind of crane, adds its groups and answers what is abstract here.
+
+    A form also has `crane: Literal["NAME"]`, its name in `scenes.scene.FORMS`. Joints are in the order of
+    `joint_names`, the actuated ones first; nq is their number, nu that of the actuated ones.
+    """
+
+    name: Name = ""  # of the scene, in one line; left out: the file's
+    description: str = ""  # a line for the catalogue
+    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
+    seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    control: Control | None = None  # the law; left out: open loop
+    integrator: Method = DOP853()  # method and its accuracy
+
+    @property
+    @abstractmethod
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints (nq,)."""
+
+    @property
+    @abstractmethod
+    def joint_units(self) -> tuple[str, ...]:
+        """Units of the joints' positions (nq,): m, rad, or 1 for a component of a direction."""
+
+    @property
+    @abstractmethod
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands (nu,), the first ones of `joint_names`."""
+
+    @property
+    @abstractmethod
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands (nu,)."""
+
+    @property
+    @abstractmethod
+    def initial_q(self) -> tuple[float, ...]:
+        """Joint positions at t = 0 (nq,).
+
+        Raises:
+            SceneError: they do not fit the crane.
+        """
+
+    @property
+    @abstractmethod
+    def initial_v(self) -> tuple[float, ...]:
+        """Joint velocities at t = 0 (nq,).
+
+        Raises:
+            SceneError: they do not fit the crane.
+        """
+
+    @property
+    @abstractmethod
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+
+    @property
+    @abstractmethod
+    def rope_length(self) -> float:
+        """Length of the rope, or of the whole cable, at t = 0 [m]."""
+
+    @property
+    @abstractmethod
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+
+    @property
+    @abstractmethod
+    def target(self) -> tuple[float, ...] | None:
+        """Where the actuated joints should end (nu,), None where `reference.q` is left out.
+
+        Raises:
+            SceneError: it has another number of values.
+        """
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What was chosen for the scene and goes into the summary, by key."""
+        return {}
+
+    @abstractmethod
+    def path(self) -> Path | None:
+        """Return the compiled path of `reference.path`, None where it is left out.
+
+        Raises:
+            SceneError: there is no such motion, or it does not fit the crane.
+        """
+
+    @abstractmethod
+    def demands(self, sampled: bool) -> Demands:
+        """Return what the scene asks of its integrator; `sampled`: efforts are held between commands."""
+
+    @abstractmethod
+    def model(self) -> Any:
+        """Return the parameters of the crane, whose type chooses the equations (`crane_sim.system`).
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+
+    @abstractmethod
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the efforts where there is no law: functions of time, or held ones (nu,) where `inputs` is left out.
+
+        Raises:
+            SceneError: an input drives nothing.
+        """
