@@ -64,7 +64,7 @@ class ForkedNodes:
         pid = os.fork()
         if pid == 0:
             bind()  # until its id is reported, no other process could kill it
-            _report(report, "started", pid=os.getpid())
+            _report_event(report, "started", pid=os.getpid())
             clear_parent_death_signal()
             self._close_inherited()
             os._exit(_run_node(json.loads(order), control, report))
@@ -79,7 +79,7 @@ class ForkedNodes:
         self._selector.unregister(handle)
         os.close(handle)
         _, status = os.waitpid(node.pid, 0)
-        _report(node.report, "exited", code=os.waitstatus_to_exitcode(status))
+        _report_event(node.report, "exited", code=os.waitstatus_to_exitcode(status))
         os.close(node.report)
 
     def _close_inherited(self) -> None:
@@ -102,7 +102,7 @@ def _run_node(order: list[str], control: int, report: int) -> int:
         return 1
 
 
-def _report(report: int, event: str, **fields: int) -> None:
+def _report_event(report: int, event: str, **fields: int) -> None:
     try:
         os.write(report, (json.dumps({"event": event, **fields}) + "\n").encode())
     except BrokenPipeError:

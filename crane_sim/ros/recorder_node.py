@@ -100,7 +100,7 @@ def _open_outputs(
     host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
 ) -> Outputs:
     outputs = Outputs(host.node, scene, settings, keep_alive, resume)
-    outputs.report_resets(lambda: _report(host, outputs))
+    outputs.report_resets(lambda: _report_statistics(host, outputs))
     return outputs
 
 
@@ -128,10 +128,10 @@ def _record_until_stopped(host: NodeHost, subscriptions: RecorderSubscriptions, 
                 host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
         if (progress := outputs.progress()) != reported:
             reported = progress
-            _report(host, outputs)
+            _report_statistics(host, outputs)
 
 
-def _report(host: NodeHost, outputs: Outputs) -> None:
+def _report_statistics(host: NodeHost, outputs: Outputs) -> None:
     host.pipes.report("progress", **outputs.progress())
 
 
@@ -147,7 +147,7 @@ def _finish_files(
         subscriptions.dispatch()
     subscriptions.dispatch()  # what the last call left pending
     outputs.save()
-    _report(host, outputs)  # a successor has nothing to write: all is on the disk
+    _report_statistics(host, outputs)  # a successor has nothing to write: all is on the disk
     return outputs.finish(summary, start + within)
 
 

@@ -55,8 +55,8 @@ class EnergyBalance:
         """
         work = supplied if self._metered else self._compute_work(q, u)
         self._last = q[-1].copy(), u[-1].copy()
-        found = kinetic + potential - self._begun - (self._given + work)
-        self._worst = max(self._worst, float(np.abs(found).max()))
+        errors = kinetic + potential - self._begun - (self._given + work)
+        self._worst = max(self._worst, float(np.abs(errors).max()))
         self._kinetic = max(self._kinetic, float(kinetic.max()))
         self._lowest = min(self._lowest, float(potential.min()))
         self._highest = max(self._highest, float(potential.max()))

@@ -69,8 +69,8 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     speed = _as_tuple(scene, "velocities", scene.initial_v if v is None else v)
     start = replace(scene, initial_q=place, initial_v=speed)
     flow, *shown = begin(scene.model, np.array(place), np.array(speed))
-    for what, wanted, found in zip(("positions", "velocities"), (place, speed), shown, strict=True):
-        _check_held(scene, what, wanted, as_tuple(found))
+    for what, wanted, actual in zip(("positions", "velocities"), (place, speed), shown, strict=True):
+        _check_held(scene, what, wanted, as_tuple(actual))
     flow = switch_at_start(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
     if flow.status == Status.TERMINATED:
         raise SceneError(f"positions: {system.describe_event(scene.model, flow.terminal_guard)[0]} there")
@@ -84,18 +84,18 @@ def _free_to_push(model: Any) -> Any:
 
 
 def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:
-    found = tuple(map(float, values))
-    if len(found) != len(scene.joint_names):
-        raise SceneError(f"{what}: has {len(found)} values, the joints are {', '.join(scene.joint_names)}")
-    for name, value in zip(scene.joint_names, found, strict=True):
+    numbers = tuple(map(float, values))
+    if len(numbers) != len(scene.joint_names):
+        raise SceneError(f"{what}: has {len(numbers)} values, the joints are {', '.join(scene.joint_names)}")
+    for name, value in zip(scene.joint_names, numbers, strict=True):
         if not isfinite(value):
             raise SceneError(f"{what}: {name} = {value}: must be finite")
-    return found
+    return numbers
 
 
-def _check_held(scene: Scene, what: str, wanted: tuple[float, ...], found: tuple[float, ...]) -> None:
+def _check_held(scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]) -> None:
     """Raise SceneError for a joint that the crane holds elsewhere, such as a locked rope's length."""
-    for name, unit, one, other in zip(scene.joint_names, scene.joint_units, wanted, found, strict=True):
+    for name, unit, one, other in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
         turn = unit == "rad" and what == "positions"
         gap = remainder(one - other, 2.0 * pi) if turn else one - other
         if not abs(gap) <= _CLOSE * max(1.0, abs(one)):

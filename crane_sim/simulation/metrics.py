@@ -54,9 +54,9 @@ def in_base(base, t, points):
     for i in range(len(points)):
         pose = pose_at(base, t[i])
         x, y, z = pose.place
-        found = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
+        turned = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
         for j in range(3):
-            out[i, j] = found[j]
+            out[i, j] = turned[j]
     return out
 
 
@@ -101,10 +101,10 @@ class Tracking:
         goal = sample_path(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
         base = getattr(self._model, "base", None)
         if self._path.of_joints:
-            found = q[:, self._driven]
+            points = q[:, self._driven]
         else:
-            found = payload if base is None else in_base(base, np.asarray(t, dtype=np.float64), payload)
-        return np.sqrt(np.sum((found[:, : goal.shape[1]] - goal) ** 2, axis=1))
+            points = payload if base is None else in_base(base, np.asarray(t, dtype=np.float64), payload)
+        return np.sqrt(np.sum((points[:, : goal.shape[1]] - goal) ** 2, axis=1))
 
 
 def _add_terms(total: float, terms: Array) -> float:

@@ -290,9 +290,9 @@ def _rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summa
     q, v, u, _, tensions = split(rows, nq, len(scene.actuated))
     parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.segments(scene)]
     parts[-1][1] = len(t)
-    found = [
+    pieces = [
         derive(replace(scene, model=laden), t[i:j], q[i:j], v[i:j], u[i:j])
         for (i, j), (_, _, laden) in zip(parts, run.segments(scene), strict=True)
     ]
-    whole = found[0] if len(found) == 1 else Derived(*map(np.concatenate, zip(*found, strict=True)))
+    whole = pieces[0] if len(pieces) == 1 else Derived(*map(np.concatenate, zip(*pieces, strict=True)))
     return Rollout(scene, t, q, v, u, tensions, whole, stats, summary, events)

@@ -123,11 +123,11 @@ def cores() -> int:
 
 def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[str, Any]:
     """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
-    found: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
+    results: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
         ours = {"rates": measure_rates(name, count, rounds), "costs": costs(name, count, rounds)}
-        found[name] = ours | {"mujoco": peer(name, peer_count, rounds)}
-    return found | {"machine": machine()}
+        results[name] = ours | {"mujoco": peer(name, peer_count, rounds)}
+    return results | {"machine": machine()}
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:

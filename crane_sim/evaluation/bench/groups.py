@@ -113,8 +113,8 @@ def cost(case: Case, rounds: int, times: int) -> dict[str, Any]:
     for what, count in (("evaluate", times), ("step", max(times // 12, 1))):
         for each in (without, having):
             getattr(each, what)(1)
-        found = [(getattr(without, what)(count), getattr(having, what)(count)) for _ in range(rounds)]
-        figures |= _compare({"evaluate": "evaluation", "step": "step"}[what], *zip(*found, strict=True))
+        pairs = [(getattr(without, what)(count), getattr(having, what)(count)) for _ in range(rounds)]
+        figures |= _compare({"evaluate": "evaluation", "step": "step"}[what], *zip(*pairs, strict=True))
     return figures
 
 

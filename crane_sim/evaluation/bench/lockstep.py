@@ -93,14 +93,14 @@ def measure(
         RuntimeError: an echo or a run failed; one line.
     """
     scene = load_scene(name, {"duration": duration})
-    found = speeds(scene, rounds, recorder)
+    rates = speeds(scene, rounds, recorder)
     return {
         "scene": name,
         "steps_per_round": scene.steps,
         "rounds": rounds,
-        "steps_per_second": {kind: describe_spread(values) for kind, values in found.items()},
-        "ratio_to_echo": {kind: ratio(values, found["echo"]) for kind, values in found.items()},
-        "ratio_to_packed_echo": {kind: ratio(values, found["packed echo"]) for kind, values in found.items()},
+        "steps_per_second": {kind: describe_spread(values) for kind, values in rates.items()},
+        "ratio_to_echo": {kind: ratio(values, rates["echo"]) for kind, values in rates.items()},
+        "ratio_to_packed_echo": {kind: ratio(values, rates["packed echo"]) for kind, values in rates.items()},
         "machine": machine(),
     }
 

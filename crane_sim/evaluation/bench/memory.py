@@ -20,11 +20,11 @@ _MB = 1e6
 
 def node_processes() -> dict[str, int]:
     """Return the process ids of the nodes that this process has started, by name."""
-    found: dict[str, int] = {}
+    process_ids: dict[str, int] = {}
     for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
         command = Path(f"/proc/{child}/cmdline").read_bytes().decode()
-        found |= {name: int(child) for name, module in MODULES.items() if module in command}
-    return found
+        process_ids |= {name: int(child) for name, module in MODULES.items() if module in command}
+    return process_ids
 
 
 def resident(pid: int) -> float:

@@ -51,8 +51,8 @@ def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int =
         for _ in range(rounds):
             for key, ran in (("warm_s", program), ("imports_s", IMPORTS), ("interpreter_s", "")):
                 times[key].append(seconds(ran, caches[-1]))
-    found = {key: describe_spread(values) for key, values in times.items()}
-    return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **found, "machine": machine()}
+    spreads = {key: describe_spread(values) for key, values in times.items()}
+    return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **spreads, "machine": machine()}
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:

@@ -104,13 +104,13 @@ def cheapest_trial(run: Callable[[tuple[float, float]], Trial], error: float) ->
 
 def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict[str, Any]:
     """Return the cheapest runs of both that reach an error [m], for each damping of the links [N s/m]."""
-    found: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
+    results: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
     for damping in dampings:
         case = Case(load_scene(SCENE, {"cable.damping": damping}))
         trials = {"rodas": cheapest_trial(case.rodas, error), "LSODA": cheapest_trial(case.lsoda, error)}
         made = {name: trial._asdict() if trial else None for name, trial in trials.items()}
-        found["dampings"][f"{damping:g}"] = made | {"doubt_m": case.doubt}
-    return found
+        results["dampings"][f"{damping:g}"] = made | {"doubt_m": case.doubt}
+    return results
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:

@@ -87,7 +87,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
     """Return the figures of a run, whose payload should be on the scene's path, or else at the target."""
     scene, model = run.scene, run.scene.model
     goal = path_positions(scene, run.t) if on_path else target_position(scene)
-    error = np.linalg.norm(to_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
+    error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
     way = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
     begin = scene.path.starts[-1] if on_path and scene.path is not None else 0.0
     settling = Settling(np.zeros(1), np.array([way]))
@@ -121,10 +121,10 @@ def target_position(scene: Scene) -> Array:
     q = np.zeros(len(scene.joint_names))
     q[[scene.joint_names.index(name) for name in scene.actuated]] = scene.reference
     nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
-    return to_base(scene.model, np.zeros(1), nodes[-1:])
+    return express_in_base(scene.model, np.zeros(1), nodes[-1:])
 
 
-def to_base(model: Any, t: Array, points: Array) -> Array:
+def express_in_base(model: Any, t: Array, points: Array) -> Array:
     """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base."""
     base = getattr(model, "base", None)
     return points if base is None else in_base(base, t, points)

@@ -69,11 +69,11 @@ def _conditions() -> Iterator[Row]:
     before = (1.0, 1.0)  # no matrix has less
     for ratio in (1.0, 1e4, 1e6, 1e8):
         crane = chain.LumpedCrane(5.0, np.append(np.ones(9), ratio))
-        found = properties.conditions(chain.mass_matrix(crane, q), free)
-        for name, ours, lighter in zip(("absolute", "relative"), found, before, strict=True):
+        conditions = properties.conditions(chain.mass_matrix(crane, q), free)
+        for name, ours, lighter in zip(("absolute", "relative"), conditions, before, strict=True):
             claim = f"Lemma 1.8: cond M, N = 10, m_N / m_i = {ratio:.0e}, {name} angles"
             yield make_claim(claim, "grows with m_N", ours, ours > 10.0 * lighter)
-        before = found
+        before = conditions
 
 
 def _linearisation() -> Iterator[Row]:
@@ -85,10 +85,10 @@ def _linearisation() -> Iterator[Row]:
     yield make_claim("Lemma 3: 𝓜 of (178) positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
     forces = np.zeros(11)
     forces[[0, 6]] = reduced.forces(wanted)
-    found = chain.chain_acceleration(crane, q, v, forces, (1,))
-    missed = relative_difference(found[[0, 6]], wanted)
+    accelerations = chain.chain_acceleration(crane, q, v, forces, (1,))
+    missed = relative_difference(accelerations[[0, 6]], wanted)
     yield make_claim("(176)-(177): ẍ and l̈_1 as wanted, collocated", 0.0, missed, missed < ROUNDING, missed)
-    missed = relative_difference(reduced.angles(wanted), found[1:6])
+    missed = relative_difference(reduced.angles(wanted), accelerations[1:6])
     yield make_claim("(179): angles that follow", 0.0, missed, missed < ROUNDING, missed)
 
 

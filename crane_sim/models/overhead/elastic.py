@@ -266,11 +266,11 @@ def _(forces, p, t, x, out):
 
 @system.rhs_into.register(ElasticCrane)
 def _(p, t, x, u, out, work):
-    write_derivative(p, t, x, system.effort(u, p, t, x), out)
+    write_elastic_derivative(p, t, x, system.effort(u, p, t, x), out)
 
 
 @lean_routine
-def write_derivative(p, t, x, tau, out):
+def write_elastic_derivative(p, t, x, tau, out):
     """Write the time derivative of the state under efforts tau into `out`; return the power [W] supplied.
 
     That is the power of drives, imposed motions and forces, less what friction and dampers take.

@@ -15,7 +15,7 @@ from crane_sim.models.overhead.elastic import (
     mass_of,
     node_vector,
     tautness,
-    write_derivative,
+    write_elastic_derivative,
 )
 from crane_sim.models.overhead.modes import (
     changes_before,
@@ -93,7 +93,7 @@ def _(p, t, x, u, rows, i, first):
 
 @system.power.register(ElasticCrane)
 def _(p, t, x, u):
-    return write_derivative(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
+    return write_elastic_derivative(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
 
 
 @system.points.register(ElasticCrane)

@@ -97,12 +97,12 @@ def _(p):
 
 
 @generic
-def hoisted_link(hoist, cable, x):
+def hoisted_rod(hoist, cable, x):
     """Return (length, rate) of the first link."""
     return x[1], x[4]
 
 
-@hoisted_link.register(type(None))
+@hoisted_rod.register(type(None))
 def _(hoist, cable, x):
     return cable.length, 0.0
 
@@ -155,7 +155,7 @@ def solve_swing(p, t, x, tau):
     """Return what state x at time t and joint efforts tau fix."""
     nq, _, modes = layout_of(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
-    length, rate = hoisted_link(p.hoist, p.cable, x)
+    length, rate = hoisted_rod(p.hoist, p.cable, x)
     total, first, second, gram = mass_moments(p, x, length)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
@@ -202,7 +202,7 @@ def _(p, t, x, u):
 def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
     nq, _, _ = layout_of(p)
-    _, rate = hoisted_link(p.hoist, p.cable, x)
+    _, rate = hoisted_rod(p.hoist, p.cable, x)
     return axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
 
 
@@ -249,7 +249,7 @@ def _(p, t, x, u):
 @system.kinetic.register(RodCrane)
 def _(p, x):
     nq, _, _ = layout_of(p)
-    length, rate = hoisted_link(p.hoist, p.cable, x)
+    length, rate = hoisted_rod(p.hoist, p.cable, x)
     total, first, second, _ = mass_moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
@@ -259,7 +259,7 @@ def _(p, x):
 @system.potential.register(RodCrane)
 def _(p, x):
     nq, _, _ = layout_of(p)
-    length, _ = hoisted_link(p.hoist, p.cable, x)
+    length, _ = hoisted_rod(p.hoist, p.cable, x)
     return -p.gravity * mass_moments(p, x, length)[1] * cos(x[nq - 1])
 
 
@@ -271,7 +271,7 @@ def _(p):
 @system.tensions.register(RodCrane)
 def _(p, t, x, u, rows, i, first):
     nq, _, _ = layout_of(p)
-    swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_link(p.hoist, p.cable, x)
+    swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p.hoist, p.cable, x)
     fall, square = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = swing.tension
     for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
@@ -288,7 +288,7 @@ def _(p, t, x, u):
 @system.points.register(RodCrane)
 def _(p, t, x, out):
     nq, _, _ = layout_of(p)
-    length, _ = hoisted_link(p.hoist, p.cable, x)
+    length, _ = hoisted_rod(p.hoist, p.cable, x)
     s, c = sin(x[nq - 1]), cos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for i in range(p.cable.nodes.shape[1]):
@@ -305,7 +305,7 @@ def _(p, t, x, u, work):
     tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
-    best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x)[0])
+    best = hoist_guard(p.switches, best, hoisted_rod(p.hoist, p.cable, x)[0])
     best = payload_guard(p.switches, best, t, x[modes + 1])
     value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if taut else best
     return value, number, int(forces)

@@ -122,9 +122,9 @@ def _format_braces(numbers: Sequence[float]) -> str:
 
 def _parents(package: str) -> Iterator[Path]:
     """Yield the folders around an installed package, from the inside out."""
-    found = find_spec(package)
-    if found and found.origin:
-        yield from Path(found.origin).parents
+    spec = find_spec(package)
+    if spec and spec.origin:
+        yield from Path(spec.origin).parents
 
 
 def _headers() -> list[Path]:
