@@ -8,7 +8,7 @@ from process_helpers import LIMIT as TIMEOUT
 
 from crane_sim.orchestration.process_group import ProcessGroup
 
-LIMIT = 3.0  # s from an interruption to the end, as promised
+LIMIT = 20.0  # s from an interruption to the end: 3 s on an idle machine, a minute or never without a deadline
 IGNORES_SIGTERM = """
 import os, signal, sys, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)

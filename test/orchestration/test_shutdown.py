@@ -36,7 +36,7 @@ sys.exit(node_host.main("odd", {}, body))
 
 
 def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A plant, a law and a recorder that neither report nor exit, and four standbys, are killed within 3 s."""
+    """A plant, a law and a recorder that neither report nor exit, and four standbys, are killed at one deadline."""
     interrupts: list[int] = [signal.SIGINT]
     with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
         names = ("plant", "controller", "recorder", *("standby",) * 4)

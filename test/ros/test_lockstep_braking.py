@@ -83,14 +83,14 @@ def test_braking_waits_for_a_peer_only_up_to_a_timeout(
     simulation: SimulationRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A crane on the same clock that never comes is waited for once, for so long, and the run ends."""
-    monkeypatch.setattr(braking, "_PEER_TIMEOUT", 0.05)
+    monkeypatch.setattr(braking, "_PEER_TIMEOUT", 0.5)
     host = FakeHost()
     host.brake_reason = REASON
     simulation.start()
     scheduler: Any = SimpleNamespace(in_sync=lambda: False)
     began = time.monotonic()
     brake_to_rest(host, simulation, scheduler, 0.0)  # type: ignore[arg-type]
-    assert 0.05 <= time.monotonic() - began < 0.5  # s: once, not again with each of its 20 steps
+    assert 0.5 <= time.monotonic() - began < 8.0  # s: once, not again with each of its 20 steps
     assert (simulation.plant.k, simulation.fault) == (STEPS_TO_REST, REASON)
 
 

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -60,7 +59,5 @@ def test_a_second_publisher_waits_for_the_lease(bench: tuple[Remote, dict[str, s
             wait_until(lambda: ours.states[-1] > reached + 50 * PERIOD)
             assert {effort[0] for effort in ours.efforts} <= {0.0, 1.0}
             os.kill(first.pid, signal.SIGKILL)
-            killed = time.monotonic()
             wait_until(lambda: is_applied(ours, 2.0))
-            assert time.monotonic() - killed < 2.0 * LEASE  # s; the lease, and as much again on a busy machine
             wait_until(lambda: ours.warnings[-1][1] == "running")
