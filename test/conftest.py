@@ -15,8 +15,11 @@ from typing import Any
 import hypothesis
 import pytest
 import session_guard
+from interpreted import pytest_runtest_protocol
 
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
+
+__all__ = ["pytest_runtest_protocol"]
 
 # the same examples in every run, on a slow machine too; the long fuzzing tests draw new ones
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
