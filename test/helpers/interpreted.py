@@ -13,8 +13,9 @@ PROGRAM = Path(__file__).parents[1] / "programs" / "interpreted_tests.py"
 
 
 def is_interpreted(item: pytest.Item) -> bool:
-    """Return whether a test is to run in the other process."""
-    return item.get_closest_marker("interpreted") is not None and os.environ.get("NUMBA_DISABLE_JIT") != "1"
+    """Return whether a test is to run in the other process; slow ones take the time to compile."""
+    marked = item.get_closest_marker("interpreted") is not None and item.get_closest_marker("slow") is None
+    return marked and os.environ.get("NUMBA_DISABLE_JIT") != "1"
 
 
 class Interpreter:

@@ -18,6 +18,8 @@ from crane_sim import SceneError, load_scene, orchestration, simulate_batch, sys
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError
 
+pytestmark = pytest.mark.interpreted
+
 FIXED = {"method": "rk4", "step": 0.005}
 DIGITS = 1e-5  # s: times in messages have six digits
 ROOT = Path(__file__).parents[2]
