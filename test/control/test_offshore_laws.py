@@ -13,6 +13,8 @@ from crane_sim.laws import fresh
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
+pytestmark = pytest.mark.interpreted
+
 LENGTH, G = 1.255, 9.81
 KP, KD = G / LENGTH, 0.4 * sqrt(G / LENGTH)  # of the paper's table 2: the pendulum's own frequency, damping 0.2
 Q = (1.3, 0.05, 0.0, 0.06, -0.08, -sqrt(1.0 - 0.06**2 - 0.08**2))

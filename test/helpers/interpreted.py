@@ -55,24 +55,30 @@ class Interpreter:
         self._log.close()
 
 
+def _teardown(item: pytest.Item, after: pytest.Item | None) -> list[pytest.TestReport]:
+    """End fixtures of this process that the next test does not share; return the report of a failure."""
+    state = item.session._setupstate
+    call = pytest.CallInfo.from_call(lambda: state.teardown_exact(after), when="teardown")
+    return [pytest.TestReport.from_item_and_call(item, call)] if call.excinfo else []
+
+
 _INTERPRETER = pytest.StashKey[Interpreter]()
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Run an interpreted test in its process, which is started before the first and ends before the session does."""
-    stash = item.config.stash
-    try:
-        if not is_interpreted(item):
-            return None
+    """Run an interpreted test in its process, which is started before the first and ends before the last test does."""
+    stash, interpreted, reports = item.config.stash, is_interpreted(item), []
+    if interpreted:
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         if _INTERPRETER not in stash:
             stash[_INTERPRETER] = Interpreter(item.session)
-        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-        for report in stash[_INTERPRETER].run(item, nextitem):
-            item.ihook.pytest_runtest_logreport(report=report)
-        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-        return True
-    finally:
-        if nextitem is None and _INTERPRETER in stash:
-            stash[_INTERPRETER].close()
-            del stash[_INTERPRETER]
+        reports = stash[_INTERPRETER].run(item, nextitem)
+    if nextitem is None and _INTERPRETER in stash:
+        stash[_INTERPRETER].close()
+    if not interpreted:
+        return None
+    for report in (*reports, *_teardown(item, nextitem)):
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True

@@ -124,6 +124,7 @@ def test_an_unknown_scene_is_refused_with_the_nearest_name() -> None:
         load_scene("knuckle_setpont")
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", sorted(scene_files()))
 def test_every_catalogue_scene_loads_and_survives_a_round_trip(name: str, tmp_path: Path) -> None:
     """Every catalogue scene is valid, says what it is, and is the same after it was written and read again."""
