@@ -155,6 +155,7 @@ def test_the_law_believes_what_it_is_told() -> None:
     assert scene.law.nominal.load.mass == 1.01  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
 
 
+@pytest.mark.interpreted
 def test_another_law_leaves_the_old_one_s_settings_out() -> None:
     """Where a scene's law is switched its gains go, and `notes` say so; the period and what laws share stay."""
     switched = load_scene("knuckle_unknown_load", {"control.law": "lqr"})
