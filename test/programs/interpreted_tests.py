@@ -28,6 +28,7 @@ class OnRequest:
         items, hook = {item.nodeid: item for item in session.items}, session.config.hook
         for name, after in map(json.loads, self._requests):
             self._reports = []
+            session._setupstate.teardown_exact(items[name])  # fixtures kept for a test that ran elsewhere
             hook.pytest_runtest_protocol(item=items[name], nextitem=items.get(after))
             data = [hook.pytest_report_to_serializable(config=session.config, report=one) for one in self._reports]
             print(json.dumps(data), file=self._answers, flush=True)
