@@ -30,6 +30,7 @@ def test_efforts_are_the_corrected_formula() -> None:
     assert law(0.0, q, v) == pytest.approx(tuple(expected), rel=1e-14)
 
 
+@pytest.mark.interpreted
 def test_at_the_target_the_law_holds_the_crane_still() -> None:
     """At rest on the target, the efforts leave every joint without acceleration."""
     scene = crane_sim.load_scene("knuckle_setpoint")
@@ -38,6 +39,7 @@ def test_at_the_target_the_law_holds_the_crane_still() -> None:
     assert np.allclose(crane_sim.acceleration(scene, q, v, scene.law(0.0, q, v)), 0.0, atol=1e-13)
 
 
+@pytest.mark.interpreted
 def test_the_shaped_energy_equals_the_published_one() -> None:
     """V along the published trajectory is the published V."""
     samples = CASE["samples"]
@@ -96,6 +98,7 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
     assert 1.8 < error[1] < 2.2
 
 
+@pytest.mark.interpreted
 def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
     """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
@@ -103,6 +106,7 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
         crane_sim.load_scene("knuckle_setpoint", target)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("law", "line"),
     [
