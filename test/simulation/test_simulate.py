@@ -58,7 +58,6 @@ def test_springs_conserve_energy() -> None:
     assert np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale  # 1e-11 relative a step, some 100 steps
 
 
-@pytest.mark.interpreted
 def test_constant_efforts_conserve_energy_minus_their_work() -> None:
     """H = E - u q is constant under constant efforts."""
     scene = scene_of(next(case for case in REFERENCE if case["control"]["kind"] != "energy"))
