@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
@@ -27,10 +28,21 @@ PLAIN = (
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
     """Return a digest of the Python sources below `folders`, PLAIN ones apart, and of what compiles them."""
     sha = hashlib.sha256(f"{sys.version} {_NUMBA}".encode())
-    for folder in folders:
-        for file in sorted(file for file in folder.rglob("*.py") if not _is_plain(file, folder)):
-            sha.update(str(file.relative_to(folder)).encode() + b"\0" + file.read_bytes())
+    for folder in map(str, folders):
+        for file in sorted(_sources(folder, {os.path.join(folder, plain) for plain in PLAIN})):
+            with open(file, "rb") as source:
+                sha.update(file[len(folder) :].encode() + b"\0" + source.read())
     return sha.hexdigest()[:16]
+
+
+def _sources(folder: str, plain: set[str]) -> Iterator[str]:
+    """Yield the Python sources below a folder; as strings, since this runs before every kernel that is loaded."""
+    for entry in os.scandir(folder):
+        if entry.is_dir():
+            if entry.path not in plain:
+                yield from _sources(entry.path, plain)
+        elif entry.name.endswith(".py"):
+            yield entry.path
 
 
 def _is_plain(file: Path, folder: Path) -> bool:

@@ -83,6 +83,7 @@ def asked_and_done(scene: Any, t: float, q: Any, v: Any) -> tuple[np.ndarray, np
     return np.array([*across, rise]), tip_of(q, v, bent)[2], bent
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("changes", [EVERYTHING, WINCH], ids=["everything", "winch"])
 def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any]) -> None:
     """Efforts, put through the forward dynamics, give the tip what the law commands of a pendulum, and hold height."""
@@ -94,6 +95,7 @@ def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any
         assert abs(bent[3]) < 1e-12 * np.max(np.abs(wanted))  # the rope keeps its length
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(("time_constant", "given"), [(None, 0.5), (0.1, 0.25)])
 def test_a_rate_driven_winch_is_given_what_accelerates_its_rope(time_constant: float | None, given: float) -> None:
     """The winch's input is the rope's acceleration, or the rate that makes a winch that lags accelerate it so."""
@@ -101,6 +103,7 @@ def test_a_rate_driven_winch_is_given_what_accelerates_its_rope(time_constant: f
     assert with_winch(RateRope(time_constant), (1.0, 2.0, 3.0), line, 0.5, 9.0) == (1.0, 2.0, 3.0, given)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("knee", [0.0, 1e-3, -0.05, 0.0999, np.pi, np.pi - 0.05])
 def test_in_line_the_joints_stay_bounded(knee: float) -> None:
     """With boom and jib nearly in line, accelerations are bounded, and across the line the tip still does as asked."""
@@ -116,6 +119,7 @@ def test_in_line_the_joints_stay_bounded(knee: float) -> None:
     assert abs(across @ (found - wanted)) < (0.005 + 0.05) * np.linalg.norm(plane)
 
 
+@pytest.mark.interpreted
 def test_in_line_the_knee_brakes() -> None:
     """A knee that straightens while the tip rests is braked by the servo's damping, the only direction that is lost."""
     scene = load_scene("knuckle_tracking", EVERYTHING)
@@ -125,6 +129,7 @@ def test_in_line_the_knee_brakes() -> None:
     assert BOOM * bent[1] - JIB * bent[2] == pytest.approx(-SERVO[1] * 1.0, abs=1e-9)
 
 
+@pytest.mark.interpreted
 def test_above_the_tower_the_slew_stays_bounded() -> None:
     """With the tip on the tower's axis the slew is not accelerated, and near it not more than at a tenth of a metre."""
     scene = load_scene("knuckle_tracking", EVERYTHING)
@@ -173,6 +178,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(("changes", "line"), REFUSED, ids=lambda value: value if isinstance(value, str) else "")
 def test_what_the_boom_cannot_reach_is_refused_in_one_line(changes: dict[str, Any], line: str) -> None:
     """A start or a path that needs a posture from which the tip cannot be moved freely is refused in one line."""

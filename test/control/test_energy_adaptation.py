@@ -81,6 +81,7 @@ def test_the_compiled_loop_and_a_law_asked_from_outside_are_one() -> None:
     assert np.array_equal(run.q, again.q) and np.array_equal(run.u, again.u)
 
 
+@pytest.mark.interpreted
 def test_a_payload_that_does_not_weigh_on_the_rope_teaches_nothing() -> None:
     """While the payload falls the estimate stays, and a winch that is asked to push is taken to do nothing."""
     law: Any = fresh(crane_sim.load_scene(SCENE).law)
@@ -95,6 +96,7 @@ def test_a_payload_that_does_not_weigh_on_the_rope_teaches_nothing() -> None:
     assert law.estimator.winch[0] == 0.0
 
 
+@pytest.mark.interpreted
 def test_the_reach_bounds_the_slew_alone() -> None:
     """With a reach the slew is pulled by kp e / √(1 + (e/r)²), the other joints as without."""
     scene = crane_sim.load_scene(SCENE, {"payload.mass": 1.0})
@@ -108,6 +110,7 @@ def test_the_reach_bounds_the_slew_alone() -> None:
     assert bounded[1:] == pytest.approx(free[1:], rel=1e-14)
 
 
+@pytest.mark.interpreted
 def test_poles_of_the_plain_law_about_its_target() -> None:
     """Linearised numerically where it ends, the plain law leaves the swing the little damping found elsewhere."""
     scene = crane_sim.load_scene("knuckle_setpoint")

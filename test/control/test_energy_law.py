@@ -30,6 +30,7 @@ def test_efforts_are_the_corrected_formula() -> None:
     assert law(0.0, q, v) == pytest.approx(tuple(expected), rel=1e-14)
 
 
+@pytest.mark.interpreted
 def test_at_the_target_the_law_holds_the_crane_still() -> None:
     """At rest on the target, the efforts leave every joint without acceleration."""
     scene = crane_sim.load_scene("knuckle_setpoint")
@@ -38,6 +39,7 @@ def test_at_the_target_the_law_holds_the_crane_still() -> None:
     assert np.allclose(crane_sim.acceleration(scene, q, v, scene.law(0.0, q, v)), 0.0, atol=1e-13)
 
 
+@pytest.mark.interpreted
 def test_the_shaped_energy_equals_the_published_one() -> None:
     """V along the published trajectory is the published V."""
     samples = CASE["samples"]
@@ -60,10 +62,11 @@ LOOPS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda name: name.replace(" ", "-"))
 def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     """Along every continuous closed loop V never rises, and falls at the rate that the proof gives."""
-    run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 15.0, **LOOPS[loop]}))
+    run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 4.0, **LOOPS[loop]}))
     value, rate = run.lyapunov().T
     assert np.all(rate <= 1e-12)
     assert np.max(np.diff(value)) < 1e-9 * value[0]  # the integrator's tolerance, where V stands still
@@ -72,12 +75,13 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
 
 
+@pytest.mark.interpreted
 def test_the_rate_of_v_is_that_of_every_instant() -> None:
     """On a moving base, under a varying force, V changes at the rate that the law gives for each instant."""
     wind = {"kind": "sine", "amplitude": 2.0, "frequency": 1.3, "phase": 0.4}
     swell = {"surge": {"amplitude": 0.2, "frequency": 1.1, "phase": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
     disturbed = {"payload_force": {"x": wind}, "base_motion": swell}
-    run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 4.0, **disturbed}))
+    run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 2.0, **disturbed}))
     value, rate = run.lyapunov().T
     fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)  # Simpson's rule, as above
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
@@ -94,6 +98,7 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
     assert 1.8 < error[1] < 2.2
 
 
+@pytest.mark.interpreted
 def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
     """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
@@ -101,6 +106,7 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
         crane_sim.load_scene("knuckle_setpoint", target)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("law", "line"),
     [

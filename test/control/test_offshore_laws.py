@@ -31,6 +31,7 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return (y[0], y[1], 0.0, 0.0, 0.0, -1.0), (dy[0], dy[1], 0.0, 0.0, 0.0, 0.0)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("of", ["y", "state", "error"])
 def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     """Features at any point have norm 1, and their products at two points are the Gaussian kernel."""
@@ -45,6 +46,7 @@ def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     assert seen[0] @ seen[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
 
 
+@pytest.mark.interpreted
 def test_one_step_of_learning_is_the_printed_law() -> None:
     """Weights after one period, and the effort that they lead to, are equations 64, 67, 74, 86, 97 and 99 by hand."""
     zone = {"cutoff": 0.001, "smoothing": 0.05}
@@ -107,6 +109,7 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
     assert values[0] - values[-1] > 0.1 * values[0]
 
 
+@pytest.mark.interpreted
 def test_poles_of_the_linearised_loop() -> None:
     """Law and plant, linearised numerically where the load hangs still, have the poles of the characteristic equation.
 

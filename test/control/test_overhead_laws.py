@@ -44,6 +44,7 @@ LOOPS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "loop",
     [pytest.param(name, marks=pytest.mark.slow) if name == "hoist" else name for name in LOOPS],
@@ -62,6 +63,7 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
 def test_friction_lowers_v(groups: dict[str, Any]) -> None:
     """On rails that rub V changes at the rate that the law gives, say differences along the crane's accelerations."""
@@ -79,6 +81,7 @@ def test_friction_lowers_v(groups: dict[str, Any]) -> None:
         assert rate < -law.kd * v[0] ** 2
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
 def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any]) -> None:
     """Under the law the crane accelerates as one with the light trolley does under springs and dampers alone."""
@@ -97,6 +100,7 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
         assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
 
 
+@pytest.mark.interpreted
 def test_the_default_gains_put_all_poles_on_one_spot() -> None:
     """Linearised at the target, trolley and swing have four poles at minus the pendulum's frequency."""
     scene = scene_of()
@@ -120,6 +124,7 @@ def cart_pendulum() -> tuple[np.ndarray, np.ndarray]:
     return a, b
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("period", [None, 0.05], ids=["continuous", "sampled"])
 def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) -> None:
     """LQR's poles are the stable eigenvalues of the Hamiltonian matrix, or pencil, of hand-written matrices."""
@@ -200,6 +205,7 @@ LQR = {"law": "lqr"}
 FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5.0}, "reference": {"q": [1.5]}}
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("groups", "line"),
     [

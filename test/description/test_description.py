@@ -16,6 +16,8 @@ from crane_sim.description.workspace import Room
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import polyline
 
+pytestmark = pytest.mark.interpreted
+
 SCENE = load_scene("knuckle_setpoint")
 
 

@@ -13,6 +13,8 @@ from crane_sim.integrators.events import GUARD_SAMPLES
 from crane_sim.numerics.jit import entry
 from crane_sim.simulation.rollout import simulate
 
+pytestmark = pytest.mark.interpreted
+
 STEP = 2.0  # s
 
 

@@ -104,6 +104,7 @@ def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
     assert sum(x for x in weights if x is not None) == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("method", "order", "sizes"),
     [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss3, 6, (0.25, 0.125))],
@@ -125,6 +126,7 @@ def test_gauss_collocation_is_of_its_order() -> None:
         assert np.allclose(a @ c ** (k - 1), c**k / k, rtol=0, atol=1e-15)
 
 
+@pytest.mark.interpreted
 def test_a_fixed_step_fills_the_way_evenly() -> None:
     """A step that does not divide the period is shortened, and the end is met exactly."""
     flow = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
@@ -170,6 +172,7 @@ def test_reading_between_steps_changes_nothing() -> None:
     assert look_back(method, p, (1.0, 0.0), 9.0, flow.t)[0] == flow.x
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01)], ids=["dop853", "rk4"])
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
@@ -177,11 +180,13 @@ def test_a_solution_that_ends_is_reported(method: Any) -> None:
     assert flow.status != Status.OK and flow.t < 1.5
 
 
+@pytest.mark.interpreted
 def test_a_state_that_is_not_finite_is_reported() -> None:
     """An initial state that is not a number stops the integration at once."""
     assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == Status.NOT_FINITE
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1)], ids=lambda m: type(m).__name__
 )
@@ -201,6 +206,7 @@ def _(p, t, x, u):
     return (1.0 if t < 0.5 else nan,)
 
 
+@pytest.mark.interpreted
 def test_an_adaptive_step_is_no_good_when_it_is_not_a_number() -> None:
     """Derivatives that turn into NaN in mid-run stop the adaptive method where they do."""
     flow = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)

@@ -10,6 +10,7 @@ import crane_sim
 from crane_sim.simulation.rollout import Rollout, simulate
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", ["10_3D_driven_N3", "11_3D_pole_N2"])
 def test_references_in_space(name: str) -> None:
     """Sine forces on both axes, and links that pass where angles would be singular, meet their references."""
@@ -41,6 +42,7 @@ def test_spherical_pendulum_past_the_horizontal() -> None:
     assert loose.stats["rhs_evaluations"] < 1000  # two angles take 5000 and more, without bound near the pole
 
 
+@pytest.mark.interpreted
 def test_a_plane_stays_the_plane_it_is() -> None:
     """A start in the plane of the trolley gives the planar model's trajectory, and nothing moves across."""
     angles, rates = np.array([0.3, -0.5, 0.9]), np.array([0.5, 1.0, -0.7])

@@ -1,10 +1,6 @@
 """What ends a run: travel limits, ropes that would push or are reeled in to nothing; and hoists, which only pull."""
 
-import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +14,10 @@ from crane_sim import SceneError, load_scene, orchestration, simulate_batch, sys
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError
 
+pytestmark = pytest.mark.interpreted
+
 FIXED = {"method": "rk4", "step": 0.005}
 DIGITS = 1e-5  # s: times in messages have six digits
-ROOT = Path(__file__).parents[2]
 
 PUSHED: dict[str, Any] = {  # the point reaches its limit after one second: x = t² / 2
     "duration": 1.2,
@@ -125,28 +122,12 @@ def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
     return asked
 
 
-RUNS = """
-import json, sys
-import crane_sim
-from crane_sim.simulation.status import SimulationError
-found = {}
-for name, (scene, changes) in json.load(sys.stdin).items():
-    try:
-        run, error = crane_sim.simulate(crane_sim.load_scene(scene, changes)), ""
-    except SimulationError as failure:
-        run, error = failure.run, str(failure)
-    found[name] = [error, run.q.tolist(), run.v.tolist(), run.u.tolist(), run.tension.tolist()]
-print(json.dumps(found))
-"""
-
-
 class Run:
     """A run and how it ended."""
 
     def __init__(self, error: str, q: Any, v: Any, u: Any, tension: Any) -> None:
-        """Take the error's line and arrays as lists."""
-        self.error, self.q, self.v, self.u = error, np.array(q), np.array(v), np.array(u)
-        self.tension = np.array(tension)
+        """Take the error's line and what the run has of every period."""
+        self.error, self.q, self.v, self.u, self.tension = error, q, v, u, tension
 
     @property
     def end(self) -> float:
@@ -156,20 +137,19 @@ class Run:
         return float(found[1])
 
 
+def ended(scene: Any, changes: dict[str, Any]) -> Run:
+    """Run a scene to its end, early or not."""
+    try:
+        run, error = crane_sim.simulate(load_scene(scene, changes)), ""
+    except SimulationError as failure:
+        run, error = failure.run, str(failure)
+    return Run(error, run.q, run.v, run.u, run.tension)
+
+
 @pytest.fixture(scope="module")
 def runs() -> dict[str, Run]:
-    """Return all runs, of plain Python in one process: `test_jit` proves that compiled code moves the same way."""
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", RUNS],
-        input=json.dumps(questions()),
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=400.0,
-        check=True,
-    )
-    return {name: Run(*told) for name, told in json.loads(done.stdout).items()}
+    """Return all runs: `test_jit` proves that compiled code moves the same way."""
+    return {name: ended(*case) for name, case in questions().items()}
 
 
 @pytest.mark.parametrize("name", POINT)

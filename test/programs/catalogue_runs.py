@@ -21,7 +21,7 @@ import plain_arrays
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration import process_group
 
-DURATION = 0.2  # s
+DURATION = 0.1  # s
 BRIEF = {"overhead_heavy": 0.05, "overhead_long_cable": 0.02, "overhead_steel": 0.02}  # s, of many small steps each
 MODULES = (
     "crane_sim.ros.plant_node",

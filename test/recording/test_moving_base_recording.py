@@ -17,6 +17,8 @@ from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
 from crane_sim.trajectories.base_motion import base_positions
 
+pytestmark = pytest.mark.interpreted
+
 
 @pytest.fixture(scope="module")
 def run() -> crane_sim.Rollout:

@@ -124,6 +124,7 @@ def test_an_unknown_scene_is_refused_with_the_nearest_name() -> None:
         load_scene("knuckle_setpont")
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", sorted(scene_files()))
 def test_every_catalogue_scene_loads_and_survives_a_round_trip(name: str, tmp_path: Path) -> None:
     """Every catalogue scene is valid, says what it is, and is the same after it was written and read again."""
@@ -154,6 +155,7 @@ def test_nominal_groups_reach_the_law_only() -> None:
     assert scene.law.nominal.load.mass == 1.01  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
 
 
+@pytest.mark.interpreted
 def test_another_law_leaves_the_old_one_s_settings_out() -> None:
     """Where a scene's law is switched its gains go, and `notes` say so; the period and what laws share stay."""
     switched = load_scene("knuckle_unknown_load", {"control.law": "lqr"})

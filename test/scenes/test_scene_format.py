@@ -18,6 +18,8 @@ from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.scene import FORMS
 from crane_sim.simulation.metrics import polyline
 
+pytestmark = pytest.mark.interpreted
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -42,6 +42,7 @@ def test_energy_over_a_million_steps() -> None:
     assert hardcases.long_energy().verdict == "holds"
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("scene", "line"),
     [

@@ -4,6 +4,8 @@ import pydoc
 import subprocess
 import sys
 
+import pytest
+
 import crane_sim
 from crane_sim.simulation.batch import simulate_batch
 from crane_sim.simulation.rollout import simulate
@@ -30,6 +32,7 @@ def test_the_package_alone_is_light() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.interpreted
 def test_results_are_shown_in_short() -> None:
     """Scenes, runs and batches show what they are in at most three lines."""
     run = simulate("knuckle_setpoint", duration=0.1)

@@ -15,6 +15,8 @@ from crane_sim.trajectories.path import further_at, path_of, sample_path
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import Pieces, peaks, values
 
+pytestmark = pytest.mark.interpreted
+
 POINTS = ((1.35, 0.0), (1.0922, -0.7935), (0.7425, -0.7425), (0.7935, -1.0922), (0.0, -1.35))
 TIMES = (10.0, 26.0, 30.0, 34.0, 50.0)
 ROUNDING = 1e-12  # of numbers of the size of one

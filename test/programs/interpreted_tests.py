@@ -1,0 +1,52 @@
+"""A pytest session without compilation, which runs the tests that it is asked for: `interpreted_tests.py FILE ...`.
+
+Requests are lines of JSON on its standard input, [test, the one after it or null]; for each it prints one line, the
+test's reports. States that are arrays pass through `plain_arrays`.
+"""
+
+import json
+import os
+import sys
+from importlib import import_module
+from typing import TextIO
+
+import plain_arrays
+import pytest
+
+
+class OnRequest:
+    """A plugin: tests run in the order of the requests, and their reports are the answers."""
+
+    def __init__(self, requests: TextIO, answers: TextIO) -> None:
+        """Take requests from one stream, write answers into another one."""
+        self._requests, self._answers = requests, answers
+        self._reports: list[pytest.TestReport] = []
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Run what is asked for until the requests end."""
+        items, hook = {item.nodeid: item for item in session.items}, session.config.hook
+        for name, after in map(json.loads, self._requests):
+            self._reports = []
+            session._setupstate.teardown_exact(items[name])  # fixtures kept for a test that ran elsewhere
+            hook.pytest_runtest_protocol(item=items[name], nextitem=items.get(after))
+            data = [hook.pytest_report_to_serializable(config=session.config, report=one) for one in self._reports]
+            print(json.dumps(data), file=self._answers, flush=True)
+        return True
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Keep a report for the answer."""
+        self._reports.append(report)
+
+
+def main() -> None:
+    """Run the program: what tests print goes to standard error."""
+    import_module("crane_sim.simulation.rollout")  # with all integrators, of which `plain_arrays` replaces parts
+    plain_arrays.install()
+    requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    pytest.main(["-n", "0", "-m", "", *sys.argv[1:]], plugins=[OnRequest(requests, answers)])
+
+
+if __name__ == "__main__":
+    main()
