@@ -1,7 +1,6 @@
 """Fixtures and hooks of all tests: a ROS domain of their own, time limits, and checks for leftovers."""
 
 import faulthandler
-import gc
 import os
 import signal
 import subprocess
@@ -25,8 +24,6 @@ __all__ = ["pytest_runtest_protocol"]
 # the same examples in every run, on a slow machine too; the long fuzzing tests draw new ones
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")
-
-gc.set_threshold(20_000)  # compilation makes objects by the million: a seventh of its time went into looking for cycles
 
 _AGAIN = 60.0  # s from a test's limit until its clean-up is interrupted, too
 
