@@ -15,7 +15,7 @@ from mcap_samples import read
 from process_helpers import children, completed, has_exited, next_line, started_program, wait_until
 
 from crane_sim import load_scene, orchestration
-from crane_sim.evaluation.soak.monitor import Account, monitor
+from crane_sim.evaluation.soak.monitor import MonitorFile, monitor
 from crane_sim.evaluation.soak.signals import DURATION, SCENE, WAYS, Interruption, interrupt_run, plan
 from crane_sim.evaluation.soak.signals import soak as signal_soak
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
@@ -26,7 +26,7 @@ STEPS_ON_DISK = 2_000_000  # bytes of a recording, thrice those before its first
 
 
 @pytest.fixture(scope="module")
-def monitored() -> Iterator[tuple[int, Account]]:
+def monitored() -> Iterator[tuple[int, MonitorFile]]:
     """Yield a ROS domain and the messages of an independent subscriber in it."""
     with reserve_domain() as domain, monitor(load_scene(SCENE, {"duration": DURATION}), domain) as account:
         yield domain, account
@@ -42,7 +42,7 @@ def monitored() -> Iterator[tuple[int, Account]]:
     ],
     ids=["as Python starts", "during imports", "while compiling", "in the run or before, and again"],
 )
-def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int, Account]) -> None:
+def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int, MonitorFile]) -> None:
     """It exits soon: no traceback, no process, no part of a file is left, the last effort is zero."""
     end = interrupt_run(how, *monitored)
     assert end.complaints == ()
@@ -51,7 +51,7 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
 
 
 @pytest.mark.parametrize("way", [way for way in WAYS if way != "realtime"])
-def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int, Account]) -> None:
+def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int, MonitorFile]) -> None:
     """In lockstep, with restarts, with a bag: it exits soon, no orphan, no part, a last effort of zero."""
     end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=way, begun=True), *monitored)
     assert end.complaints == ()
@@ -59,7 +59,7 @@ def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int
     assert end.code == 1
 
 
-def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, Account]) -> None:
+def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, MonitorFile]) -> None:
     """The same holds while a subscriber is stopped with messages on their way to it."""
     frozen = [sys.executable, str(Path(__file__).parents[1] / "programs" / "frozen_subscriber.py")]
     domain, _ = monitored
