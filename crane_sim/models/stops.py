@@ -7,8 +7,8 @@ from crane_sim.models.guards import LOWER, UPPER, Guard, decode
 from crane_sim.numerics.jit import generic
 from crane_sim.system import Switching
 
-SHORTEST = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
-LEAD = 0.01  # s: a rope that would be that short so soon is so now; its length, never negative, soon grows again
+MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
+LEAD_TIME = 0.01  # s: a rope that would be that short so soon is so now; its length, never negative, soon grows again
 _POSITIONS = 6  # of support and payload
 
 
@@ -41,7 +41,7 @@ def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tup
         end: LOWER or UPPER.
         shortest: its shortest length [m].
     """
-    if end == LOWER and shortest <= SHORTEST:
+    if end == LOWER and shortest <= MIN_LENGTH:
         return "the rope is reeled in to nothing", f"give {key}.limits, or change what drives the {key}"
     name = {LOWER: "shortest", UPPER: "longest"}[end]
     return f"the {rope} reached its {name} length", f"change {key}.limits, or what drives the {key}"

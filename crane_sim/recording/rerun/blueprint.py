@@ -1,4 +1,4 @@
-"""How the viewer shows a recording when it is opened: the crane on the left, plots with units on the right."""
+"""Blueprint of the viewer for a recording: the crane on the left, plots with units on the right."""
 
 from __future__ import annotations
 
