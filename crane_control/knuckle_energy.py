@@ -142,7 +142,7 @@ def compute_lyapunov(law, t, q, v):
 
 
 class Adaptation(NamedTuple):
-    """How the load is weighed while the crane moves it."""
+    """Estimation of the payload's mass during motion."""
 
     rate: Positive = 2.0  # 1/s, at which the estimate of the mass follows
 
@@ -153,7 +153,7 @@ class Settings(NamedTuple):
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
     reach: Positive | None = None  # rad, beyond which the slew is pulled no harder; left out: a linear spring
-    adaptation: Adaptation | None = None  # the law weighs a load that it does not know
+    adaptation: Adaptation | None = None  # the law estimates an unknown mass of the payload
     # (`knuckle_unknown_load`); left out: the nominal `payload.mass`
 
 

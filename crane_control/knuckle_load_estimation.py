@@ -140,9 +140,11 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEn
     if options is None:
         return law
     if law.parameters.winch is None:
-        raise SceneError("control.adaptation: weighs the load by the winch's force; possible: rope.drive = 'force'")
+        raise SceneError(
+            "control.adaptation: estimates the mass from the winch's force; possible: rope.drive = 'force'"
+        )
     if law.nominal.gravity == 0.0:
-        raise SceneError("gravity = 0.0: without weight there is nothing to weigh, leave out control.adaptation")
+        raise SceneError("gravity = 0.0: without weight the mass cannot be estimated, leave out control.adaptation")
     if not nominal.sampled:
-        raise SceneError("control.period = 'continuous': a law that weighs the load has memory; give a period")
+        raise SceneError("control.period = 'continuous': a law that estimates the mass has memory; give a period")
     return AdaptiveEnergyLaw(law.parameters, law.nominal, options.rate, make_estimator(law.nominal))

@@ -47,7 +47,7 @@ class Boom(NamedTuple):
     reach: tuple[float, float]  # m, least and greatest distance from the tower's axis, at this height
     length: float  # m, at which the rope is held
     rope: Any  # the crane's
-    crane: Crane  # whose rope is told how its length should accelerate
+    crane: Crane  # with a rope whose acceleration is prescribed
 
 
 @estimate_cable.register(Boom)

@@ -1,4 +1,4 @@
-"""What a camera tells of the payload: sampled, noisy, late, filtered; its velocity by backward difference.
+"""Camera measurement of the payload: sampled, noisy, delayed, filtered; its velocity by backward difference.
 
 Between frames everything is held. A noise that is drawn beforehand keeps runs repeatable and the compiled law simple.
 """

@@ -140,7 +140,7 @@ class ProcessGroup:
         readable = self._selector.select(timeout)
         for key, _ in readable:
             key.data.read()
-            if key.data.gone:
+            if key.data.exited:
                 self._selector.unregister(key.fd)
         return bool(readable)
 

@@ -15,7 +15,7 @@ from crane_sim.files.types import Positive, Real
 from crane_sim.trajectories.line_arc import Coordinates, unequal
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around
 
-ARRIVED = 1e-9  # of the way, that phases too brief to be told may leave
+ARRIVED = 1e-9  # relative to the distance, which phases below the resolution of doubles may leave
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 """A limit of every coordinate, or of each one."""
 

@@ -34,7 +34,7 @@ def lasting(times: Array) -> Array:
     """Return the times (K + 1,) [s] of pieces whose lengths follow from limits.
 
     Raises:
-        ValueError: a piece is briefer than numbers can tell.
+        ValueError: a piece is shorter than the resolution of doubles.
     """
     if not np.min(np.diff(times)) >= MIN_INTERVAL:
         raise ValueError("limits so large that the motion, or a part of it, takes no time")

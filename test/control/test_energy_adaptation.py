@@ -128,8 +128,8 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     ("changes", "line"),
     [
         ({"rope": {"drive": "locked"}}, "possible: rope.drive = 'force'"),
-        ({"control.period": "continuous"}, "a law that weighs the load has memory; give a period"),
-        ({"gravity": 0.0}, "without weight there is nothing to weigh"),
+        ({"control.period": "continuous"}, "a law that estimates the mass has memory; give a period"),
+        ({"gravity": 0.0}, "without weight the mass cannot be estimated"),
         ({"control.adaptation": {"rate": 0.0}}, "control.adaptation.rate = 0.0: must be greater than 0"),
         ({"control.adaptation": {"speed": 1.0}}, "control.adaptation: unknown key 'speed'"),
         ({"control.reach": -1.0}, "control.reach = -1.0: must be greater than 0"),

@@ -27,7 +27,7 @@ _POLL = 0.01  # s between two looks for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
 _GROWTH = 5.0  # MB that the plant may grow
 _CALL = 20.0  # ms that a call may take
-_BARE = 1e-3  # s, period of a loop beside the run that tells what the machine grants
+_BARE = 1e-3  # s, period of a loop beside the run that measures stalls of the machine
 _STALL = 100.0  # ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
 _SECOND = 1e9  # ns
 

@@ -10,11 +10,11 @@ from crane_sim.evaluation.soak.figures import Figure
 HEAD = """# What a run survives
 
 Written by `crane soak page --save docs` from the files in [soak](soak), one for each part, which `crane soak PART
---save docs` keeps: a part that is run again replaces its former results. Every run has the scene `knuckle_setpoint`.
-What was promised stands beside what was measured, kept or not; a figure without a promise is a basis of comparison for
-others. What is promised of a run over ROS is measured outside the plant where that is possible: by a node that
-belongs to no run, the monitor, which subscribes in the same ROS domain and records instant, stamp and efforts of every
-message.
+--save docs` saves: a part that is run again replaces its former results. Every run has the scene
+`knuckle_setpoint`. What was promised stands beside what was measured, kept or not; a figure without a promise is a
+basis of comparison for others. What is promised of a run over ROS is measured outside the plant where that is possible:
+by a node that belongs to no run, the monitor, which subscribes in the same ROS domain and records instant, stamp and
+efforts of every message.
 """
 
 
@@ -22,8 +22,8 @@ class Part(NamedTuple):
     """A section of the page."""
 
     title: str
-    how: str
-    keeps: tuple[str, ...] = ()  # keys of the data that the plot shows
+    procedure: str
+    data_keys: tuple[str, ...] = ()  # keys of the data that the plot shows
     draw: Callable[[Any, dict[str, Any]], None] | None = None  # into a matplotlib figure
     series: bool = False  # they are samples over time, which may be thinned
 
@@ -100,7 +100,14 @@ def write_findings(documents: Mapping[str, Mapping[str, Any]], drawn: Collection
 
 def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
     part = PARTS[name]
-    lines = [f"## {part.title}", "", part.how, "", f"`{document['command']}` on {in_words(document['machine'])}.", ""]
+    lines = [
+        f"## {part.title}",
+        "",
+        part.procedure,
+        "",
+        f"`{document['command']}` on {in_words(document['machine'])}.",
+        "",
+    ]
     if drawn:
         lines += [f"![{part.title}](soak/{name}.png)", ""]
     lines += ["| figure | measured | promised | kept |", "|---|---|---|---|"]

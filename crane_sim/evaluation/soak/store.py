@@ -28,7 +28,7 @@ def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapp
     Raises:
         SceneError: the folder cannot be written, or has other entries of these names.
     """
-    kept = {name: data[name] for name in PARTS[part].keeps}
+    kept = {name: data[name] for name in PARTS[part].data_keys}
     kept = thin_lists(kept) if PARTS[part].series else kept
     document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
     try:

@@ -59,7 +59,7 @@ class Bag:
         self._now, self.passes = (after + 1) * period_ns, passes
         self._last_message = self._saved = time.monotonic()
         self.broken, self.last_step, self._after = "", after, after
-        self._older = 0  # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
@@ -95,7 +95,11 @@ class Bag:
             self._attempt(self._file.close)
         steps = summary.get("steps", self.last_step) - self._after
         if self.broken:
-            before = f" since the last reset, and {self._older} from before it" if self._older else ""
+            before = (
+                f" since the last reset, and {self._steps_before_reset} from before it"
+                if self._steps_before_reset
+                else ""
+            )
             counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
             return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
         added = {"mcap": str(self._path)}
@@ -133,7 +137,7 @@ class Bag:
         if not self.broken:
             self._attempt(self._set_aside)
         if self.broken:
-            self._older += done
+            self._steps_before_reset += done
             return
         for track in self._topic_states.values():
             track.count = track.stamp = 0

@@ -66,7 +66,7 @@ class Recorder:
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._last_message = time.monotonic()
         self.broken = ""
-        self._older = 0  # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
@@ -140,7 +140,10 @@ class Recorder:
         lost = max(self.last_step, steps) - self._session.recorded
         closed = None if self.broken else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
         if closed is None:
-            own, files = self._session.broken(self.broken, lost, self._older), self._parts.all(self._session.part)
+            own, files = (
+                self._session.broken(self.broken, lost, self._steps_before_reset),
+                self._parts.all(self._session.part),
+            )
         else:
             time_left = within - (time.monotonic() - began)
             own, files = closed, self._parts.join(Path(closed["recording"]), time_left)
@@ -180,7 +183,7 @@ class Recorder:
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
         recorded, self._session.recorded = self._session.recorded, 0
         if self.broken:
-            self._older += recorded
+            self._steps_before_reset += recorded
             return
         set_aside(
             [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)

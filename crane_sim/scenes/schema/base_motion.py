@@ -83,7 +83,7 @@ def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
     least, most = max(1.0 / span, rate / MAX_ROWS), 0.5 * rate
     if not least <= cut_off <= most:
         raise SceneError(
-            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file tells {span:g} s, "
+            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file covers {span:g} s, "
             f"{rate:.3g} rows a second"
         )
     try:
@@ -142,7 +142,7 @@ def _check_times(where: str, times: Array, lines: list[int], duration: float) ->
         said = f"row {lines[at]}, time = {times[at]:g}"
         raise SceneError(f"{where}: {said}: must be {MIN_INTERVAL:g} s after the row before")
     if times[0] > 0.0 or times[-1] < duration:
-        raise SceneError(f"{where}: tells {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
+        raise SceneError(f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
 
 
 PEAKED = 3.3  # gamma of a JONSWAP spectrum that names none, the mean of the measured ones
@@ -326,7 +326,7 @@ class BaseMotion(Group):
         if self.file is not None:
             others = [name for name in (*AXES, "sea") if getattr(self, name)]
             if others:
-                raise SceneError(f"base_motion.{others[0]}: the file tells the whole motion; leave out one of the two")
+                raise SceneError(f"base_motion.{others[0]}: the file gives the whole motion; leave out one of the two")
             return spline_base(self.file, duration, self.cut_off)
         if self.cut_off is not None:
             raise SceneError(f"base_motion.cut_off = {self.cut_off:g}: smooths the rows of a file, and there is none")

@@ -88,10 +88,9 @@ class BrakeGroup(Group):
     (trolley + payload), holds 12 degrees under any trolley, and 45 where the trolley weighs twice its payload.
     """
 
-    capacity: tuple[NonNegative, ...] | None = (
-        None  # effort's unit, largest holding effort of each actuated joint; left out:
-    )
-    # twice the static load of the initial posture and what decelerates all that the joint carries by 2 rad/s² or m/s²
+    capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest effort of each actuated joint's brake;
+    # left out: twice the static load of the initial posture and what decelerates all that the joint carries by 2 rad/s²
+    # or m/s²
     frequency: Positive | None = None  # rad/s, of a free joint on its brake's spring; left out: computed from the crane
     damping: NonNegative = 0.7  # -, ratio of that spring
 

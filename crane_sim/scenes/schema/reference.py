@@ -53,7 +53,7 @@ def _path(value: Any) -> Any:
     if own.get("kind") == "trajectory" and "file" in own:
         duplicates = [key for key in ("joint_names", "points") if key in own]
         if duplicates:
-            raise ValueError(f"file tells {duplicates[0]}, too; leave out one of the two")
+            raise ValueError(f"file gives {duplicates[0]}, too; leave out one of the two")
         if not isinstance(own["file"], str):
             raise ValueError(f"file = {own['file']!r}: must be text")
         own |= read_trajectory(own.pop("file"))
