@@ -15,12 +15,12 @@ from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, tr
 from crane_control.estimation.features import Features, Of, draw_frequencies, write_features
 from crane_control.tracking.tracker import Estimate, Gains, estimate
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import NonNegative, Positive, Seed, no_switch
+from crane_sim.files.types import NonNegative, Positive, Seed, reject_bool
 from crane_sim.laws import read_group
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.scenes.scene import Scene
 
-Number = Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=10000)]
+Number = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10000)]
 
 
 class DeadZone(NamedTuple):
@@ -138,7 +138,7 @@ def learner_of(settings: Adaptation, gains: Gains) -> Learner:
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
-    """Return the law for what it believes of the scene.
+    """Return the law for its nominal scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

@@ -38,7 +38,7 @@ SETTINGS = {"control": Settings}
 
 
 class AngularLaw(NamedTuple):
-    """The law, and the cable that it believes in."""
+    """The law and its nominal cable."""
 
     length: float  # m
     path: Path
@@ -102,7 +102,7 @@ def _check_start(nominal: Scene) -> None:
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
-    """Return the law for what it believes of the scene.
+    """Return the law for its nominal scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

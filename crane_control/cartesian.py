@@ -121,7 +121,7 @@ def tracking_law(
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
-    """Return the law for what it believes of the scene.
+    """Return the law for its nominal scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

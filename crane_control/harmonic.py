@@ -1,7 +1,7 @@
 """The law called `harmonic`: Cartesian tracking with an observer of a disturbance that swings at an unknown frequency.
 
 For each axis an extended Kalman filter follows [y, y', d, d', θ, b, λ]: y'' = Oz² (tip - y) + d + b, d'' = -θ d. θ, b
-and λ, the believed length of the cable over the true one, are constant but for their noise. The law opposes what the
+and λ, the nominal length of the cable over the true one, are constant but for their noise. The law opposes what the
 disturbance will be when the suspension point has answered:
 u = -d(t + τ) - b, d(t + τ) = d cos(ω τ) + d' sin(ω τ) / ω, ω = √θ.
 """
@@ -50,7 +50,7 @@ class Observer(NamedTuple):
     wander: Positive = 1.5  # m/s³, unmodelled change of the disturbance's rate, in one second
     detune: Positive = 0.5  # 1/s², of the squared frequency, in one second
     drift: Positive = 0.005  # m/s², of the bias, in one second
-    rope: NonNegative = 0.05  # -, standard deviation of the believed length, relative to the true one: from 20 %
+    rope: NonNegative = 0.05  # -, standard deviation of the nominal length, relative to the true one: from 20 %
     # shorter to 20 % longer is observed
 
 
@@ -131,7 +131,7 @@ def observer_of(settings: Observer, tracker: Tracker, lag: float) -> HarmonicObs
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
-    """Return the law for what it believes of the scene.
+    """Return the law for its nominal scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

@@ -36,8 +36,8 @@ class Winch(NamedTuple):
     weight: float  # N, of the payload
 
 
-class Action(NamedTuple):
-    """What the law computes with, for slew, boom and jib."""
+class ControlParameters(NamedTuple):
+    """Gains, targets and gravity compensation of the law, for slew, boom and jib."""
 
     kp: tuple[float, float, float]  # N m/rad
     kd: tuple[float, float, float]  # N m s/rad
@@ -48,14 +48,14 @@ class Action(NamedTuple):
 
 
 class EnergyLaw(NamedTuple):
-    """The law, and the crane that it believes in."""
+    """The law and its nominal crane."""
 
-    action: Action
+    parameters: ControlParameters
     nominal: Crane
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self.action, q, v)
+        return compute_efforts(self.parameters, q, v)
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, with what base and forces supply."""
@@ -97,52 +97,52 @@ def _(winch, q, v):
 
 
 @kernel
-def act(action, q, v):
+def control_action(parameters, q, v):
     """Return the efforts (nu,) of the law."""
-    kp, kd, target = action.kp, action.kd, action.target
-    slew = kp[0] * stretch(action.reach, target[0] - q[0])[0] - kd[0] * v[0]
-    luff = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + action.moments[0] * cos(q[1])
-    knuckle = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + action.moments[1] * cos(q[2])
-    return with_winch(action.winch, (slew, luff, knuckle), q, v)
+    kp, kd, target = parameters.kp, parameters.kd, parameters.target
+    slew = kp[0] * stretch(parameters.reach, target[0] - q[0])[0] - kd[0] * v[0]
+    luff = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.moments[0] * cos(q[1])
+    knuckle = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.moments[1] * cos(q[2])
+    return with_winch(parameters.winch, (slew, luff, knuckle), q, v)
 
 
 @system.command.register(EnergyLaw)
 def _(law, t, q, v):
-    return act(law.action, q, v)
+    return control_action(law.parameters, q, v)
 
 
 @system.effort.register(EnergyLaw)
 def _(u, p, t, x):
     q, v = system.actuated_joints(p, x)
-    return system.saturate(p, act(u.action, q, v))
+    return system.saturate(p, control_action(u.parameters, q, v))
 
 
 @entry
-def compute_efforts(action, q, v):
-    """Compiled `act` for calls from Python."""
-    return act(action, q, v)
+def compute_efforts(parameters, q, v):
+    """Compiled `control_action` for calls from Python."""
+    return control_action(parameters, q, v)
 
 
 @entry
 def compute_lyapunov(law, t, q, v):
     """Return (V, dV/dt) of the shaped energy at time t [s]."""
-    p, action = law.nominal, law.action
+    p, parameters = law.nominal, law.parameters
     x = system.state(p, t, q, v)
     pose = forward_kinematics(p.support, x[0])
     line = span(pose, x[1])
-    value, rate = winch_share(action.winch, q, v)
+    value, rate = winch_share(parameters.winch, q, v)
     value = value + system.kinetic(p, x) + p.load.mass * p.gravity * (line.length + line.n[2] * line.length)
     value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), line.length)
-    value = value + action.kp[0] * stretch(action.reach, action.target[0] - q[0])[1]
+    value = value + parameters.kp[0] * stretch(parameters.reach, parameters.target[0] - q[0])[1]
     for i in range(1, 3):
-        value = value + 0.5 * action.kp[i] * (action.target[i] - q[i]) ** 2
+        value = value + 0.5 * parameters.kp[i] * (parameters.target[i] - q[i]) ** 2
     for i in range(3):
-        rate = rate - action.kd[i] * v[i] * v[i]
+        rate = rate - parameters.kd[i] * v[i] * v[i]
     return value, rate + system.power(p, t, x, (0.0, 0.0, 0.0, 0.0))
 
 
 class Adaptation(NamedTuple):
-    """How the load is weighed while the crane moves it."""
+    """Estimation of the payload's mass during motion."""
 
     rate: Positive = 2.0  # 1/s, at which the estimate of the mass follows
 
@@ -153,12 +153,12 @@ class Settings(NamedTuple):
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
     reach: Positive | None = None  # rad, beyond which the slew is pulled no harder; left out: a linear spring
-    adaptation: Adaptation | None = None  # the law weighs a load that it does not know
-    # (`knuckle_unknown_load`); left out: it believes `payload.mass`
+    adaptation: Adaptation | None = None  # the law estimates an unknown mass of the payload
+    # (`knuckle_unknown_load`); left out: the nominal `payload.mass`
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
-    """Return the plain law for what it believes of the scene.
+    """Return the plain law for its nominal scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
@@ -174,14 +174,14 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
     for name, gains in (("kp", options.kp), ("kd", options.kd)):
         if len(gains) < nu:
             raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated: {nominal.actuated}")
-    return EnergyLaw(_action(options, nominal.reference, nominal.model, nu), nominal.model)
+    return EnergyLaw(_parameters_of(options, nominal.reference, nominal.model, nu), nominal.model)
 
 
-def _action(options: Settings, target: tuple[float, ...], model: Crane, nu: int) -> Action:
+def _parameters_of(options: Settings, target: tuple[float, ...], model: Crane, nu: int) -> ControlParameters:
     boom, jib, g, m = model.support.boom, model.support.jib, model.gravity, model.load.mass
     moments = (
         g * boom.length * (m + 0.5 * boom.mass + jib.mass),
         g * jib.length * (m + 0.5 * jib.mass),
     )
     winch = Winch(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
-    return Action(options.kp[:3], options.kd[:3], target[:3], moments, winch, options.reach)  # pyright: ignore[reportArgumentType]
+    return ControlParameters(options.kp[:3], options.kd[:3], target[:3], moments, winch, options.reach)  # pyright: ignore[reportArgumentType]

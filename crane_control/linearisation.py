@@ -19,7 +19,7 @@ from crane_sim.simulation.dynamics import acceleration
 Array = npt.NDArray[np.float64]
 Poles = npt.NDArray[np.complex128]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
-STILL = 1e-9  # m/s² or rad/s²: accelerations that count as none
+ZERO_ACCELERATION = 1e-9  # m/s² or rad/s²: accelerations that count as none
 SLOWEST = 1e-6  # 1/s: poles nearer to the border of stability count as on it, their error is that of the differences
 
 
@@ -50,7 +50,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
             break
         a, b = linearise(scene, q, u)
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
-        if np.max(np.abs(moved)) < STILL + rounding:
+        if np.max(np.abs(moved)) < ZERO_ACCELERATION + rounding:
             return q, u
         step = np.linalg.lstsq(np.hstack([a[n:, free], b[n:]]), -moved)[0]
         q[free] += step[: len(free)]

@@ -7,7 +7,7 @@ The weights are those of Bryson's rule where the scene gives none: a deviation o
 0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1 rad/s² weigh the same.
 
 The equations are those at the mean of what disturbs the crane: its base at the mean of its motion, constant forces,
-no wave and no gust. What the law is to believe instead, a list or a steady wind, `control.nominal` says.
+no wave and no gust. What its nominal scene has instead, a list or a steady wind, `control.nominal` says.
 
 Where the scene has a path of the joints, these follow it: z* is then the target with the path's positions and
 velocities of the actuated joints in place of its own.
@@ -43,7 +43,7 @@ class Channel(NamedTuple):
 
 
 class LqrLaw(NamedTuple):
-    """The law; its gain is that of the crane that it believes in, nq joints."""
+    """The law; its gain is that of its nominal crane, nq joints."""
 
     channels: Channel | None
     target: Any  # (nq,)
@@ -113,7 +113,7 @@ class Settings(NamedTuple):
     """Weights; for any crane. It goes to `reference.q` or follows a `reference.path` of joints (`overhead_shaped`).
 
     The equations are linearised at the mean of what disturbs the crane: the base at the mean of its motion, constant
-    forces and the offsets of sines, no other gusts; `nominal` says what to believe instead.
+    forces and the offsets of sines, no other gusts; `nominal` says what the law takes instead.
     """
 
     q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # -, weights of positions, then of
@@ -126,7 +126,7 @@ SETTINGS = {"control": Settings}
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
-    """Return the law for what it believes of the scene, sampled every `nominal.period` if `nominal.sampled`.
+    """Return the law for its nominal scene, sampled every `nominal.period` if `nominal.sampled`.
 
     Raises:
         SceneError: a setting is wrong, the path is the payload's, nothing can be held at the target, or a motion about

@@ -59,7 +59,7 @@ class Hoist(NamedTuple):
 
 
 class OverheadEnergyLaw(NamedTuple):
-    """The law, and the crane that it believes in."""
+    """The law and its nominal crane."""
 
     kp: float  # N/m
     kd: float  # N s/m
@@ -83,7 +83,7 @@ class OverheadEnergyLaw(NamedTuple):
 
 @generic
 def cable_state(rope, q, v):
-    """Return (length, rate, number of joints up to the swing) of the link that the law believes in."""
+    """Return (length, rate, number of joints up to the swing) of the nominal link."""
     return rope.length, 0.0, 2
 
 
@@ -107,7 +107,7 @@ def _(rope, q, v, weight):
 
 
 @kernel
-def act(law, q, v):
+def control_action(law, q, v):
     """Return the efforts (nu,) of the law."""
     m, mu = law.payload_mass, law.apparent_mass
     (length, _, n), error = cable_state(law.rope, q, v), law.target - q[0]
@@ -122,19 +122,19 @@ def act(law, q, v):
 
 @system.command.register(OverheadEnergyLaw)
 def _(law, t, q, v):
-    return act(law, q, v)
+    return control_action(law, q, v)
 
 
 @system.effort.register(OverheadEnergyLaw)
 def _(u, p, t, x):
     q, v = system.joints(p, x)
-    return system.saturate(p, act(u, q, v))
+    return system.saturate(p, control_action(u, q, v))
 
 
 @entry
 def compute_efforts(law, q, v):
-    """Compiled `act` for calls from Python."""
-    return act(law, q, v)
+    """Compiled `control_action` for calls from Python."""
+    return control_action(law, q, v)
 
 
 @kernel
@@ -170,7 +170,7 @@ class Settings(NamedTuple):
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
-    """Return the law for what it believes of the scene.
+    """Return the law for its nominal scene.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

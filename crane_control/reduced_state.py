@@ -1,11 +1,11 @@
-"""What a law that believes in few cable links sees of a crane that has more."""
+"""Joint coordinates for a law whose nominal cable has fewer links than the crane's."""
 
 from crane_sim.numerics.jit import kernel
 
 
 @kernel
 def get_or_zero(values, i, n):
-    """Return entry i of n believed joint coordinates, where the crane's own are `values`, at least n of them.
+    """Return entry i of n nominal joint coordinates, where the crane's own are `values`, at least n of them.
 
     The last one is the mean of the crane's remaining ones: of the swing angles of a cable. For links of equal length
     that is, to first order, the payload's direction seen from the trolley, in which the cable's own waves hardly show:

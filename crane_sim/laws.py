@@ -2,7 +2,7 @@
 
 A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by naming a function
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
-nominal; `scene` is the *nominal* scene, all that the law may believe. It raises ValueError for what does not fit.
+nominal; `scene` is the *nominal* scene, all that the law may depend on. It raises ValueError for what does not fit.
 A module that has `SETTINGS`, the NamedTuples that its settings are read into by the group that has them, is described
 in the page of the scene format.
 """
@@ -45,7 +45,7 @@ class EnergyShaping(Protocol):
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) at time t [s], joint positions q (nq,) and velocities v (nq,).
 
-        dV/dt is that of the crane that the law believes in, under efforts that are demanded continuously: motions,
+        dV/dt is that of the law's nominal crane, under efforts that are demanded continuously: motions,
         forces and limits that `control.nominal` keeps from the law are not in it.
         """
         ...

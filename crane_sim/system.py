@@ -225,7 +225,7 @@ def apply_reset_map(p, t, x, u, number):
 
 @generic
 def describe_event(p, number):
-    """Return (what the event or guard of that number tells, what a user can change) in words."""
+    """Return texts (meaning of the event or guard of that number, what a user can change)."""
     raise NotImplementedError
 
 

@@ -2,7 +2,7 @@
 
 The state of an axis is [y, y', d, d', θ, b, λ]: y'' = Oz² (tip - y) + d + b, d'' = -θ d; θ, b and λ are constant but
 for their noise. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. What is measured is the direction of the cable, and what is
-seen of y is the place on a cable of the believed length: tip + λ (y - tip), λ the believed length over the true one.
+seen of y is the place on a cable of the nominal length: tip + λ (y - tip), λ the nominal length over the true one.
 """
 
 from math import cos, sin, sqrt
@@ -14,7 +14,7 @@ from crane_sim.numerics.jit import kernel, routine
 
 Y, V, D, RATE, THETA, BIAS, ROPE = range(7)
 N = 7
-SHORTEST, LONGEST = 0.5, 2.0  # what is believed of λ at most
+MIN_LENGTH_RATIO, MAX_LENGTH_RATIO = 0.5, 2.0  # bounds of λ
 
 
 class Trace(NamedTuple):
@@ -153,4 +153,4 @@ def correct(ekf, i, entry, measured, square, tip, tip_rate, age):
         for k in range(N):
             p[j, k] -= gain[j] * row[k]
     x[THETA] = min(max(x[THETA], ekf.bounds[0]), ekf.bounds[1])
-    x[ROPE] = min(max(x[ROPE], SHORTEST), LONGEST)
+    x[ROPE] = min(max(x[ROPE], MIN_LENGTH_RATIO), MAX_LENGTH_RATIO)

@@ -30,7 +30,7 @@ class CableState(NamedTuple):
 
 @generic
 def estimate_cable(drive, length, q, v):
-    """Return the CableState at joint positions q and velocities v (nq,) for a rope of the believed length [m].
+    """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m].
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
     """

@@ -1,12 +1,12 @@
 """A knuckle boom that carries the suspension point, by the efforts of its joints (Smith & Egeland, eq. 50-61).
 
 Partial feedback linearisation. The law demands the tip's horizontal acceleration, and a servo holds the tip's height;
-J q'' + J' q' = a gives the joints' accelerations, and the believed model the efforts. What the payload adds to the
+J q'' + J' q' = a gives the joints' accelerations, and the nominal model the efforts. What the payload adds to the
 boom's mass matrix M, once the rope's constraint has been used, is eq. 58; g = Jᵀn, n along the rope:
 
     tau = (M + m g gᵀ) (q'' - q0''),   q0'' the accelerations without efforts.
 
-q0'' comes from the model itself, so gravity, turning, springs, the payload's pull and the rest of what is believed are
+q0'' comes from the model itself, so gravity, turning, springs, the payload's pull and the rest of the nominal model are
 in it. J cannot be inverted where boom and jib are in line, or the tip is above the tower. Scenes that begin near such
 a posture, or whose path leads there, are refused (`crane_control.tracking.reach`). While running, a demanded position
 beyond reach is held at its edge. Where the tip comes near such a posture nevertheless the inverse is damped (least
@@ -35,11 +35,11 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 
 BENT = 0.1  # sine of the angle between boom and jib below which the inverse is damped
-ASIDE = 0.1  # m from the tower's axis below which it is, too
+DAMPING_RADIUS = 0.1  # m from the tower's axis below which it is, too
 
 
 class Boom(NamedTuple):
-    """The boom as the law believes in it."""
+    """The nominal boom of the law."""
 
     kp: float  # 1/s², of the tip
     kd: float  # 1/s, of the tip
@@ -47,7 +47,7 @@ class Boom(NamedTuple):
     reach: tuple[float, float]  # m, least and greatest distance from the tower's axis, at this height
     length: float  # m, at which the rope is held
     rope: Any  # the crane's
-    crane: Crane  # whose rope is told how its length should accelerate
+    crane: Crane  # with a rope whose acceleration is prescribed
 
 
 @estimate_cable.register(Boom)
@@ -74,7 +74,7 @@ def joint_accelerations(support, pose, a, brake):
     r, w = pose.tip[0], pose.yaw_rate
     bias, _ = tip_acceleration(support, pose, (0.0, 0.0, 0.0))
     dr, dz = a[0] + w * w * r - bias[0], a[2] - bias[2]
-    damping = max(0.0, ASIDE * ASIDE - r * r)
+    damping = max(0.0, DAMPING_RADIUS * DAMPING_RADIUS - r * r)
     slew = ((a[1] - 2.0 * w * pose.tip_velocity[0]) * r - damping * brake * w) / (r * r + damping)
     along, sine = pose.cb * pose.cg + pose.sb * pose.sg, pose.sb * pose.cg - pose.cb * pose.sg
     damping = max(0.0, BENT * BENT - sine * sine)

@@ -27,7 +27,7 @@ def _(drive, t, demand, cable):
 
 
 def pendulum_of(name: str, nominal: Scene) -> tuple[Pendulum, Path]:
-    """Return what the law called `name` believes of the payload, and the payload's path.
+    """Return the nominal payload of the law called `name`, and the payload's path.
 
     Raises:
         SceneError: it is no law for the scene.
@@ -52,7 +52,7 @@ def drive_of(
     """Return what carries the suspension point: the law's own servo, that of a plant that takes positions, or a boom.
 
     Args:
-        name, nominal: of the law, the scene that it believes in.
+        name, nominal: of the law, its nominal scene.
         servo: that of the law's settings, None where they leave it out.
         base: the base's motion, if that is measured.
 

@@ -21,7 +21,7 @@ LOWEST = 0.1  # of Lz / L: no cable nearer to the horizontal is believed in, who
 
 
 class Pendulum(NamedTuple):
-    """The payload as the law believes in it."""
+    """The nominal payload of the law."""
 
     length: float  # m, of the cable
     gravity: float  # m/s²

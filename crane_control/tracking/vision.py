@@ -1,4 +1,4 @@
-"""What a camera tells of the payload: sampled, noisy, late, filtered; its velocity by backward difference.
+"""Camera measurement of the payload: sampled, noisy, delayed, filtered; its velocity by backward difference.
 
 Between frames everything is held. A noise that is drawn beforehand keeps runs repeatable and the compiled law simple.
 """
@@ -14,7 +14,7 @@ from crane_sim.files.types import NonNegative, Positive, Seed
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.scenes.scene import Scene
 
-MOST_FRAMES = 10_000_000
+MAX_FRAMES = 10_000_000
 
 
 class Vision(NamedTuple):
@@ -70,9 +70,9 @@ def camera(settings: Vision | None, nominal: Scene) -> Camera | None:
     if settings is None:
         return None
     frames = int(np.ceil(nominal.duration * settings.rate)) + 2
-    if frames > MOST_FRAMES:
+    if frames > MAX_FRAMES:
         raise SceneError(
-            f"control.vision.rate = {settings.rate:g}: makes {frames:.0f} frames, at most {MOST_FRAMES:.0e}"
+            f"control.vision.rate = {settings.rate:g}: makes {frames:.0f} frames, at most {MAX_FRAMES:.0e}"
         )
     noise = np.random.default_rng(settings.seed).normal(0.0, settings.noise, (frames, 2))
     corner = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass

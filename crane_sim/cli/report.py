@@ -86,7 +86,7 @@ def replace_non_finite(value: Any) -> Any:
 
 
 class Teller(NamedTuple):
-    """How a run tells a person where it is: `move(steps done, steps in all)`, and `say(line)` on what happens."""
+    """Progress of a run for a user: `move(steps done, steps in all)`, and `say(line)` on what happens."""
 
     move: Callable[[int, int], None]
     say: Callable[[str], None]
@@ -94,7 +94,7 @@ class Teller(NamedTuple):
 
 @contextmanager
 def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
-    """Yield a teller with a progress bar that shows the real-time factor; hidden, only lines are told."""
+    """Yield a report with a progress bar that shows the real-time factor; hidden, only lines are printed."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

@@ -1,4 +1,4 @@
-"""The options of `crane run`: what is possible and what goes together, told before anything starts."""
+"""The options of `crane run`: checks of values and of combinations before anything starts."""
 
 import math
 import socket
@@ -15,7 +15,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import lock_file, unfinished_name
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 
-VIEWER_PORT = 9876  # where a Rerun viewer looks when it is told nothing
+VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 _OPTIONS = (
     click.option("--mode", default="lockstep", help="lockstep | realtime"),

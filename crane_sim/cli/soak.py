@@ -13,21 +13,21 @@ from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import check_folder
 from crane_sim.evaluation.soak.figures import Figure
 
-_OUTPUT = ("as_json", "folder")  # options that change no figure
+_OUTPUT = ("as_json", "folder")  # options of the output, which change no figure
 _Command = Callable[..., None]
 _Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
 
 
 @click.group(cls=Group, context_settings=HELP)
 def soak() -> None:
-    """Let a run survive for a long time, and print what that did; exit code 1 where a promise was not kept."""
+    """Run a soak test and print its figures; exit code 1 where a promise was not kept."""
 
 
 _seed = click.option("--seed", type=int, default=0, help="Of the random instants.")
 
 
 def _output(command: _Command) -> _Command:
-    """Add the options of what becomes of the figures."""
+    """Add the output options."""
     command = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data there.")(command)
     return click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")(command)
 
@@ -88,7 +88,7 @@ def determinism(count: int, **output: Any) -> None:
 @click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Of real time.")
 @_output
 def realtime(seconds: float, **output: Any) -> None:
-    """1 kHz in real time: rate, overruns against a subscriber's count, punctuality against a loop that only sleeps."""
+    """1 kHz in real time: rate, overruns against a subscriber's count, period error against a loop that only sleeps."""
     from crane_sim.evaluation.soak.realtime import soak as measure
 
     _report(lambda: measure(seconds), **output)
@@ -97,7 +97,7 @@ def realtime(seconds: float, **output: Any) -> None:
 @soak.command("page")
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Where the data are.")
 def rewrite_page(folder: str) -> None:
-    """Write page and plots anew from the data that are there."""
+    """Rewrite page and plots from the saved data."""
     from crane_sim.evaluation.soak.store import write_page
 
     write_page(Path(folder))
@@ -123,13 +123,13 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
 
 def _command_line(part: str) -> str:
     """Return the line by which this soak can be repeated."""
-    asked = {name: value for name, value in click.get_current_context().params.items() if name not in _OUTPUT}
-    return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in asked.items())])
+    options = {name: value for name, value in click.get_current_context().params.items() if name not in _OUTPUT}
+    return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in options.items())])
 
 
 def _format_table(part: str, figures: Sequence[Figure]) -> Table:
     table = Table("figure", "", "promised", title=f"soak: {part}", title_justify="left")
     for figure in figures:
-        broken = "" if figure.kept else "  not kept"
-        table.add_row(figure.what, figure.format_value(), figure.promise + broken)
+        missed = "" if figure.kept else "  not kept"
+        table.add_row(figure.what, figure.format_value(), figure.promise + missed)
     return table

@@ -10,7 +10,7 @@ from crane_sim.files.document import present
 from crane_sim.numerics.jit import entry
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.simulation.metrics import polyline
-from crane_sim.trajectories.profiles import Motion, moved_at
+from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +28,7 @@ def positions(motion, times):
     """Return the positions (n,) of a motion at times (n,) [s]."""
     out = np.empty(len(times))
     for i in range(len(times)):
-        out[i] = moved_at(motion, times[i])[0]
+        out[i] = evaluate_motion(motion, times[i])[0]
     return out
 
 

@@ -1,4 +1,4 @@
-"""Physical quantities as annotated types: what a parameter may be is said once, where it is declared."""
+"""Physical quantities as annotated types: unit conversion and range of a parameter, declared with it."""
 
 import re
 from collections.abc import Callable
@@ -25,10 +25,10 @@ def to_radians(value: Any) -> Any:
     return float(match[1]) * _RADIANS[match[2]]
 
 
-def bare_within(largest: float, turn: str) -> Callable[[Any], Any]:
-    """Return a validator of angles: a number without a unit goes up to `largest` [rad], in words a `turn`.
+def check_unitless_angle(largest: float, turn: str) -> Callable[[Any], Any]:
+    """Return a validator of angles: a number without a unit is at most `largest` [rad], `turn` in messages.
 
-    Beyond that it is likely to be one of degrees; as text with its unit any angle is possible.
+    A larger one is probably in degrees; text with a unit may be any angle.
     """
 
     def check(value: Any) -> Any:
@@ -42,50 +42,50 @@ def bare_within(largest: float, turn: str) -> Callable[[Any], Any]:
     return check
 
 
-def no_switch(value: Any) -> Any:
-    """Return the value unless it is true or false, which Python counts as 1 and 0.
+def reject_bool(value: Any) -> Any:
+    """Return the value unless it is a bool, which Python counts as 1 or 0.
 
     Raises:
-        ValueError: it is.
+        ValueError: it is a bool.
     """
     if isinstance(value, bool):
         raise ValueError("must be a number")
     return value
 
 
-def in_a_line(text: str) -> str:
-    """Return the text if it can stand in a line and in the name of a file.
+def check_single_line(text: str) -> str:
+    """Return the text if it fits in one line and in a file's name.
 
     Raises:
-        ValueError: it cannot.
+        ValueError: it does not.
     """
     if len(text) > 100 or not text.isprintable() or "/" in text:
         raise ValueError("must be at most 100 characters of one line, without '/'")
     return text
 
 
-def increasing(value: tuple[float, float]) -> tuple[float, float]:
+def check_increasing(value: tuple[float, float]) -> tuple[float, float]:
     """Return (low, high) if low is less than high.
 
     Raises:
-        ValueError: it is not.
+        ValueError: low is not less than high.
     """
     if not value[0] < value[1]:
         raise ValueError("must be [low, high] with low < high")
     return value
 
 
-Name = Annotated[str, AfterValidator(in_a_line)]
-Real = Annotated[float, BeforeValidator(no_switch), Field(allow_inf_nan=False)]
-Positive = Annotated[float, BeforeValidator(no_switch), Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, allow_inf_nan=False)]
-Seed = Annotated[int, BeforeValidator(no_switch), Field(ge=0, le=2**63 - 1)]
-Coordinate = Annotated[float, BeforeValidator(to_radians), BeforeValidator(no_switch), Field(allow_inf_nan=False)]
+Name = Annotated[str, AfterValidator(check_single_line)]
+Real = Annotated[float, BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
+Positive = Annotated[float, BeforeValidator(reject_bool), Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, allow_inf_nan=False)]
+Seed = Annotated[int, BeforeValidator(reject_bool), Field(ge=0, le=2**63 - 1)]
+Coordinate = Annotated[float, BeforeValidator(to_radians), BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
 """A position of a joint or a point: metres, or an angle as radians or text."""
 TURN, HALF_TURN = 6.29, 3.15  # rad, with room for rounding
-Angle = Annotated[Coordinate, BeforeValidator(bare_within(TURN, "a turn"))]
-Tilt = Annotated[Coordinate, BeforeValidator(bare_within(HALF_TURN, "half a turn"))]
-"""An angle from the vertical or the level."""
-Range = Annotated[tuple[Real, Real], AfterValidator(increasing)]
-AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(increasing)]
-LengthRange = Annotated[tuple[NonNegative, Positive], AfterValidator(increasing)]
+Angle = Annotated[Coordinate, BeforeValidator(check_unitless_angle(TURN, "a turn"))]
+Tilt = Annotated[Coordinate, BeforeValidator(check_unitless_angle(HALF_TURN, "half a turn"))]
+"""An angle from the vertical or the horizontal."""
+Range = Annotated[tuple[Real, Real], AfterValidator(check_increasing)]
+AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(check_increasing)]
+LengthRange = Annotated[tuple[NonNegative, Positive], AfterValidator(check_increasing)]

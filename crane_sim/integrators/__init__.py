@@ -34,7 +34,7 @@ __all__ = [
     "dense_output",
     "handle_events",
     "make_event_log",
-    "reach",
+    "integrate_to",
     "restart",
     "scratch",
     "stages",
@@ -45,7 +45,7 @@ __all__ = [
 
 
 @kernel
-def reach(method, p, u, flow, t, end):
+def integrate_to(method, p, u, flow, t, end):
     """Return the integration advanced until it covers time t, by steps that do not pass `end`."""
     limit = flow.counters.steps + max_steps(method)
     while flow.t < t and flow.status == OK:

@@ -11,7 +11,7 @@ import numpy as np
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.integrators.integration import Scratch, advance, explicit_step, max_steps, result_of, stages, step_bound
 from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
-from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, error_order, step_with_error
+from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import lean_generic
 from crane_sim.numerics.states import add_weighted, dimension, error_square
 
@@ -64,7 +64,7 @@ def _(method, scratch, k1, p, t, x, u, h, out):
 
 @max_steps.register(DOPRI5)
 def _(method):
-    return MOST_STEPS
+    return MAX_STEPS
 
 
 @error_order.register(DOPRI5)

@@ -1,40 +1,40 @@
-"""Event location: a model whose equations switch tells by guards when, and a step ends where the first guard fails.
+"""Event location: the guards of a model say when its equations switch, and a step ends where the first guard fails.
 
 A guard is a function of time and state that stays non-negative while the present mode is valid. Modes are part of the
 state (their derivative is zero), so every method integrates one mode's smooth equations through a whole step; the part
-of the step beyond the event is thrown away, the model switches its state, and the integration starts afresh.
+of the step beyond the event is discarded, the model switches its state, and the integration restarts there.
 
-Looking for guards that fail in a step: at even distances, at states interpolated between its ends.
+Guards are sampled at equidistant instants of a step, at states interpolated between its ends.
 
 Where guards need positions and time alone, as a model that switches says (`system.Switching`), their cubic Hermite
-interpolation needs but the velocities, which stand in the states at both ends: then nothing is evaluated here.
+interpolation needs only the velocities, which are in the states at both ends: the equations are not evaluated for it.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.integration import MOST_STAGES, Scratch, add_evaluations, dense_output, stages
+from crane_sim.integrators.integration import MAX_STAGES, Scratch, add_evaluations, dense_output, stages
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
 from crane_sim.system import Switching, apply_reset_map, guard, rhs, rhs_into, switching
 
-FIRST, SECOND, BETWEEN = MOST_STAGES + 1, MOST_STAGES + 2, MOST_STAGES + 3  # rows of a scratch
+FIRST, SECOND, BETWEEN = MAX_STAGES + 1, MAX_STAGES + 2, MAX_STAGES + 3  # rows of a scratch
 
 
 GUARD_SAMPLES = 4
-"""Instants of a step at which the guards are looked at; the last one is its end."""
+"""Instants of a step at which the guards are evaluated; the last one is its end."""
 
 
 @generic
 def hermite_slopes(scratch, p, u, flow, positions):
     """Return the derivatives at both ends of the last step, all or only of the positions; of arrays as rows.
 
-    These are the rows from `MOST_STAGES` + 1 on; the third one is to be filled with a state between.
+    These are the rows from `MAX_STAGES` + 1 on; the third one is to be filled with a state between.
     """
     if positions > 0:
-        return coasting(flow.x0, positions), coasting(flow.x, positions)
+        return constant_velocity_rates(flow.x0, positions), constant_velocity_rates(flow.x, positions)
     return rhs(p, flow.t0, flow.x0, u), rhs(p, flow.t, flow.x, u)
 
 
@@ -45,66 +45,70 @@ def _(scratch, p, u, flow, positions):
 
 
 @lean_routine
-def fill_ends(board, p, u, flow, positions, work):
-    """Write the two derivatives of `hermite_slopes` into their rows of the board."""
+def fill_ends(rows, p, u, flow, positions, work):
+    """Write the two derivatives of `hermite_slopes` into their rows of a scratch."""
     if positions > 0:
         for i in range(len(flow.x)):
-            moves = i < positions
-            board[FIRST, i] = flow.x0[positions + i] if moves else 0.0
-            board[SECOND, i] = flow.x[positions + i] if moves else 0.0
+            is_position = i < positions
+            rows[FIRST, i] = flow.x0[positions + i] if is_position else 0.0
+            rows[SECOND, i] = flow.x[positions + i] if is_position else 0.0
     else:
-        rhs_into(p, flow.t0, flow.x0, u, board[FIRST], work)
-        rhs_into(p, flow.t, flow.x, u, board[SECOND], work)
+        rhs_into(p, flow.t0, flow.x0, u, rows[FIRST], work)
+        rhs_into(p, flow.t, flow.x, u, rows[SECOND], work)
 
 
 @kernel
-def coasting(x, positions):
+def constant_velocity_rates(x, positions):
     """Return the derivative of a state whose velocities do not change.
 
     It is a flat tuple of so many positions and their velocities; or two of these, each half positions.
     """
-    return coast(x[0], x, positions)
+    return zero_acceleration_rates(x[0], x, positions)
 
 
 @generic
-def coast(first, x, positions):
-    """Return what `coasting` does, for a state whose first entry is `first`."""
+def zero_acceleration_rates(first, x, positions):
+    """Return the result of `constant_velocity_rates` for a state whose first entry is `first`."""
     rate = scale(0.0, x)
     for i in range(positions):
         rate = replace_entry(rate, i, x[positions + i])
     return rate
 
 
-@coast.register(tuple)
+@zero_acceleration_rates.register(tuple)
 def _(first, x, positions):
     second, rest = x[1], scale(0.0, x)
-    return (coast(first[0], first, len(first) // 2), coast(second[0], second, len(second) // 2), *rest[2:])
+    return (
+        zero_acceleration_rates(first[0], first, len(first) // 2),
+        zero_acceleration_rates(second[0], second, len(second) // 2),
+        *rest[2:],
+    )
 
 
 @lean_generic
 def guard_between(x, p, u, flow, slopes, s, work):
     """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
-    h, rise, (f0, f1) = flow.t - flow.t0, add_scaled(x, -1.0, flow.x0), slopes
-    bend = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
-    bend = add_scaled(bend, 1.0 - 2.0 * s, rise)
-    return guard(p, flow.t0 + s * h, add(add_scaled(flow.x0, s, rise), scale(s * (s - 1.0), bend)), u, work)
+    h, increment, (f0, f1) = flow.t - flow.t0, add_scaled(x, -1.0, flow.x0), slopes
+    correction = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
+    correction = add_scaled(correction, 1.0 - 2.0 * s, increment)
+    return guard(p, flow.t0 + s * h, add(add_scaled(flow.x0, s, increment), scale(s * (s - 1.0), correction)), u, work)
 
 
 @guard_between.register(np.ndarray)
 def _(x, p, u, flow, slopes, s, work):
     h = flow.t - flow.t0
     for i in range(len(x)):
-        rise = x[i] - flow.x0[i]
-        bend = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * rise
-        slopes[BETWEEN, i] = flow.x0[i] + s * rise + s * (s - 1.0) * bend
+        increment = x[i] - flow.x0[i]
+        correction = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * increment
+        slopes[BETWEEN, i] = flow.x0[i] + s * increment + s * (s - 1.0) * correction
     return guard(p, flow.t0 + s * h, slopes[BETWEEN], u, work)
 
 
 @lean_routine
-def first_sign_change(p, u, flow, slopes, work, look):
-    """Return (the first look from `look` on at which a guard seems to fail, LOOKS + 1 if none does, evaluations)."""
+def first_sign_change(p, u, flow, slopes, work, begin):
+    """Return (first sample from `begin` on with a negative guard, GUARD_SAMPLES + 1 if there is none, evaluations)."""
     n = 0
-    for j in range(look, GUARD_SAMPLES):
+    for j in range(begin, GUARD_SAMPLES):
         value, _, more = guard_between(flow.x, p, u, flow, slopes, j / GUARD_SAMPLES, work)
         n += more
         if value < 0.0:
@@ -113,7 +117,7 @@ def first_sign_change(p, u, flow, slopes, work, look):
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
-MOST_SWITCHES = 50  # at one instant; a model that wants more of them chatters
+MAX_SWITCHES = 50  # at one instant; more of them are chattering
 
 
 MAX_ITERATIONS = 60  # for one event; halving alone would need about 50
@@ -201,11 +205,11 @@ def apply_reset_maps(p, u, flow):
     work, switches = work_of(flow.scratch), 0
     value, which, n = guard(p, flow.t, flow.x, u, work)
     while value < 0.0 and flow.status == OK:
-        x, event, goes_on = apply_reset_map(p, flow.t, flow.x, u, which)
+        x, event, continues = apply_reset_map(p, flow.t, flow.x, u, which)
         flow, switches = with_event(flow, x, event), switches + 1
-        if switches > MOST_SWITCHES:
+        if switches > MAX_SWITCHES:
             flow = replace_field(flow, "status", TOO_MANY_SWITCHES)
-        elif not goes_on:
+        elif not continues:
             flow = terminate(flow, which)
         value, which, more = guard(p, flow.t, flow.x, u, work)
         n += more
@@ -213,14 +217,14 @@ def apply_reset_maps(p, u, flow):
 
 
 @kernel
-def look_at(flow, j):
-    """Return the time of look number j at the last step."""
+def sample_time(flow, j):
+    """Return the time of sample j of the last step."""
     return flow.t if j == GUARD_SAMPLES else flow.t0 + (flow.t - flow.t0) * j / GUARD_SAMPLES
 
 
 @kernel
 def guard_at(method, p, u, flow, t, work):
-    """Return (the smallest guard at time t of the last step, by a step of its own, evaluations)."""
+    """Return (the smallest guard at time t of the last step, by dense output, evaluations)."""
     value, _, n = guard(p, t, dense_output(method, p, u, flow, t), u, work)
     return value, n if t == flow.t else n + stages(method)
 
@@ -229,16 +233,17 @@ def guard_at(method, p, u, flow, t, work):
 def bracket(method, p, u, flow):
     """Return (low, high, evaluations): the first guard fails between these times of the last step; equal: none does.
 
-    Guards are looked at LOOKS times, at even distances and last at the end of the step: before that at interpolated
-    states, and what seems to fail there is asked again at the true one. So a guard that recovers within the step is
-    seen if it fails at one of these instants, which is sure where it stays negative for 1 / LOOKS of the step.
+    Guards are evaluated at GUARD_SAMPLES equidistant instants, the last one the end of the step; before that at
+    interpolated states, and where one is negative, again at the state of the dense output. So a guard that turns
+    positive again within the step is found if it is negative at one of these instants, which is sure where it stays
+    negative for 1 / GUARD_SAMPLES of the step.
     """
     work, positions = work_of(flow.scratch), switching(p).positions
     slopes = hermite_slopes(flow.scratch, p, u, flow, positions)
     j, n = first_sign_change(p, u, flow, slopes, work, 1)
     n += 0 if positions > 0 else 2
     while j < GUARD_SAMPLES:
-        value, more = guard_at(method, p, u, flow, look_at(flow, j), work)
+        value, more = guard_at(method, p, u, flow, sample_time(flow, j), work)
         n += more
         if value < 0.0:
             break
@@ -246,7 +251,7 @@ def bracket(method, p, u, flow):
         n += more
     if j > GUARD_SAMPLES:
         return flow.t, flow.t, n
-    return look_at(flow, j - 1), look_at(flow, j), n
+    return sample_time(flow, j - 1), sample_time(flow, j), n
 
 
 @routine

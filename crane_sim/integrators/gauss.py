@@ -22,7 +22,7 @@ A = (
 C = (1 / 2 - ROOT / 10, 1 / 2, 1 / 2 + ROOT / 10)
 B = (5 / 18, 4 / 9, 5 / 18)
 ORDER = 6
-MOST_SWEEPS, SETTLED = 60, 1e-26
+MAX_SWEEPS, SETTLED = 60, 1e-26
 """Sweeps over the stages; the squared relative change below which they end as soon as it no longer shrinks."""
 
 
@@ -54,7 +54,7 @@ def solve_collocation(p, t, x, u, h):
     """Return (the state one step after (t, x), sweeps); not a number when the stages do not settle."""
     k1 = rhs(p, t, x, u)
     k2, k3, last = k1, k1, 1e300
-    for sweep in range(MOST_SWEEPS):
+    for sweep in range(MAX_SWEEPS):
         n1 = rhs(p, t + C[0] * h, add_stages(x, h, A[0], k1, k2, k3), u)
         n2 = rhs(p, t + C[1] * h, add_stages(x, h, A[1], n1, k2, k3), u)
         n3 = rhs(p, t + C[2] * h, add_stages(x, h, A[2], n1, n2, k3), u)
@@ -63,7 +63,7 @@ def solve_collocation(p, t, x, u, h):
         if moved == 0.0 or (moved < SETTLED and moved >= last):
             return add_stages(x, h, B, k1, k2, k3), sweep + 1
         last = moved
-    return scale(nan, x), MOST_SWEEPS
+    return scale(nan, x), MAX_SWEEPS
 
 
 @step.register(Gauss3)

@@ -10,13 +10,13 @@ from crane_sim.numerics.jit import generic, kernel, lean_generic, routine
 from crane_sim.numerics.states import replace_field, squared_error_norm
 from crane_sim.system import project, workspace
 
-MOST_STAGES = 12
+MAX_STAGES = 12
 
 
 class Scratch(NamedTuple):
     """Intermediate results of steps of an array state (n,): made once for a run, worth nothing between steps."""
 
-    rows: Any  # (MOST_STAGES + 4, n): of the stages, then the state at a stage, then three that `events` needs
+    rows: Any  # (MAX_STAGES + 4, n): of the stages, then the state at a stage, then three that `events` needs
     work: Any  # the model's workspace
 
 
@@ -28,7 +28,7 @@ def scratch(x, p):
 
 @scratch.register(np.ndarray)
 def _(x, p):
-    return Scratch(np.empty((MOST_STAGES + 4, len(x))), workspace(p))
+    return Scratch(np.empty((MAX_STAGES + 4, len(x))), workspace(p))
 
 
 class Counters(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.integrators.integration import advance, max_steps, stages, step, step_bound
 from crane_sim.integrators.runge_kutta import dense
-from crane_sim.integrators.step_control import MOST_STEPS, accepted_step, error_order, step_with_error
+from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import kernel, routine
 from crane_sim.numerics.states import squared_error_norm
 from crane_sim.system import compute_jacobian, factor_shifted, project, rhs, rhs_into, solve_shifted, workspace
@@ -127,7 +127,7 @@ def try_step(method, p, t, x, u, h, now, out):
 
 @max_steps.register(Rodas)
 def _(method):
-    return MOST_STEPS
+    return MAX_STEPS
 
 
 @error_order.register(Rodas)

@@ -22,7 +22,7 @@ SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 6.0
 """A step is scaled by SAFETY err^(-1/order), within these bounds."""
 
 
-MOST_STEPS = 1_000_000
+MAX_STEPS = 1_000_000
 """To one instant: a law that blows up asks for ever shorter ones, and a run must end."""
 
 

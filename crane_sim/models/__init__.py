@@ -1,6 +1,7 @@
-"""Models of cranes: supports, cables, loads, what is composed of them, and closed forms that are faster.
+"""Models of cranes: supports, cables, loads, the cranes composed of them, and closed forms that are faster.
 
-Importing any module of this package imports all models, so that every model answers all that `crane_sim.system` asks.
+Importing any module of this package imports all models, so that every model is registered with the functions of
+`crane_sim.system`.
 """
 
 from crane_sim.models.overhead import (

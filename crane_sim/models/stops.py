@@ -1,4 +1,4 @@
-"""What ends the run of a crane: travel limits, a rope that is reeled in to nothing or runs out, one that would push."""
+"""Terminal guards of a crane: travel limits, a rope at its shortest or longest, a slack one."""
 
 from math import inf
 from typing import Any, NamedTuple
@@ -7,17 +7,17 @@ from crane_sim.models.guards import LOWER, UPPER, Guard, decode
 from crane_sim.numerics.jit import generic
 from crane_sim.system import Switching
 
-SHORTEST = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
-LEAD = 0.01  # s: a rope that would be that short so soon is so now; its length, never negative, soon grows again
+MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
+LEAD_TIME = 0.01  # s: the length is extrapolated by its rate over it, since a length that passes zero would grow again
 _POSITIONS = 6  # of support and payload
 
 
 class Stops(NamedTuple):
-    """What ends the run of a crane with one rope, beside the limits of its support."""
+    """Terminal guards of a crane with one rope, beside the limits of its support."""
 
     shortest: float = 0.0  # m, of the rope
     longest: float = inf
-    lead: float = 0.0  # s, how far ahead the rope's rate tells of its shortest length
+    lead: float = 0.0  # s, time over which the length is extrapolated by its rate
     taut: float = 0.0  # 1: a run ends when the rope goes slack, 0: the rope is a rod that can push
 
 
@@ -41,14 +41,14 @@ def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tup
         end: LOWER or UPPER.
         shortest: its shortest length [m].
     """
-    if end == LOWER and shortest <= SHORTEST:
+    if end == LOWER and shortest <= MIN_LENGTH:
         return "the rope is reeled in to nothing", f"give {key}.limits, or change what drives the {key}"
     name = {LOWER: "shortest", UPPER: "longest"}[end]
     return f"the {rope} reached its {name} length", f"change {key}.limits, or what drives the {key}"
 
 
 def describe_stop(support: Any, stops: Stops, number: int) -> tuple[str, str]:
-    """Return (what a guard tells, what a user can change) in words; `support` names its coordinates."""
+    """Return texts (meaning of a guard, what a user can change); `support` names its coordinates."""
     kind, index, _ = decode(number)
     if kind == Guard.LINK:
         return "the rope went slack, and a rigid one cannot be", "take rope.slack: allow if the rope is a rod"

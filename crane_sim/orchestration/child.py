@@ -21,7 +21,7 @@ class Child:
         ready: it has matched its peers.
         summary: its report at the end of its work, None before.
         fault: one line on what went wrong, empty while nothing did.
-        gone: it has exited.
+        exited: whether the process has exited.
         fatal: the fault was reported by the node; a restart cannot help.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
@@ -34,7 +34,7 @@ class Child:
     def __init__(self, name: str, start: Callable[[int, int], Process]) -> None:
         """Create the process with `start(control, report)`: its ends of the two pipes for orders and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
-        self.active, self.ready, self.gone, self.fatal = True, False, False, False
+        self.active, self.ready, self.exited, self.fatal = True, False, False, False
         self.step = self.recorded = self.bagged = self.passes = 0
         self.summary: dict[str, Any] | None = None
         control, self._control = os.pipe()
@@ -89,7 +89,7 @@ class Child:
 
     def wait_started(self) -> None:
         """Wait for the process id of a child that was being forked when the group was shut down."""
-        while not (self.pid or self.gone) and select.select([self.reports], [], [], _START_TIMEOUT)[0]:
+        while not (self.pid or self.exited) and select.select([self.reports], [], [], _START_TIMEOUT)[0]:
             self.read()
 
     def _handle_report(self, event: dict[str, Any]) -> None:
@@ -117,7 +117,7 @@ class Child:
                 self._cause = f": {why}"
 
     def _on_exit(self) -> None:
-        self.gone = True
+        self.exited = True
         code = self._process.wait()
         if code is None:
             ending = "ended, its exit code is unknown" if self.pid else "could not be started"

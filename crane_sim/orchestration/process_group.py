@@ -1,4 +1,4 @@
-"""The child processes of a run: started, read from, and ended in any case."""
+"""The child processes of a run: started, supervised, and terminated at the end of the run."""
 
 import json
 import selectors
@@ -21,7 +21,7 @@ class _GracePeriods(NamedTuple):
 
 _POLL = 0.1  # s between two checks whether a shutdown was requested
 _GRACE = _GracePeriods(5.0, 2.0)
-_SHORT_GRACE = _GracePeriods(0.3, 0.2)  # once a shutdown is requested: the results have been reported by then
+_SHORT_GRACE = _GracePeriods(0.3, 0.2)  # once a shutdown is requested, after the results have been reported
 _SHUTDOWN_LIMIT = 2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
 
 
@@ -38,7 +38,7 @@ class ProcessGroup:
 
         Args:
             env: environment of all children.
-            interrupts: signals received so far, read anew each time: one requests a shutdown.
+            interrupts: signals received so far, checked at each poll: any of them requests a shutdown.
         """
         self.children: list[Child] = []
         self.deadline = inf
@@ -50,7 +50,9 @@ class ProcessGroup:
         """Enter the block."""
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
         """End every child."""
         if self._fork_server:
             self._fork_server.close()
@@ -138,7 +140,7 @@ class ProcessGroup:
         readable = self._selector.select(timeout)
         for key, _ in readable:
             key.data.read()
-            if key.data.gone:
+            if key.data.exited:
                 self._selector.unregister(key.fd)
         return bool(readable)
 

@@ -65,7 +65,7 @@ class Role:
 
     def maintain_standbys(self) -> str:
         """Start a standby where there are too few; return why that is given up, one line, or empty."""
-        for lost in [child for child in self._standbys if child.gone]:
+        for lost in [child for child in self._standbys if child.exited]:
             self._standbys.remove(lost)
             self._group.remove(lost)
             if lost.fatal or not lost.ready:

@@ -1,4 +1,4 @@
-"""The environment of ROS nodes: a domain of their own, Fast DDS's profile, this package."""
+"""The environment of ROS nodes: domain id, profile of Fast DDS, search paths."""
 
 import os
 import socket
@@ -9,8 +9,8 @@ from pathlib import Path
 
 from crane_sim.files.catalogue import config_folder
 
-DOMAINS = range(1, 102)  # above 101 the ports of a domain meet those that the kernel hands out
-_RUST_LOG = "warn,re_log_encoding::rrd::file_sink=error"  # that a long recording has no footer is on purpose
+DOMAINS = range(1, 102)  # above 101 the ports of a domain overlap the kernel's ephemeral ports
+_RUST_LOG = "warn,re_log_encoding::rrd::file_sink=error"  # the footer of a long recording is left out on purpose
 
 
 @contextmanager
@@ -27,7 +27,7 @@ def reserve_domain(wanted: int | None = None) -> Iterator[int]:
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
         with closing(socket.socket(socket.AF_UNIX)) as lock:
             try:
-                lock.bind(f"\0crane_sim domain {domain}")  # an abstract name: gone with this process, however it ends
+                lock.bind(f"\0crane_sim domain {domain}")  # abstract name: the kernel frees it when this process ends
             except OSError:
                 continue
             if not _is_in_use(domain):
@@ -48,7 +48,7 @@ def _is_in_use(domain: int) -> bool:
 
 
 def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
-    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this very package.
+    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, PYTHONPATH with this package.
 
     Raises:
         RuntimeError: the environment names another profile of Fast DDS, and there is no such file; one line.
@@ -57,7 +57,7 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
     profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
     if not os.path.isfile(profile):  # Fast DDS would silently use every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
-    folder, name = os.path.split(profile)  # Fast DDS 3 drops a file of 2 as a whole, for one element's name
+    folder, name = os.path.split(profile)  # Fast DDS 3 rejects a file of version 2, where one element has another name
     newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
     path = os.environ.get("PYTHONPATH")
     fixed = {

@@ -84,7 +84,7 @@ def _order_finish(supervisor: Supervisor, recorder: Child, summary: dict[str, An
 
 
 def _has_died(recorder: Child) -> bool:
-    return recorder.gone and recorder.summary is None
+    return recorder.exited and recorder.summary is None
 
 
 def _describe_missing(report: dict[str, Any] | None, role: RecorderRole, merged: dict[str, Any]) -> str:

@@ -75,7 +75,7 @@ class Supervisor:
         Once a shutdown is requested, no longer than `shutdown_timeout` seconds and than the time that is left.
         """
         start = time.monotonic()
-        while any(child.summary is None and not child.gone for child in children):
+        while any(child.summary is None and not child.exited for child in children):
             limit = shutdown_timeout if self._group.shutting_down else timeout
             if time.monotonic() - start > limit or self._group.time_left <= 0.0:
                 return

@@ -185,7 +185,7 @@ class Layout(NamedTuple):
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
     effort_scales: tuple[float, ...]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
-    ways: tuple[LengthPlot, ...]
+    length_plots: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
     stand: str  # the frame that the crane stands in: the world, or a base that moves in it
@@ -196,8 +196,8 @@ class Layout(NamedTuple):
     robot: str  # URDF
     framing: Framing
     commanded: bool  # efforts are commanded every period
-    aimed: bool  # the actuated joints have targets
-    silent: bool  # nothing drives the actuated joints
+    has_targets: bool  # the actuated joints have targets
+    undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
 
@@ -248,7 +248,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         actuated=scene.actuated,
         effort_units=scene.effort_units,
         effort_scales=_effort_scales(scene, cable),
-        ways=_ways(scene),
+        length_plots=_length_plots(scene),
         swings=_swings(scene, cable),
         suspension=cable,
         stand=WORLD if base_of(scene) is None else BASE,
@@ -259,8 +259,8 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         robot=urdf(scene),
         framing=_framing(scene, cable),
         commanded=scene.sampled,
-        aimed=scene.sampled or scene.reference is not None,
-        silent=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
+        has_targets=scene.sampled or scene.reference is not None,
+        undriven=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         properties=_scene_properties(scene, origin),
     )
@@ -283,7 +283,7 @@ def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
     return effort_scales(scene, cable.hang) if cable else knuckle_scales(scene)
 
 
-def _ways(scene: Scene) -> tuple[LengthPlot, ...]:
+def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
     """Return the plots of what moves in metres, the cable left out."""
     if scene.crane == "pendulum":
         return (LengthPlot(*TIP, scene.actuated),)

@@ -51,7 +51,7 @@ class StepAssembler:
         self._newest_state = self._newest_effort = self._newest_command = self._done
         self.lost = 0
 
-    def begins_anew(self, stamp: int) -> bool:
+    def follows_reset(self, stamp: int) -> bool:
         """Whether a state of this stamp can only come from a plant that was reset: states arrive in order."""
         return stamp < self._newest_state
 

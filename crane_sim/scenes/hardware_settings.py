@@ -13,14 +13,14 @@ from crane_sim.hardware.settings import BrakeSettings, Equipment
 from crane_sim.scenes.schema.hardware import (
     ALL,
     FAULTS,
-    MOST_PERIODS,
+    MAX_PERIODS,
     ActuatorGroup,
     BrakeGroup,
     EffortLoss,
     PayloadChange,
     SensorGroup,
+    group_name,
     merge_groups,
-    source,
 )
 from crane_sim.scenes.schema.scene_file import SceneFile
 
@@ -46,8 +46,8 @@ class Periods:
             SceneError: there are too many.
         """
         wanted = seconds / self._period
-        if wanted > MOST_PERIODS:
-            raise SceneError(f"{what}: {seconds:g} s is more than {MOST_PERIODS} periods of {self._period:g} s")
+        if wanted > MAX_PERIODS:
+            raise SceneError(f"{what}: {seconds:g} s is more than {MAX_PERIODS} periods of {self._period:g} s")
         periods = max(least, round(wanted))
         if abs(periods - wanted) > CLOSE:
             line = f"{what}: {seconds:g} s is taken as {periods * self._period:g} s"
@@ -103,7 +103,7 @@ def _drives(file: SceneFile, periods: Periods) -> Any:
         drive.low, drive.high = group.limit or (-inf, inf)
         drive.rate_limit = group.rate_limit or inf
         drive.lag, drive.deadband = group.lag, group.deadband
-        drive.delay = periods.of(f"actuators.{source(file.actuators, joint, 'delay')}.delay", group.delay)
+        drive.delay = periods.of(f"actuators.{group_name(file.actuators, joint, 'delay')}.delay", group.delay)
     return drives
 
 
@@ -114,10 +114,10 @@ def _sensors(file: SceneFile, periods: Periods) -> Any:
         group = merge_groups(file.sensors, joint, SensorGroup)
         both = [j, j + nq]
         sensors.noise[both], sensors.bias[both], sensors.quantum[both] = group.noise, group.bias, group.quantisation
-        sensors.delay[both] = periods.of(f"sensors.{source(file.sensors, joint, 'delay')}.delay", group.delay)
+        sensors.delay[both] = periods.of(f"sensors.{group_name(file.sensors, joint, 'delay')}.delay", group.delay)
         sensors.dropout[both] = group.dropout
         if group.rate is not None:
-            name = f"sensors.{source(file.sensors, joint, 'rate')}.rate"
+            name = f"sensors.{group_name(file.sensors, joint, 'rate')}.rate"
             sensors.every[both] = periods.of(name, 1.0 / group.rate, least=1)
     return sensors
 

@@ -21,7 +21,7 @@ from crane_sim.scenes.schema.pendulum import PendulumFile
 from crane_sim.scenes.schema.reference import resolve_target
 from crane_sim.scenes.schema.scene_file import SceneFile
 
-MOST_STEPS = 1e8  # control periods in a run
+MAX_STEPS = 1e8  # control periods in a run
 FORMS: dict[str, type[SceneFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
 """The kinds of crane, and the form of their scene files."""
 
@@ -229,8 +229,8 @@ def _is_continuous(file: SceneFile) -> bool:
 def _period(file: SceneFile) -> float:
     control = file.control
     period = float(DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period)
-    if not period <= file.duration <= MOST_STEPS * period:
-        raise SceneError(f"duration = {file.duration}: must be 1 to {MOST_STEPS:g} periods of {period:g} s")
+    if not period <= file.duration <= MAX_STEPS * period:
+        raise SceneError(f"duration = {file.duration}: must be 1 to {MAX_STEPS:g} periods of {period:g} s")
     return period
 
 
@@ -258,7 +258,7 @@ def _law(file: SceneFile, document: dict[str, Any]) -> Law:
 
 
 def _nominal_scene(file: SceneFile, document: dict[str, Any]) -> Scene:
-    """Return the scene that the law believes in: commanded as the real one, its joints the real one's first."""
+    """Return the nominal scene of the law: commanded as the real one, its joints the real one's first."""
     control = file.control
     assert control is not None
     try:

@@ -140,7 +140,7 @@ Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last
 class Batch:
     """What became of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
 
-    Of a crane that failed, `errors` has one line that tells when and why, q, v and payload are those at the end of the
+    Of a crane that failed, `errors` has one line on time and reason, q, v and payload are those at the end of the
     last whole period before that, and later samples are not numbers.
     """
 

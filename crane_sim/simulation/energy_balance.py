@@ -38,7 +38,7 @@ class EnergyBalance:
     def __init__(self, energy: float, metered: bool) -> None:
         """Begin with an energy [J]; the model is `with_meter`, or the work of held efforts is all that is supplied."""
         self._begun, self._metered = energy, metered
-        self._given = 0.0  # J, what a meter does not tell
+        self._given = 0.0  # J, energy that a meter does not measure
         self._total = np.zeros(2)
         self._last: tuple[Array, Array] | None = None  # positions and efforts of the last instant
         self._worst = 0.0

@@ -67,7 +67,7 @@ def fit(drives: Any, scene: Scene) -> None:
 
 
 def mechanics(scene: Scene) -> Mechanics:
-    """Return what the crane's equations tell of its actuated joints at the initial posture."""
+    """Return the properties of the actuated joints at the initial posture."""
     nu = len(scene.actuated)
     places = [scene.joint_names.index(name) for name in scene.actuated]
     q, v = np.array(scene.initial_q), np.zeros(len(scene.joint_names))

@@ -1,4 +1,4 @@
-"""States that a run begins from, or goes on from."""
+"""Initial states of a run, and states from which it continues."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.stepping.periods import begin
 from crane_sim.system import efforts_from_row, switching
 
-_CLOSE = 1e-9  # to what was asked for, which rounding may miss
+_TOLERANCE = 1e-9  # relative difference of a joint from its wanted value, for rounding
 
 
 def as_tuple(vector: Any) -> tuple[float, ...]:
@@ -42,9 +42,9 @@ def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
     q, v = as_tuple(q), as_tuple(v)
     if scene.hardware is None or scene.hardware.ideal:
         return flow, q, v, (q, v), None
-    rig = HardwareRun(scene)
-    shown = rig.look(scene.model, flow, scene.period)
-    return flow, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), rig
+    hardware = HardwareRun(scene)
+    shown = hardware.look(scene.model, flow, scene.period)
+    return flow, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), hardware
 
 
 def resume(scene: Scene, model: Any, metered: Any, flow: Any, k: int, at: Any) -> Any:
@@ -71,14 +71,17 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     flow, *shown = begin(scene.model, np.array(place), np.array(speed))
     for what, wanted, actual in zip(("positions", "velocities"), (place, speed), shown, strict=True):
         _check_held(scene, what, wanted, as_tuple(actual))
-    flow = switch_at_start(_free_to_push(scene.model), flow, np.zeros(len(scene.actuated)))
+    flow = switch_at_start(_without_slack_guard(scene.model), flow, np.zeros(len(scene.actuated)))
     if flow.status == Status.TERMINATED:
         raise SceneError(f"positions: {system.describe_event(scene.model, flow.terminal_guard)[0]} there")
     return start
 
 
-def _free_to_push(model: Any) -> Any:
-    """Return the model without the guard of a rope that pushes: without efforts a boom may outrun its falling load."""
+def _without_slack_guard(model: Any) -> Any:
+    """Return the model without the guard of a slack rope.
+
+    Without efforts a boom may accelerate faster than its falling load.
+    """
     stops = getattr(model, "stops", None)
     return model if stops is None else model._replace(stops=stops._replace(taut=0.0))
 
@@ -95,8 +98,8 @@ def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, 
 
 def _check_held(scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]) -> None:
     """Raise SceneError for a joint that the crane holds elsewhere, such as a locked rope's length."""
-    for name, unit, one, other in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
+    for name, unit, expected, held in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
         turn = unit == "rad" and what == "positions"
-        gap = remainder(one - other, 2.0 * pi) if turn else one - other
-        if not abs(gap) <= _CLOSE * max(1.0, abs(one)):
-            raise SceneError(f"{what}: {name} = {one:g}: is not possible, this crane would have {other:g}")
+        gap = remainder(expected - held, 2.0 * pi) if turn else expected - held
+        if not abs(gap) <= _TOLERANCE * max(1.0, abs(expected)):
+            raise SceneError(f"{what}: {name} = {expected:g}: is not possible, this crane would have {held:g}")

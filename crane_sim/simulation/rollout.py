@@ -175,7 +175,7 @@ class Rollout:
     def lyapunov(self) -> Array:
         """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
 
-        dV/dt is what the law believes; what V does in the run is `np.gradient(V, run.t)`.
+        dV/dt is that of the law's nominal crane; what V does in the run is `np.gradient(V, run.t)`.
 
         Raises:
             TypeError: the law has none.

@@ -14,7 +14,7 @@ from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakp
 from crane_sim.hardware.faults import Faults, Log, apply_to_drives, apply_to_sensors, payload_mass, update_active
 from crane_sim.hardware.payloads import PayloadFault, with_payload
 from crane_sim.hardware.sensors import sense
-from crane_sim.integrators import OK, apply_pending_events, reach
+from crane_sim.integrators import OK, apply_pending_events, integrate_to
 from crane_sim.numerics.arrays import assign, store
 from crane_sim.numerics.jit import entry, generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
@@ -150,7 +150,7 @@ def hardware_step(method, p, hardware, demand, flow, k, period, rows, i):
     write(rows, i, laden, flow.t, flow.x, u)
     while flow.status == OK and flow.t < (k + 1) * period:
         kink = next_breakpoint(u, flow.t, (k + 1) * period)
-        flow = reach(method, laden, u, flow, kink, kink)
+        flow = integrate_to(method, laden, u, flow, kink, kink)
     if flow.status == OK or flow.t >= (k + 1) * period:
         end_period(laden, hardware, u, flow, k, period)
     return flow, system.joints(laden, flow.x), read_sensors(laden, hardware, flow), applied

@@ -8,7 +8,15 @@ Within a period the demanded efforts are held; `u` may instead be a source that 
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.integrators import OK, apply_pending_events, dense_output, make_event_log, reach, start, step_bound
+from crane_sim.integrators import (
+    OK,
+    apply_pending_events,
+    dense_output,
+    integrate_to,
+    make_event_log,
+    start,
+    step_bound,
+)
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry, routine
 
@@ -69,10 +77,10 @@ def pass_period(method, p, u, flow, end, bound, out, i):
     """
     times = out.times
     while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
-        flow = reach(method, p, u, flow, times[i], bound)
+        flow = integrate_to(method, p, u, flow, times[i], bound)
         write(out.samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
         i += 1
-    return reach(method, p, u, flow, end, bound), i
+    return integrate_to(method, p, u, flow, end, bound), i
 
 
 @entry
@@ -85,7 +93,7 @@ def held_step(method, p, demand, flow, end, rows, i):
     u = system.saturate(p, demand)
     flow = apply_pending_events(system.switching(p), p, u, flow)
     write(rows, i, p, flow.t, flow.x, u)
-    flow = reach(method, p, u, flow, end, end)
+    flow = integrate_to(method, p, u, flow, end, end)
     q, v = system.joints(p, flow.x)
     return flow, q, v, u
 
@@ -97,7 +105,7 @@ def free_step(method, p, source, flow, begin, end, rows, i):
     x = dense_output(method, p, source, flow, begin)
     u = system.effort(source, p, begin, x)
     write(rows, i, p, begin, x, u)
-    flow = reach(method, p, source, flow, end, step_bound(method, end))
+    flow = integrate_to(method, p, source, flow, end, step_bound(method, end))
     q, v = system.joints(p, dense_output(method, p, source, flow, end))
     return flow, q, v, u
 

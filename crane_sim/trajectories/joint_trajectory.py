@@ -1,4 +1,4 @@
-"""A table of points with times, in the shape of trajectory_msgs/JointTrajectory, and how it is read from a file.
+"""A table of points with times, as in trajectory_msgs/JointTrajectory, and its reader for files.
 
 Between points the motion is what ros2_control's joint_trajectory_controller makes of them: linear where only positions
 are given, cubic with velocities, quintic with accelerations as well.
@@ -18,10 +18,10 @@ from pydantic import BeforeValidator, Field
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.csv_table import Row, read_table
 from crane_sim.files.types import NonNegative, Real
-from crane_sim.trajectories.polynomials import BRIEFEST, Pieces, at_rest_around
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Pieces, at_rest_around
 
 SECOND = 1e9  # ns
-STILL = 1e-9  # a velocity at the ends below this is none: what a printed number leaves of zero
+ZERO_VELOCITY = 1e-9  # velocities at the ends below this count as zero, for rounding in files
 _RATES = ("_velocity", "_acceleration")
 
 
@@ -40,14 +40,14 @@ def _seconds(value: Any) -> Any:
 
 
 class Point(NamedTuple):
-    """Where to be, and how fast, at one time."""
+    """Position and its derivatives at one time."""
 
     positions: tuple[Real, ...]  # coordinate's unit, of each
     time_from_start: Annotated[NonNegative, BeforeValidator(_seconds)]  # s, or `{sec, nanosec}`
     velocities: tuple[Real, ...] = ()  # coordinate's unit/s, of each; left out: linear between points
     accelerations: tuple[Real, ...] = ()  # coordinate's unit/s², of each; left out: cubic with velocities, quintic with
     # both
-    effort: tuple[Real, ...] = ()  # effort's unit, of the message; a path has no use for it
+    effort: tuple[Real, ...] = ()  # effort's unit, of the message; not used by a path
 
 
 class Trajectory(NamedTuple):
@@ -63,9 +63,9 @@ class Trajectory(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        return self.uneven() or self.point_in_motion(0) or self.point_in_motion()
+        return self.describe_mismatch() or self.describe_end_velocity(0) or self.describe_end_velocity()
 
-    def uneven(self) -> str:
+    def describe_mismatch(self) -> str:
         """Return one line on points that do not fit together, empty when all do."""
         first = self.points[0]
         if first.accelerations and not first.velocities:
@@ -75,13 +75,13 @@ class Trajectory(NamedTuple):
                 wanted = len(self.joint_names) if name == "positions" or getattr(first, name) else 0
                 if len(getattr(point, name)) != wanted:
                     return f"points[{i}].{name} has {len(getattr(point, name))} values, not {wanted} as the others"
-            if i and point.time_from_start - self.points[i - 1].time_from_start < BRIEFEST:
+            if i and point.time_from_start - self.points[i - 1].time_from_start < MIN_INTERVAL:
                 return f"points[{i}].time_from_start = {point.time_from_start:g}: times must increase"
         return ""
 
-    def point_in_motion(self, i: int = -1) -> str:
+    def describe_end_velocity(self, i: int = -1) -> str:
         """Return one line on a point that is not at rest, empty when it is: the last one, if no other is asked for."""
-        if max(map(abs, self.points[i].velocities), default=0.0) <= STILL:
+        if max(map(abs, self.points[i].velocities), default=0.0) <= ZERO_VELOCITY:
             return ""
         return f"points[{i}].velocities = {list(self.points[i].velocities)}: a path is at rest at both ends"
 
@@ -95,14 +95,14 @@ class Trajectory(NamedTuple):
             np.array([getattr(point, name) for point in self.points]) for name in ("velocities", "accelerations")
         ]
         if len(times) == 1:
-            return at_rest_around(times + np.array([0.0, BRIEFEST]), orders[0][:, :, None])
+            return at_rest_around(times + np.array([0.0, MIN_INTERVAL]), orders[0][:, :, None])
         known = np.stack([rows for rows in orders if rows.size], axis=1)  # (K, orders, n)
         rows = PPoly.from_bernstein_basis(BPoly.from_derivatives(times - times[0], list(known))).c
         return at_rest_around(times, np.ascontiguousarray(rows[::-1].transpose(1, 2, 0)))
 
 
 def read_trajectory(name: str) -> dict[str, Any]:
-    """Return {joint_names, points} of a file, its path taken from here or from the folder of the catalogue.
+    """Return {joint_names, points} of a file, relative to the working directory or to the folder of the catalogue.
 
     Raises:
         ValueError: one line on why it cannot be read.

@@ -13,13 +13,13 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Coordinate, Positive, Real
-from crane_sim.trajectories.polynomials import BRIEFEST, Array, Pieces, at_rest_around, shift_origin
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around, shift_origin
 
 Coordinates = Annotated[tuple[Coordinate, ...], Field(min_length=1)]
 Profile = Literal["sine", "smooth"]
-Duration = Annotated[Positive, Field(ge=BRIEFEST)]
+Duration = Annotated[Positive, Field(ge=MIN_INTERVAL)]
 DEGREE = 12
-MOST_TURNED = 1e4  # rad, in an arc
+MAX_TURNED = 1e4  # rad, in an arc
 SHORT = pi / 32.0  # rad, of a sine's argument in one piece: the series ends at rounding
 
 
@@ -60,7 +60,7 @@ class Arc(NamedTuple):
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         turn = abs(self.end - self.begin)
-        return f"turns by {turn:g} rad, at most {MOST_TURNED:g} are possible" if turn > MOST_TURNED else ""
+        return f"turns by {turn:g} rad, at most {MAX_TURNED:g} are possible" if turn > MAX_TURNED else ""
 
     def pieces(self) -> Pieces:
         """Return the motion."""

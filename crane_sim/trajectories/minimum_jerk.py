@@ -15,7 +15,7 @@ from pydantic import Field
 from crane_sim.files.types import Real
 from crane_sim.trajectories.line_arc import Coordinates, unequal
 from crane_sim.trajectories.point_to_point import Limits
-from crane_sim.trajectories.polynomials import BRIEFEST, Array, Pieces, at_rest_around, lasting, peaks
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around, lasting, peaks
 
 LIMITED = ("velocity", "acceleration", "jerk")
 _AT_REST = [(1, 0.0), (2, 0.0)]
@@ -41,8 +41,8 @@ class MinimumJerk(NamedTuple):
             return "times leave nothing to start and limits: give one of both"
         if self.times is not None and len(self.times) != len(self.points):
             return f"needs as many times as points, here are {len(self.times)} and {len(self.points)}"
-        if self.times is not None and np.min(np.diff(self.times)) < BRIEFEST:
-            return f"times must increase, by {BRIEFEST:g} s at least, here are {list(self.times)}"
+        if self.times is not None and np.min(np.diff(self.times)) < MIN_INTERVAL:
+            return f"times must increase, by {MIN_INTERVAL:g} s at least, here are {list(self.times)}"
         uneven = unequal({f"points[{i}]": point for i, point in enumerate(self.points)} | limits)
         if not uneven and self.times is None and not np.all(np.any(np.diff(self.points, axis=0), axis=1)):
             return "two points that follow each other are the same: give times"

@@ -19,7 +19,7 @@ Place = tuple[Real, Real]
 Side = Literal["left", "right", "shorter"]
 STEP = pi / 6.0  # rad, of the arc between two waypoints
 TRIES = 40
-LOOKS = 50  # instants in every piece at which the distance is measured
+PIECE_SAMPLES = 50  # instants in every piece at which the distance is measured
 
 
 class Obstacle(NamedTuple):
@@ -82,7 +82,7 @@ class Obstacle(NamedTuple):
 
 def distance(pieces: Pieces, centre: Array) -> float:
     """Return the smallest distance [m] of a motion in the plane from a place."""
-    steps = np.arange(LOOKS) / LOOKS
+    steps = np.arange(PIECE_SAMPLES) / PIECE_SAMPLES
     spans = np.diff(pieces.starts)[:, None]
     t = (pieces.starts[:-1, None] + spans * steps).ravel()
     return float(np.min(np.linalg.norm(values(pieces, t) - centre, axis=1)))

@@ -13,9 +13,9 @@ from pydantic import Field
 
 from crane_sim.files.types import Positive, Real
 from crane_sim.trajectories.line_arc import Coordinates, unequal
-from crane_sim.trajectories.polynomials import BRIEFEST, Array, Pieces, at_rest_around
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around
 
-ARRIVED = 1e-9  # of the way, that phases too brief to be told may leave
+ARRIVED = 1e-9  # relative to the distance, which phases below the resolution of doubles may leave
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 """A limit of every coordinate, or of each one."""
 
@@ -44,7 +44,7 @@ class PointToPoint(NamedTuple):
         first = np.array(self.begin)
         way = np.array(self.end) - first
         if not np.any(way):
-            return at_rest_around(self.start + np.array([0.0, BRIEFEST]), first[None, :, None])
+            return at_rest_around(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
         velocity, acceleration = tightest(self.velocity, way), tightest(self.acceleration, way)
         durations, jerks, accelerations = phases(
             velocity, acceleration, None if self.jerk is None else tightest(self.jerk, way)
@@ -90,12 +90,12 @@ def integrate_phases(durations: Array, jerks: Array, accelerations: Array) -> tu
     """
     times, rows, x, v = [0.0], [], 0.0, 0.0
     for span, j, a in zip(durations, jerks, accelerations, strict=True):
-        if span < BRIEFEST * 1e-3:
+        if span < MIN_INTERVAL * 1e-3:
             continue
         rows.append([x, v, 0.5 * a, j / 6.0])
         x += span * (v + span * (0.5 * a + span * j / 6.0))
         v += span * (a + 0.5 * span * j)
         times.append(times[-1] + span)
-    if not rows or times[-1] < BRIEFEST or abs(x - 1.0) > ARRIVED:
+    if not rows or times[-1] < MIN_INTERVAL or abs(x - 1.0) > ARRIVED:
         raise ValueError("limits so large that the motion, or a part of it, takes no time")
     return np.array(times), np.array(rows)

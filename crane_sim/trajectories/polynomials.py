@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-BRIEFEST = 1e-6  # s, of a piece: powers of it stay numbers of the machine
+MIN_INTERVAL = 1e-6  # s, of a piece: its powers stay in the range of doubles
 
 
 class Pieces(NamedTuple):
@@ -34,9 +34,9 @@ def lasting(times: Array) -> Array:
     """Return the times (K + 1,) [s] of pieces whose lengths follow from limits.
 
     Raises:
-        ValueError: a piece is briefer than numbers can tell.
+        ValueError: a piece is shorter than the resolution of doubles.
     """
-    if not np.min(np.diff(times)) >= BRIEFEST:
+    if not np.min(np.diff(times)) >= MIN_INTERVAL:
         raise ValueError("limits so large that the motion, or a part of it, takes no time")
     return times
 
@@ -88,11 +88,11 @@ def reorder(pieces: Pieces, order: Sequence[int]) -> Pieces:
 def weighted_sum(weights: Sequence[float], parts: Sequence[Pieces]) -> Pieces:
     """Return the sum of weights[k] parts[k], of the same coordinates."""
     starts = np.unique(np.concatenate([part.starts for part in parts]))
-    starts = starts[np.concatenate([[True], np.diff(starts) > BRIEFEST])]
+    starts = starts[np.concatenate([[True], np.diff(starts) > MIN_INTERVAL])]
     degree = max(part.coefficients.shape[2] for part in parts)
     total = np.zeros((len(starts), parts[0].coefficients.shape[1], degree))
     for weight, part in zip(weights, parts, strict=True):
-        piece = np.clip(np.searchsorted(part.starts, starts + BRIEFEST, side="right") - 1, 0, None)
+        piece = np.clip(np.searchsorted(part.starts, starts + MIN_INTERVAL, side="right") - 1, 0, None)
         moved = shift_origin(part.coefficients[piece], starts - part.starts[piece])
         total[:, :, : moved.shape[2]] += weight * moved
     return Pieces(starts, total)

@@ -1,7 +1,7 @@
 """Prescribed motions: functions of time with their first two derivatives.
 
 A scene names a shape (Smooth, Wave, Series, Knots); each becomes the same `Motion`, pieces of polynomials plus a sine,
-so that one piece of compiled code serves them all.
+so that one compiled function evaluates them all.
 """
 
 from math import cos, sin
@@ -14,7 +14,7 @@ from crane_sim.files.types import Angle, Positive, Real
 from crane_sim.numerics.jit import lean_routine
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at, table_complaint
 
-BRIEFEST = 1e-6  # s, between two values of a motion: powers of it stay numbers of the machine
+MIN_INTERVAL = 1e-6  # s, between two values of a motion: its powers stay in the range of doubles
 
 
 class Motion(NamedTuple):
@@ -33,12 +33,12 @@ class Smooth(NamedTuple):
     begin: Real  # m, value before
     end: Real  # m, value after
     start: Real = 0.0  # s, when it begins
-    duration: Annotated[Positive, Field(ge=BRIEFEST)] = 1.0  # s, of the way
+    duration: Annotated[Positive, Field(ge=MIN_INTERVAL)] = 1.0  # s, from begin to end
 
     def motion(self) -> Motion:
         """Return the motion."""
-        way, span = self.end - self.begin, self.duration
-        rise = [self.begin, 0.0, 0.0, 10.0 * way / span**3, -15.0 * way / span**4, 6.0 * way / span**5]
+        change, span = self.end - self.begin, self.duration
+        rise = [self.begin, 0.0, 0.0, 10.0 * change / span**3, -15.0 * change / span**4, 6.0 * change / span**5]
         rest = [0.0] * 5
         starts = np.array([self.start - 1.0, self.start, self.start + span])
         return Motion(starts, np.array([[self.begin, *rest], rise, [self.end, *rest]]))
@@ -76,7 +76,7 @@ class Knots(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
-        return table_complaint(self.times, self.values, BRIEFEST)
+        return table_complaint(self.times, self.values, MIN_INTERVAL)
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -91,7 +91,7 @@ Shape = Smooth | Wave | Series | Knots
 
 
 @lean_routine
-def moved_at(motion, t):
+def evaluate_motion(motion, t):
     """Return (position, velocity, acceleration) at time t [s]."""
     piece = find_piece(motion.starts, len(motion.starts), t)
     value, rate, second, _, _ = polynomial_at(motion.coefficients, piece, t - motion.starts[piece])

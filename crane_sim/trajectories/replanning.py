@@ -7,7 +7,7 @@ import numpy as np
 
 from crane_sim.trajectories.joint_trajectory import Point, Trajectory
 from crane_sim.trajectories.path import Path, path_of
-from crane_sim.trajectories.polynomials import BRIEFEST, Pieces, reorder, values
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Pieces, reorder, values
 
 
 def path_of_law(law: Any) -> Path | None:
@@ -41,7 +41,7 @@ def join_path(trajectory: Trajectory, path: Path, names: Sequence[str], t: float
     """
     if sorted(trajectory.joint_names) != sorted(names):
         raise ValueError(f"joint_names = {', '.join(trajectory.joint_names)}: must be {', '.join(names)}, in any order")
-    complaint = trajectory.uneven() or trajectory.point_in_motion()
+    complaint = trajectory.describe_mismatch() or trajectory.describe_end_velocity()
     if complaint:
         raise ValueError(complaint)
     order = [trajectory.joint_names.index(name) for name in names]
@@ -49,7 +49,7 @@ def join_path(trajectory: Trajectory, path: Path, names: Sequence[str], t: float
     points = [
         point._replace(time_from_start=remaining)
         for point, remaining in zip(trajectory.points, ahead, strict=True)
-        if remaining > BRIEFEST
+        if remaining > MIN_INTERVAL
     ]
     if not points:
         raise ValueError(f"its last point is {-ahead[-1]:g} s ago")

@@ -61,7 +61,7 @@ def rope_of(q: Any, v: Any) -> np.ndarray:
 
 
 def states(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return random states of a moving crane whose knee is bent either way, on a rope of the believed length."""
+    """Return random states of a moving crane whose knee is bent either way, on a rope of the nominal length."""
     rng, found = np.random.default_rng(5), []
     for k in range(count):
         knee = (-1.0) ** k * rng.uniform(0.4, 2.2)

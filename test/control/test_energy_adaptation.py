@@ -39,7 +39,7 @@ def weighed(mass: float, seconds: float, changes: dict[str, Any]) -> tuple[Any, 
     law, plant, seen = fresh(scene.law), Plant(scene), []
     for _ in range(round(seconds / scene.period)):
         plant.advance(law(plant.t, plant.q, plant.v))
-        seen.append((law.estimator.last[0], *law.estimator.filters, law.estimator.mass[0]))
+        seen.append((law.estimator.previous[0], *law.estimator.filters, law.estimator.mass[0]))
     return law, seen
 
 
@@ -93,7 +93,7 @@ def test_a_payload_that_does_not_weigh_on_the_rope_teaches_nothing() -> None:
     felt_half = 35  # commands until exp(-2 t) is a half
     assert len(set(masses[:felt_half])) == felt_half and set(masses[felt_half:]) == {masses[felt_half - 1]}
     assert law(1.0, (*q[:3], 0.2, 0.0, 0.0), (0.0, 0.0, 0.0, -20.0, 0.0, 0.0))[3] > 0.0
-    assert law.estimator.winch[0] == 0.0
+    assert law.estimator.winch_effort[0] == 0.0
 
 
 @pytest.mark.interpreted
@@ -131,8 +131,8 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     ("changes", "line"),
     [
         ({"rope": {"drive": "locked"}}, "possible: rope.drive = 'force'"),
-        ({"control.period": "continuous"}, "a law that weighs the load has memory; give a period"),
-        ({"gravity": 0.0}, "without weight there is nothing to weigh"),
+        ({"control.period": "continuous"}, "a law that estimates the mass has memory; give a period"),
+        ({"gravity": 0.0}, "without weight the mass cannot be estimated"),
         ({"control.adaptation": {"rate": 0.0}}, "control.adaptation.rate = 0.0: must be greater than 0"),
         ({"control.adaptation": {"speed": 1.0}}, "control.adaptation: unknown key 'speed'"),
         ({"control.reach": -1.0}, "control.reach = -1.0: must be greater than 0"),

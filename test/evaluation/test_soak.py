@@ -108,14 +108,14 @@ def series(length: int) -> list[float]:
     return [float(i) for i in range(length)]
 
 
-LOOKS = {"steps": series(9), "memory_MB": series(9), "steps_per_second": series(9)}
+SAMPLES = {"steps": series(9), "memory_MB": series(9), "steps_per_second": series(9)}
 
 
 @pytest.mark.parametrize(
     ("part", "data"),
     [
         ("memory", {"seconds": series(9), "steps_per_second": series(9), "memory_MB": {"plant": series(9)}}),
-        ("inprocess", {"Plant.advance": LOOKS, "simulate": LOOKS}),
+        ("inprocess", {"Plant.advance": SAMPLES, "simulate": SAMPLES}),
         ("signals", {"at": series(3), "took": series(3), "fresh": [True, False, True], "code": [1, 0, 1]}),
     ],
 )

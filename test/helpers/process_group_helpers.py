@@ -28,6 +28,6 @@ def listen_until(group: ProcessGroup, done: Callable[[], bool]) -> None:
     """Read the reports of the children until it is done; fails after the time-out."""
     deadline = time.monotonic() + TIMEOUT
     while not done():
-        states = [(child.name, "exited" if child.gone else "alive", child.fault) for child in group.children]
+        states = [(child.name, "exited" if child.exited else "alive", child.fault) for child in group.children]
         assert time.monotonic() < deadline, f"not within {TIMEOUT:g} s; the children: {states}"
         group.listen(0.5)

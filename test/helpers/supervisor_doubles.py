@@ -16,7 +16,7 @@ class FakeChild:
 
     def __init__(self, name: str, ready: bool = True) -> None:
         """Create it alive."""
-        self.name, self.ready, self.fault, self.gone, self.fatal, self.active = name, ready, "", False, False, True
+        self.name, self.ready, self.fault, self.exited, self.fatal, self.active = name, ready, "", False, False, True
         self.pid, self.step, self.recorded, self.bagged, self.passes, self.waiting = 1, 0, 0, 0, 0, ""
         self.summary: dict[str, Any] | None = None
         self.orders: list[str] = []
@@ -24,7 +24,7 @@ class FakeChild:
 
     def exit(self, fault: str) -> None:
         """Exit with a fault."""
-        self.fault, self.gone = fault, True
+        self.fault, self.exited = fault, True
 
 
 class FakeGroup:

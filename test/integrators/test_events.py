@@ -7,7 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import Status, make_event_log, reach, start
+from crane_sim.integrators import Status, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.events import GUARD_SAMPLES
 from crane_sim.numerics.jit import entry
@@ -63,7 +63,7 @@ def _(p, t, x, u, which):
 @entry
 def thrown(p, x, end):
     """Return the flow from (0, x) to `end`, or to the ceiling."""
-    return reach(RK8(STEP), p, (), start(p, 0.0, x, make_event_log(system.switching(p))), end, end)
+    return integrate_to(RK8(STEP), p, (), start(p, 0.0, x, make_event_log(system.switching(p))), end, end)
 
 
 def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:
@@ -74,7 +74,7 @@ def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:
 @pytest.mark.parametrize("forced", [0.0, 1.0])
 @pytest.mark.parametrize("top", np.linspace(0.3, 1.7, 8))
 def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
-    """A guard that is negative for little more than 1 / LOOKS of a step, and not at its ends, ends the run on time."""
+    """A guard that is negative for just over 1 / GUARD_SAMPLES of a step, and not at its ends, ends the run on time."""
     half = 0.51 * STEP / GUARD_SAMPLES
     for p, x in cases(0.5 * top**2 - 0.5 * half**2, forced, top):
         flow = thrown(p, x, STEP)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crane_sim import system
-from crane_sim.integrators import Status, dense_output, dop853, dopri5, gauss, reach, rk4, scratch, start, step
+from crane_sim.integrators import Status, dense_output, dop853, dopri5, gauss, integrate_to, rk4, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -57,7 +57,7 @@ def exact(t: float, f: float) -> tuple[float, float]:
 @entry
 def integrate(method, p, x, end):
     """Return the flow from (0, x) to `end`."""
-    return reach(method, p, (), start(p, 0.0, x, None), end, end)
+    return integrate_to(method, p, (), start(p, 0.0, x, None), end, end)
 
 
 @entry
@@ -69,7 +69,7 @@ def one_step(method, p, x, t, h):
 @entry
 def look_back(method, p, x, end, t):
     """Return (state at a time within the last step, flow)."""
-    flow = reach(method, p, (), start(p, 0.0, x, None), end, 1e9)
+    flow = integrate_to(method, p, (), start(p, 0.0, x, None), end, 1e9)
     return dense_output(method, p, (), flow, t), flow
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import Status, dense_output, reach, rodas, scratch, start, step
+from crane_sim.integrators import Status, dense_output, integrate_to, rodas, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.runge_kutta import dense
@@ -44,7 +44,7 @@ def steps(method, p, x, n, h):
 @entry
 def integrate(method, p, x, end):
     """Return the flow from (0, x) to `end`, and the state in the middle of its last step."""
-    flow = reach(method, p, (), start(p, 0.0, x, None), end, end)
+    flow = integrate_to(method, p, (), start(p, 0.0, x, None), end, end)
     return flow, dense_output(method, p, (), flow, 0.5 * (flow.t0 + flow.t))
 
 

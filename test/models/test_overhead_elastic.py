@@ -9,7 +9,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.integrators import apply_pending_events, dense_output, make_event_log, reach, start
+from crane_sim.integrators import apply_pending_events, dense_output, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.models import guards
@@ -61,7 +61,7 @@ def passed(method, p, q, v, u, times, nodes):
     x = system.state(p, 0.0, q, v)
     flow = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, make_event_log(system.switching(p))))
     for i in range(len(times)):
-        flow = reach(method, p, u, flow, times[i], times[len(times) - 1])
+        flow = integrate_to(method, p, u, flow, times[i], times[len(times) - 1])
         system.points(p, times[i], dense_output(method, p, u, flow, times[i]), nodes[i])
     gained = system.kinetic(p, flow.x) + system.potential(p, flow.x) - system.kinetic(p, x) - system.potential(p, x)
     return flow, gained - system.energy_supplied(p, flow.x)

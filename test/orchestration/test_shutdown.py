@@ -57,7 +57,7 @@ def test_an_unforeseen_error_is_reported(tmp_path: Path, ros_environment: dict[s
     """An unforeseen error is reported as the last line of its exception, and does not preclude a restart."""
     with make_group(tmp_path, FAILING, ros_environment) as group:
         child = group.start("odd", "node", "a", {})
-        listen_until(group, lambda: child.gone)
+        listen_until(group, lambda: child.exited)
     assert child.fault == "it ended with exit code 1: OSError: [Errno 5] the bus is"
     assert not child.fatal
 
@@ -71,7 +71,7 @@ def make_forked_child(*events: dict[str, Any]) -> Child:
         return ForkedProcess()
 
     child = Child("fork", start)
-    while not child.gone:
+    while not child.exited:
         child.read()
     return child
 

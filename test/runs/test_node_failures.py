@@ -15,7 +15,7 @@ from crane_sim import load_scene, orchestration
 from crane_sim.evaluation.soak.kill import Kill, back_after
 from crane_sim.evaluation.soak.kill import soak as kill_soak
 from crane_sim.evaluation.soak.monitor import Received
-from crane_sim.evaluation.soak.realtime import lateness
+from crane_sim.evaluation.soak.realtime import completion_delays
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.simulation.plant import SLOW
 from crane_sim.simulation.rollout import simulate
@@ -133,7 +133,7 @@ def test_overruns_are_counted_from_outside() -> None:
     first = Received(-5000, 1000, ())  # from before the schedule
     states = [first, *(Received(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist()))]
     efforts = [Received(state.sent + 30, state.stamp - 1000, ()) for state in states[1:]]
-    assert lateness(states, efforts, 1000).tolist() == (late + 30).tolist()
+    assert completion_delays(states, efforts, 1000).tolist() == (late + 30).tolist()
 
 
 @pytest.mark.slow

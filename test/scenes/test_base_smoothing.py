@@ -95,7 +95,7 @@ def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
     ("cut_off", "line"),
     [
         (0.0, "base_motion.cut_off = 0.0: must be greater than 0"),
-        (1e-3, "base_motion.cut_off = 0.001: must be 0.01 to 25 Hz: the file tells 99.98 s, 50 rows a second"),
+        (1e-3, "base_motion.cut_off = 0.001: must be 0.01 to 25 Hz: the file covers 99.98 s, 50 rows a second"),
         (30.0, "base_motion.cut_off = 30: must be 0.01 to 25 Hz"),
     ],
 )

@@ -152,7 +152,7 @@ BAD: list[tuple[Any, str]] = [
     (TABLE | {"points": [5]}, "points[0] = 5: must be a group of keys: positions, time_from_start"),
     (TABLE | {"points": [POINTS[0] | {"at": 1}]}, "points[0]: unknown key 'at' (known: positions, time_from_start"),
     (TABLE | {"points": [POINTS[0] | {"time_from_start": {"sec": "abc"}}]}, "must be seconds, or sec and nanosec"),
-    (TABLE | {"file": "way.csv"}, "reference.path: file tells joint_names, too; leave out one of the two"),
+    (TABLE | {"file": "way.csv"}, "reference.path: file gives joint_names, too; leave out one of the two"),
     ({"kind": "trajectory", "file": 5}, "reference.path: file = 5: must be text"),
     ({"kind": "trajectory", "file": ""}, "does not exist"),
     ({"kind": "trajectory", "file": "nowhere.csv"}, "file nowhere.csv: does not exist"),

@@ -151,7 +151,7 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
         ("time,roll\n0,nan\n", "row 2, roll = 'nan': must be a finite number"),
         ("time,roll\n0,1\n1,1\n", "has 2 rows, a smooth motion needs at least 6"),
         ("time\n" + "\n".join("001234"), "row 3, time = 0: must be 1e-06 s after the row before"),
-        ("time\n" + "\n".join(f"{0.1 * k}" for k in range(8)), "tells 0 to 0.7 s; the run goes from 0 to 2 s"),
+        ("time\n" + "\n".join(f"{0.1 * k}" for k in range(8)), "covers 0 to 0.7 s; the run goes from 0 to 2 s"),
     ],
     ids=lambda text: str(text)[:30].replace("\n", " "),
 )
@@ -186,7 +186,7 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
         ({"sea": SEA | {"seed": -3}}, "base_motion.sea.seed = -3: must be greater than or equal to 0"),
         ({"sea": SEA | {"components": 10**9}}, "sea.components = 1000000000: must be less than or equal to 1000"),
         ({"sea": 5}, "base_motion.sea = 5: must be a group of keys: spectrum, significant_height"),
-        ({"sea": SEA, "file": "motion.csv"}, "base_motion.sea: the file tells the whole motion"),
+        ({"sea": SEA, "file": "motion.csv"}, "base_motion.sea: the file gives the whole motion"),
         ({"file": "nowhere.csv"}, "base_motion.file = 'nowhere.csv': cannot be read"),
     ],
     ids=lambda case: str(case)[:40],

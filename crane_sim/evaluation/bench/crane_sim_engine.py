@@ -9,7 +9,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
-from crane_sim.integrators import apply_pending_events, dense_output, make_event_log, reach, start, step_bound
+from crane_sim.integrators import apply_pending_events, dense_output, integrate_to, make_event_log, start, step_bound
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -35,7 +35,7 @@ def integrate(method, p, source, q, v, end, times):
     flow = start(p, 0.0, x, make_event_log(system.switching(p)))
     for _ in range(times):
         fresh = start(p, 0.0, x, make_event_log(system.switching(p)))
-        flow = reach(
+        flow = integrate_to(
             method, p, source, apply_pending_events(system.switching(p), p, source, fresh), end, step_bound(method, end)
         )
     return flow, dense_output(method, p, source, flow, end)

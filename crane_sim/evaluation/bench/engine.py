@@ -15,9 +15,9 @@ class Outcome(NamedTuple):
     """Where a run ended, and what it took."""
 
     payload: Array  # (3,) m, world, z up
-    evaluations: int | None  # of the equations; None where the engine does not tell
+    evaluations: int | None  # of the equations; None where the engine does not count them
     steps: int | None
-    tension: float | None = None  # N, of an elastic cable at the end; None where it is not asked for or told
+    tension: float | None = None  # N, of an elastic cable at the end; None where it is not requested or not available
 
 
 class Run(NamedTuple):

@@ -19,7 +19,7 @@ COLOURS = {
     "scipy": "#8c8c8c",
 }
 MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "rodas": "P"}
-LEAST, MOST = 1e-12, 3.0  # m, errors that are shown
+MIN_ERROR, MAX_ERROR = 1e-12, 3.0  # m, errors that are shown
 
 
 def draw(figure: Any, scenes: dict[str, Any]) -> None:
@@ -36,7 +36,7 @@ def draw(figure: Any, scenes: dict[str, Any]) -> None:
 
 
 def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
-    points = [point for point in points_of(scene) if isfinite(point.error) and point.error < MOST]
+    points = [point for point in points_of(scene) if isfinite(point.error) and point.error < MAX_ERROR]
     for engine in dict.fromkeys(point.engine for point in points):
         own = [point for point in points if point.engine == engine]
         if engine != NAME:
@@ -64,5 +64,5 @@ def _front(points: list[Point]) -> tuple[list[float], list[float]]:
         if point.error < least:
             least = point.error
             times.append(point.us_per_s)
-            errors.append(max(point.error, LEAST))
+            errors.append(max(point.error, MIN_ERROR))
     return times, errors

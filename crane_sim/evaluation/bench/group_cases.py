@@ -1,4 +1,4 @@
-"""Which scenes tell what an optional group costs: a base scene per crane, and one change for each group."""
+"""Scenes that measure the cost of optional groups: a base scene per crane, and one change for each group."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -15,7 +15,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.evaluation.bench.group_cases import CASES, Case, Changes
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
-from crane_sim.integrators import Status, apply_pending_events, make_event_log, reach, start
+from crane_sim.integrators import Status, apply_pending_events, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.numerics.jit import entry
 from crane_sim.numerics.states import add_scaled, dimension
@@ -49,7 +49,7 @@ def march_array(p, x, u, evaluations):
 def pass_time(method, p, x, u, end):
     """Return the integration at time `end` [s] that began with state x at 0."""
     switches = system.switching(p)
-    return reach(
+    return integrate_to(
         method, p, u, apply_pending_events(switches, p, u, start(p, 0.0, x, make_event_log(switches))), end, end
     )
 

@@ -14,7 +14,7 @@ from crane_sim.orchestration import run
 
 INTERVAL = 1.0  # s between two looks
 MODULES = {"plant": "plant_node", "controller": "controller_node", "recorder": "recorder_node"}
-_FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is told to
+_FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
 _MB = 1e6
 
 

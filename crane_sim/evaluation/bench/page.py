@@ -13,7 +13,7 @@ without its time, or a time without its error, is no result here.
 """
 HOW = """## What was measured, and how
 
-Each engine passes the whole time of a scene over a ladder of steps or tolerances, every method for itself. The error is
+Each engine passes the whole time of a scene over a range of steps or tolerances, every method for itself. The error is
 the distance of the payload at the end from a reference whose own error is known: solutions in extended precision by
 `test/reference`, which shares no code with the simulator. A timing repeats short runs for 2 ms at least; compiling,
 loading and building models are not timed. What may be the cheapest at an error is timed in up to 20 more rounds in

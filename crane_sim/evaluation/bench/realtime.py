@@ -34,7 +34,7 @@ def bare(period: float, steps: int) -> dict[str, Any]:
     return punctuality.figures() | {"steps_per_second": steps / wall, "deadline_misses": misses}
 
 
-def bare_apart(period: float, steps: int) -> dict[str, Any]:
+def run_bare_loop(period: float, steps: int) -> dict[str, Any]:
     """Return what `bare` does in a process of its own."""
     command = [sys.executable, "-c", _BARE.format(period=period, steps=steps)]
     return json.loads(
@@ -62,7 +62,7 @@ def measure(
     scene = load_scene(name, {"duration": duration, "control.period": period})
     summaries: dict[str, list[dict[str, Any]]] = {"bare": [], "plant": []}
     for _ in range(rounds):
-        summaries["bare"].append(bare_apart(period, scene.steps))
+        summaries["bare"].append(run_bare_loop(period, scene.steps))
         summary = run(scene, mode="realtime", record=None)
         if "error" in summary:
             raise RuntimeError(summary["error"])

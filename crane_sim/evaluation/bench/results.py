@@ -9,7 +9,7 @@ from crane_sim.evaluation.bench.peers import GENERAL
 from crane_sim.evaluation.bench.sweep import Point, cheapest
 
 FLOOR, GENERATED = "hand C", "CasADi C"
-MOST_OF_FLOOR, LEAST_OF_GENERAL, LEAST_OF_S4 = 1.5, 15.0, 10.0
+MAX_OF_FLOOR, MIN_OF_GENERAL, MIN_OF_S4 = 1.5, 15.0, 10.0
 """The targets: times of hand-written C at most; general engines' time at least so many times ours, and on S4."""
 
 
@@ -25,9 +25,9 @@ class Target(NamedTuple):
 
     def verdict(self) -> str:
         """Return "holds", or which of the targets are missed."""
-        least = LEAST_OF_S4 if self.case == "S4" else LEAST_OF_GENERAL
+        least = MIN_OF_S4 if self.case == "S4" else MIN_OF_GENERAL
         missed = []
-        if self.of_floor is not None and self.of_floor > MOST_OF_FLOOR:
+        if self.of_floor is not None and self.of_floor > MAX_OF_FLOOR:
             missed.append("C")
         if self.of_general is not None and self.of_general < least:
             missed.append("general")

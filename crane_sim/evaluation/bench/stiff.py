@@ -1,8 +1,8 @@
 """The Rosenbrock method on a cable as stiff as steel, against scipy's LSODA on the same compiled equations.
 
-`crane bench stiff` runs both with a ladder of tolerances on the scene `overhead_stiff` and tells of each the cheapest
-setting that reaches the error: the largest distance of a node from where two methods with tight tolerances agree that
-it is. Times are the processor's, so that other programs matter less.
+`crane bench stiff` runs both with several tolerances on the scene `overhead_stiff` and prints the cheapest setting of
+each that reaches the error: the largest distance of a node from the reference, a DOP853 solution that a Rodas solution
+with other small tolerances confirms. Times are processor times, which other programs affect less.
 """
 
 import time
@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from crane_sim import system
 from crane_sim.evaluation.bench.measurement import machine
-from crane_sim.integrators import reach, start
+from crane_sim.integrators import integrate_to, start
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.numerics.jit import entry
@@ -24,7 +24,7 @@ from crane_sim.stepping.periods import begin
 
 SCENE = "overhead_stiff"
 ROUNDS = 5
-LADDER = (
+TOLERANCES = (
     (1e-4, 1e-5),
     (1e-5, 1e-5),
     (1e-5, 3e-6),
@@ -34,7 +34,7 @@ LADDER = (
     (1e-7, 1e-8),
     (1e-8, 1e-9),
 )
-"""Relative and absolute tolerances that both try."""
+"""Relative and absolute tolerances of the trials of each method."""
 
 
 class Trial(NamedTuple):
@@ -43,13 +43,13 @@ class Trial(NamedTuple):
     tolerances: tuple[float, float]
     error: float  # m
     seconds: float  # of processor time for a simulated second, least of the rounds
-    evaluations: int  # of the equations, linear systems apart
+    evaluations: int  # of the equations, without linear systems
 
 
 @entry
 def integrate(method, p, x, u, end):
-    """Return the flow from (0, x) to `end`."""
-    return reach(method, p, u, start(p, 0.0, x, None), end, end)
+    """Return the integration from (0, x) to `end`."""
+    return integrate_to(method, p, u, start(p, 0.0, x, None), end, end)
 
 
 @entry
@@ -65,7 +65,7 @@ def time_run(run: Callable[[], Any]) -> tuple[Any, float]:
 
 
 class Case:
-    """The scene and where its nodes end."""
+    """The scene and reference solutions of its final state."""
 
     def __init__(self, scene: Scene) -> None:
         """Integrate the reference."""
@@ -73,7 +73,7 @@ class Case:
         flow, q, _ = begin(self.p, np.array(scene.initial_q), np.array(scene.initial_v))
         self.x, self.n = flow.x, len(q)
         self.reference = integrate(DOP853(1e-11, 1e-13), self.p, self.x, self.u, self.end).x
-        self.doubt = self.error(integrate(Rodas(1e-9, 1e-11), self.p, self.x, self.u, self.end).x)
+        self.reference_difference = self.error(integrate(Rodas(1e-9, 1e-11), self.p, self.x, self.u, self.end).x)
 
     def error(self, x: np.ndarray) -> float:
         """Return how far a final state's positions are from the reference's [m]."""
@@ -89,17 +89,17 @@ class Case:
     def lsoda(self, tolerances: tuple[float, float]) -> Trial:
         """Run scipy's LSODA."""
         rtol, atol = tolerances
-        done, seconds = time_run(
+        solution, seconds = time_run(
             lambda: solve_ivp(
                 lambda t, x: derivative(self.p, t, x, self.u), (0.0, self.end), self.x, "LSODA", rtol=rtol, atol=atol
             )
         )
-        return Trial(tolerances, self.error(done.y[:, -1]), seconds / self.end, done.nfev)
+        return Trial(tolerances, self.error(solution.y[:, -1]), seconds / self.end, solution.nfev)
 
 
 def cheapest_trial(run: Callable[[tuple[float, float]], Trial], error: float) -> Trial | None:
     """Return the fastest of the trials that reach the error, None when none does."""
-    return min((trial for trial in map(run, LADDER) if trial.error <= error), key=lambda t: t.seconds, default=None)
+    return min((trial for trial in map(run, TOLERANCES) if trial.error <= error), key=lambda t: t.seconds, default=None)
 
 
 def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict[str, Any]:
@@ -108,8 +108,8 @@ def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict
     for damping in dampings:
         case = Case(load_scene(SCENE, {"cable.damping": damping}))
         trials = {"rodas": cheapest_trial(case.rodas, error), "LSODA": cheapest_trial(case.lsoda, error)}
-        made = {name: trial._asdict() if trial else None for name, trial in trials.items()}
-        results["dampings"][f"{damping:g}"] = made | {"doubt_m": case.doubt}
+        rows = {name: trial._asdict() if trial else None for name, trial in trials.items()}
+        results["dampings"][f"{damping:g}"] = rows | {"doubt_m": case.reference_difference}
     return results
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from crane_sim.evaluation.bench.cases import LEVELS, Truth
 from crane_sim.evaluation.bench.engine import Run
 
-SHORTEST = 2e-3  # s, of a timing: shorter runs are repeated within it
+MIN_TIMING = 2e-3  # s, of a timing: shorter runs are repeated within it
 SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not tried
 ROUNDS, PATIENCE = 20, 10.0
 """Timings of each promising run, as long as all those of one engine take less than so many seconds; at least three."""
@@ -84,7 +84,7 @@ def select_candidates(trials: Sequence[Trial]) -> set[int]:
 
 def time_run(run: Run, seconds: float) -> float:
     """Return the wall time [s] of one pass of a run that takes about so long."""
-    times = max(1, round(SHORTEST / max(seconds, 1e-7)))
+    times = max(1, round(MIN_TIMING / max(seconds, 1e-7)))
     began = time.perf_counter()
     run.go(times)
     return (time.perf_counter() - began) / times
@@ -111,7 +111,7 @@ def measure_points(trials: dict[str, list[Trial]], duration: float, on_progress:
 
 
 def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
-    each = sum(max(SHORTEST, trials[i].seconds) for i in indices)
+    each = sum(max(MIN_TIMING, trials[i].seconds) for i in indices)
     return min(ROUNDS, max(3, int(PATIENCE / each))) if indices else 0
 
 

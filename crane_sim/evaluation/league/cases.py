@@ -1,6 +1,6 @@
 """The trials and entrants of the league as data: scenes of the catalogue, and what a trial changes of them.
 
-Laws are told nothing of disturbances, nor of masses and lengths that are not what the catalogue says: they believe the
+The nominal scene of a law has no disturbances, nor masses and lengths other than the catalogue's: it is the
 catalogue's scene on a base at rest. Every trial has a base that can move and a gust that can blow, mostly by nothing,
 so that all trials of a crane and a law are one compiled type.
 """

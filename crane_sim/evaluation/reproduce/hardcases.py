@@ -1,7 +1,7 @@
-"""The catalogue's hard cases beside references from extended precision: error, evaluations, time.
+"""The catalogue's hard cases against references from extended precision: error, evaluations, time.
 
-A reference says how far it is to be trusted; a case holds when all nodes are within max(1e-9 m, ten times that) at
-every instant, or within the case's own bound where the model itself leaves something out or the motion is chaotic.
+A reference has an estimate of its own error, `trusted`; a case holds when all nodes are within max(1e-9 m, ten times
+that) at every instant, or within the case's own bound where the model is an approximation or the motion is chaotic.
 """
 
 import json
@@ -15,17 +15,17 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.dynamics import acceleration
 from crane_sim.simulation.rollout import Rollout, simulate
 
-LEAST = 1e-9  # m
-RELATIVE, DRIFT = 1e-12, 1e-9
+MIN_BOUND = 1e-9  # m, of positions; s, of event times
+MAX_ACCELERATION_ERROR, MAX_ENERGY_DRIFT = 1e-12, 1e-9
 BOUNDS = {
     "overhead_heavy": (1e-8, "fast waves of light links, 30 000 rad of them"),
-    "overhead_heavy_straight": (1e-8, "payload only: the rod leaves the links' own waves out"),
+    "overhead_heavy_straight": (1e-8, "payload only: the rod has no waves of the links"),
 }
-"""Bounds other than the rule's [m], and why."""
+"""Bounds [m] in place of the general one, and why."""
 PAYLOAD_ONLY = {"overhead_heavy_straight"}
 HEAVY, LONG = "N = 30, ratio 1e8", "overhead_long, a million steps"
 """The cases that are not compared with a trajectory."""
-MOST = 1_000_000  # steps that the long case has at least
+MIN_STEPS = 1_000_000  # of the long case
 
 
 class Case(NamedTuple):
@@ -59,12 +59,14 @@ def measure_case(scene: str, reference: dict[str, Any]) -> Case:
     loaded, t = load_scene(scene), np.array(reference["t"])
     simulate(loaded, sample_times=t)
     run = simulate(loaded, sample_times=t)
-    bound, _ = BOUNDS.get(scene, (max(LEAST, 10.0 * reference["trusted"]), ""))
-    error, late = largest_distance(run, reference, scene), lateness(run, reference)
-    holds = error <= bound and (late is None or late <= LEAST)
+    bound, _ = BOUNDS.get(scene, (max(MIN_BOUND, 10.0 * reference["trusted"]), ""))
+    error, time_error = largest_distance(run, reference, scene), event_time_error(run, reference)
+    holds = error <= bound and (time_error is None or time_error <= MIN_BOUND)
     method, stats = type(loaded.method).__name__.lower(), run.stats
     verdict = "holds" if holds else "does not hold"
-    return Case(scene, "nodes, m", method, error, bound, late, stats["rhs_evaluations"], stats["wall_time"], verdict)
+    return Case(
+        scene, "nodes, m", method, error, bound, time_error, stats["rhs_evaluations"], stats["wall_time"], verdict
+    )
 
 
 def largest_distance(run: Rollout, reference: dict[str, Any], scene: str) -> float:
@@ -74,11 +76,11 @@ def largest_distance(run: Rollout, reference: dict[str, Any], scene: str) -> flo
     return float(np.max(np.abs(run.nodes[:, -last:] - nodes[:, -last:])))
 
 
-def lateness(run: Rollout, reference: dict[str, Any]) -> float | None:
+def event_time_error(run: Rollout, reference: dict[str, Any]) -> float | None:
     """Return the largest error [s] of the event times; None without events."""
     if "events" not in reference:
         return None
-    expected, measured = np.array(reference["events"]), np.array([t for t, _ in run.events if t > LEAST])
+    expected, measured = np.array(reference["events"]), np.array([t for t, _ in run.events if t > MIN_BOUND])
     return float(np.max(np.abs(measured - expected))) if len(measured) == len(expected) else np.inf
 
 
@@ -94,7 +96,7 @@ def rows() -> list[Case]:
 
 
 def heavy_accelerations() -> Case:
-    """Return the relative error of accelerations of thirty links below a payload of 1e8 nodes, against 60 digits."""
+    """Return the relative error of thirty links' accelerations, payload 1e8 times a node's mass, against 60 digits."""
     known = read_references("accelerations")
     scene, first = load_scene(known["scene"]), known["states"][0]
     acceleration(scene, first["q"], first["v"], first["u"])  # compiles
@@ -103,17 +105,17 @@ def heavy_accelerations() -> Case:
         expected = np.array(state["acceleration"])
         measured = acceleration(scene, state["q"], state["v"], state["u"])
         error = max(error, float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected))))
-    verdict = "holds" if error <= RELATIVE else "does not hold"
+    verdict = "holds" if error <= MAX_ACCELERATION_ERROR else "does not hold"
     wall, count = time.perf_counter() - started, len(known["states"])
-    return Case(HEAVY, "accelerations, relative", "-", error, RELATIVE, None, count, wall, verdict)
+    return Case(HEAVY, "accelerations, relative", "-", error, MAX_ACCELERATION_ERROR, None, count, wall, verdict)
 
 
 def long_energy() -> Case:
-    """Return the drift of a double pendulum's energy over a million steps and more, relative to what it swings by."""
+    """Return the drift of a double pendulum's energy in at least a million steps, over its potential's range."""
     scene = load_scene("overhead_long", {"duration": 10_000.0})
     run = simulate(scene)
     drift = float(np.max(np.abs(run.energy - run.energy[0])) / np.ptp(run.derived.potential))
-    verdict = "holds" if drift <= DRIFT and run.stats["steps"] >= MOST else "does not hold"
+    verdict = "holds" if drift <= MAX_ENERGY_DRIFT and run.stats["steps"] >= MIN_STEPS else "does not hold"
     method, stats = type(scene.method).__name__.lower(), run.stats
     counted = stats["rhs_evaluations"], stats["wall_time"]
-    return Case(LONG, "energy, relative", method, drift, DRIFT, None, *counted, verdict)
+    return Case(LONG, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict)

@@ -34,7 +34,7 @@ def drift(rates: Sequence[float]) -> Drift:
 
 
 def drift_figures(rates: Sequence[float], of: str = "") -> list[Figure]:
-    """Return what was promised of a rate, that it does not fall, and how well that can be told."""
+    """Return what was promised of a rate, that it does not fall, and the resolution of the measurement."""
     trend = drift(rates)
     return [
         Figure(f"{of}rate, median", float(np.median(rates)), "steps/s"),

@@ -1,4 +1,4 @@
-"""Figures of a soak, each with what was promised of it."""
+"""Figures of a soak test, each with the promised value."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.memory import resident
-from crane_sim.evaluation.bench.realtime import bare_apart
+from crane_sim.evaluation.bench.realtime import run_bare_loop
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import steps_in
 from crane_sim.evaluation.soak.monitor import Messages, Received, monitor, wait_for_discovery
@@ -27,7 +27,7 @@ _POLL = 0.01  # s between two looks for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
 _GROWTH = 5.0  # MB that the plant may grow
 _CALL = 20.0  # ms that a call may take
-_BARE = 1e-3  # s, period of a loop beside the run that tells what the machine grants
+_BARE = 1e-3  # s, period of a loop beside the run that measures stalls of the machine
 _STALL = 100.0  # ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
 _SECOND = 1e9  # ns
 
@@ -95,7 +95,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         monitor(loaded, domain) as monitored,
         ThreadPoolExecutor(1) as pool,
     ):
-        bare = pool.submit(bare_apart, _BARE, round(loaded.duration / _BARE))
+        bare = pool.submit(run_bare_loop, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
         summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.on_filled, **options)

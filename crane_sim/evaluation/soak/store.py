@@ -1,4 +1,4 @@
-"""The files of the soaks in a folder of documentation: `soak/PART.json` and `soak/PART.png` for each, and `soak.md`."""
+"""The files of the soak tests in a folder of documentation: `soak.md`, and for each `soak/PART.json` and `.png`."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -12,23 +12,23 @@ from crane_sim.evaluation.soak.figures import Figure
 from crane_sim.evaluation.soak.page import PARTS, write_findings
 from crane_sim.files.errors import SceneError
 
-_MOST = 100  # numbers of a series that are kept
+_MAX_SAMPLES = 100  # of a series, saved
 
 
 def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, Any], folder: Path) -> None:
-    """Write what a soak found, and the page of all soaks of the folder anew.
+    """Write the data of a soak test, and rewrite the page of all soak tests of the folder.
 
     Args:
-        part: the soak's name.
+        part: the test's name.
         command: the line by which it can be repeated.
-        figures: what was found.
-        data: what is behind it, of which the page's plot is drawn.
-        folder: where the page lies.
+        figures: the results.
+        data: the measurements, from which the page's plot is drawn.
+        folder: the page's folder.
 
     Raises:
-        SceneError: the folder cannot be written, or holds something else by these names.
+        SceneError: the folder cannot be written, or has other entries of these names.
     """
-    kept = {name: data[name] for name in PARTS[part].keeps}
+    kept = {name: data[name] for name in PARTS[part].data_keys}
     kept = thin_lists(kept) if PARTS[part].series else kept
     document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
     try:
@@ -40,10 +40,10 @@ def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapp
 
 
 def write_page(folder: Path) -> None:
-    """Write the page of all soaks that the folder has data of, and their plots where matplotlib is installed.
+    """Write the page of all soak tests whose data are in the folder, and their plots where matplotlib is installed.
 
     Raises:
-        SceneError: as of `save_findings`, or there are no data.
+        SceneError: as in `save_findings`, or there are no data.
     """
     documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
     if not documents:
@@ -60,16 +60,16 @@ def write_page(folder: Path) -> None:
 
 
 def thin_lists(value: Any) -> Any:
-    """Return a document whose long lists have lost most of their entries, the same ones where they are equally long."""
+    """Return a document with long lists thinned, lists of equal length at the same indices."""
     if isinstance(value, dict):
         return {key: thin_lists(part) for key, part in value.items()}
-    if not isinstance(value, list | tuple) or len(value) <= _MOST:
+    if not isinstance(value, list | tuple) or len(value) <= _MAX_SAMPLES:
         return value
-    return [value[round(i * (len(value) - 1) / (_MOST - 1))] for i in range(_MOST)]
+    return [value[round(i * (len(value) - 1) / (_MAX_SAMPLES - 1))] for i in range(_MAX_SAMPLES)]
 
 
 def _read_part(folder: Path, part: str) -> dict[str, Any]:
-    """Return what the folder has of a part, nothing where it was not measured."""
+    """Return the document of a part, empty where it was not measured."""
     file = folder / "soak" / f"{part}.json"
     try:
         document = json.loads(file.read_text())

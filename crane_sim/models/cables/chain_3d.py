@@ -1,7 +1,7 @@
 """Rigid links with lumped masses in space: unit vectors down the links, their tensions and second derivatives.
 
-There is no angle, and so no pole. The tensions solve the same tridiagonal, positive definite system as in the plane,
-with scalar products of neighbouring unit vectors in place of cosines, and the trolley is free along x and y.
+There is no angle, and so no singularity. The tensions solve the same tridiagonal, positive definite system as in the
+plane, with scalar products of neighbouring unit vectors in place of cosines, and the trolley is free along x and y.
 """
 
 from math import sqrt
@@ -13,17 +13,17 @@ from crane_sim.numerics.jit import lean_kernel, routine
 
 
 class Directions(NamedTuple):
-    """What the links' states give; unit vectors and rates fit together exactly."""
+    """Kinematics of the links; the rates are perpendicular to the unit vectors."""
 
     units: Any  # (N, 3), down the links, world frame
     rates: Any  # (N, 3) 1/s, of the unit vectors: perpendicular to them
-    speeds: Any  # (N,) 1/s², squares of the rates
+    squared_rates: Any  # (N,) 1/s², squares of the rates
     lengths: Any  # (N,) m
     inv_masses: Any  # (N,) 1/kg, of the node below each link
 
 
 class UpperEnd(NamedTuple):
-    """How the first link's upper end and its length answer its tension."""
+    """Acceleration of the first link's upper end and of its length, as functions of its tension."""
 
     axes_inv_mass: tuple[float, float]  # 1/kg, of trolley and bridge
     hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, as of `hoist_response`
@@ -49,7 +49,7 @@ def dot(units, k, j):
 
 @lean_kernel
 def first_inv_mass(links, top):
-    """Return the inverse mass [1/kg] that the first link's tension moves along it, its hoist apart."""
+    """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
     x, y = links.units[0, 0], links.units[0, 1]
     return links.inv_masses[0] + top.axes_inv_mass[0] * x * x + top.axes_inv_mass[1] * y * y
 
@@ -62,10 +62,10 @@ def end_acceleration(acc, k):
 
 @lean_kernel
 def relative_acceleration(links, acc, k):
-    """Return what link k's tension has to supply: the relative acceleration of its ends along it [m/s²]."""
+    """Return the relative acceleration [m/s²] of link k's ends along it that its tension has to supply."""
     x, y, z = end_acceleration(acc, k)
     along = links.units[k, 0] * x + links.units[k, 1] * y + links.units[k, 2] * z
-    return links.lengths[k] * links.speeds[k] + along
+    return links.lengths[k] * links.squared_rates[k] + along
 
 
 @lean_kernel
@@ -73,7 +73,7 @@ def solve_tensions(links, top, acc, tension, ratio):
     """Fill the tensions (N,) [N]: eliminate downwards, substitute upwards.
 
     Args:
-        links: what the links' states give.
+        links: kinematics of the links.
         top: of the first link.
         acc: accelerations of nodes 0 to N without tensions (N + 1, 3) [m/s²], world frame.
         tension, ratio: to fill; the second one is of the elimination.
@@ -83,7 +83,10 @@ def solve_tensions(links, top, acc, tension, ratio):
     upper = -dot(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
     tension[0], ratio[0] = (relative_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
     if top.hoist_inv_mass < 0.0:
-        tension[0], ratio[0] = top.hoist_bias_acc, 0.0  # a massless winch does not ask the second link
+        tension[0], ratio[0] = (
+            top.hoist_bias_acc,
+            0.0,
+        )  # the tension of a massless winch does not depend on the second link
     for k in range(1, n):
         inverse = 1.0 / (inv_masses[k - 1] + inv_masses[k] - upper * ratio[k - 1])
         tension[k] = (relative_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
@@ -121,13 +124,14 @@ def add_pull_across(units, k, j, pull, total):
 def direction_accelerations(links, top, acc, tension, out, at):
     """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments as of `solve_tensions`.
 
-    The pulls of a link's neighbours are taken across it one by one: a heavy payload makes no difference of large ones.
+    The pulls of a link's neighbours are projected across it one by one, which avoids cancellation under a heavy
+    payload.
     """
     n, units, inv_masses = len(tension), links.units, links.inv_masses
     x, y, z = end_acceleration(acc, 0)
     x -= top.axes_inv_mass[0] * units[0, 0] * tension[0]
     y -= top.axes_inv_mass[1] * units[0, 1] * tension[0]
-    drag = 2.0 * top.rate / links.lengths[0]
+    coriolis = 2.0 * top.rate / links.lengths[0]
     for k in range(n):
         total = project_across(units, k, x, y, z)
         if k > 0:
@@ -137,9 +141,9 @@ def direction_accelerations(links, top, acc, tension, out, at):
             x, y, z = end_acceleration(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):
-            spin = links.speeds[k] * units[k, c] + drag * links.rates[k, c]
-            out[at + 3 * k + c] = total[c] * inverse - spin
-        drag = 0.0
+            bias = links.squared_rates[k] * units[k, c] + coriolis * links.rates[k, c]
+            out[at + 3 * k + c] = total[c] * inverse - bias
+        coriolis = 0.0
 
 
 @routine
@@ -147,14 +151,14 @@ def node_velocities(links, vx, vy, rate):
     """Return the velocities of nodes 0 to N (N + 1, 3) [m/s].
 
     Args:
-        links: what the links' states give.
-        vx, vy: of the trolley [m/s].
+        links: kinematics of the links.
+        vx, vy: velocities of the trolley [m/s].
         rate: at which the first link lengthens [m/s].
     """
-    v = np.zeros((len(links.speeds) + 1, 3))
+    v = np.zeros((len(links.squared_rates) + 1, 3))
     v[0, 0], v[0, 1] = vx, vy
-    for k in range(len(links.speeds)):
-        paid = rate if k == 0 else 0.0
+    for k in range(len(links.squared_rates)):
+        length_rate = rate if k == 0 else 0.0
         for c in range(3):
-            v[k + 1, c] = v[k, c] + paid * links.units[k, c] + links.lengths[k] * links.rates[k, c]
+            v[k + 1, c] = v[k, c] + length_rate * links.units[k, c] + links.lengths[k] * links.rates[k, c]
     return v

@@ -139,7 +139,7 @@ def add_nodes_load(base, links, place, speed, rate, acc):
 @add_nodes_load.register(Carried)
 def _(base, links, place, speed, rate, acc):
     (x, y), (vx, vy), z, vz, power, paid = place, speed, 0.0, 0.0, 0.0, rate
-    for k in range(len(links.speeds)):
+    for k in range(len(links.squared_rates)):
         length = links.lengths[k]
         x, y, z = x + length * links.units[k, 0], y + length * links.units[k, 1], z + length * links.units[k, 2]
         vx += length * links.rates[k, 0] + paid * links.units[k, 0]

@@ -16,7 +16,7 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import kernel
 
 
-class Pair(NamedTuple):
+class TwoLinks(NamedTuple):
     """Masses [kg] and lengths [m] of the upper and the lower link; the second mass is the payload."""
 
     mass1: float
@@ -26,10 +26,10 @@ class Pair(NamedTuple):
 
 
 class DoubleCrane(NamedTuple):
-    """Parameters of a whole crane; what is None is not modelled."""
+    """Parameters of a whole crane; None: not modelled."""
 
     trolley: Axis
-    cable: Pair
+    cable: TwoLinks
     gravity: float = 9.81  # m/s²
     meter: Meter | None = None
 
@@ -41,15 +41,15 @@ def double_dynamics(p, t, x, tau):
     cable, g = p.cable, p.gravity
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
     i1, i2 = 1.0 / cable.mass1, 1.0 / cable.mass2
-    straight, bend = s1 * s2 + c1 * c2, c1 * s2 - s1 * c2  # cosine and sine of α_2 - α_1
-    a, b, c = i1 + s1 * s1 * inv_mass, -straight * i1, i1 + i2
+    cos_bend, sin_bend = s1 * s2 + c1 * c2, c1 * s2 - s1 * c2  # cosine and sine of α_2 - α_1
+    a, b, c = i1 + s1 * s1 * inv_mass, -cos_bend * i1, i1 + i2
     upper = cable.length1 * x[4] * x[4] + g * c1 - s1 * bias_acc
     lower = cable.length2 * x[5] * x[5]
     inverse = 1.0 / (a * c - b * b)
     tension1, tension2 = (c * upper - b * lower) * inverse, (a * lower - b * upper) * inverse
     trolley = bias_acc + inv_mass * tension1 * s1
-    turning1 = (bend * tension2 * i1 - g * s1 - c1 * trolley) / cable.length1
-    turning2 = -bend * tension1 * i1 / cable.length2
+    turning1 = (sin_bend * tension2 * i1 - g * s1 - c1 * trolley) / cable.length1
+    turning2 = -sin_bend * tension1 * i1 / cable.length2
     return (trolley, turning1, turning2), (tension1, tension2), s1
 
 

@@ -133,7 +133,7 @@ def mass_of(p, x, k):
     return mass if k < len(p.cable.masses) else payload_mass(p.switches, x, len(x) - 1, mass)
 
 
-STILL = (0.0, 0.0, 0.0)
+ZERO_VECTOR = (0.0, 0.0, 0.0)
 
 
 @lean_kernel
@@ -204,7 +204,7 @@ def _(base, p, inv_masses, bands):
     middle = 2 * d - 1
     for b in range(d):
         axis = unit_vector(d, b)
-        by_place, by_speed = imposed_gradient(base, axis, STILL), imposed_gradient(base, STILL, axis)
+        by_place, by_speed = imposed_gradient(base, axis, ZERO_VECTOR), imposed_gradient(base, ZERO_VECTOR, axis)
         for a in range(d):
             position, velocity = entry_of(d, a, by_place), entry_of(d, a, by_speed)
             for k in range(len(p.cable.masses)):
@@ -227,9 +227,9 @@ def _(base, p, x, power):
     nq, first, d, _ = elastic_layout(p)
     for k in range(1, 1 + len(p.cable.masses)):
         mass, v, i = mass_of(p, x, k), node_vector(p, x, k, 1), first + d * (k - 1)
-        still = imposed_acceleration(base, node_vector(p, x, k, 0), STILL)
+        still = imposed_acceleration(base, node_vector(p, x, k, 0), ZERO_VECTOR)
         for b in range(d):
-            ax, ay, az = imposed_gradient(base, unit_vector(d, b), STILL)
+            ax, ay, az = imposed_gradient(base, unit_vector(d, b), ZERO_VECTOR)
             power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
             power[nq + i + b] += mass * entry_of(d, b, still)
     axes_base_jacobian(base, p, x, power)
@@ -244,7 +244,7 @@ def axes_base_jacobian(base, p, x, power):
     for b in range(d - 1):
         reach = p.share if b == 0 else 1.0
         axis = unit_vector(d, b)
-        place, speed = imposed_gradient(base, axis, STILL), imposed_gradient(base, STILL, axis)
+        place, speed = imposed_gradient(base, axis, ZERO_VECTOR), imposed_gradient(base, ZERO_VECTOR, axis)
         power[b] += trolley * place[0] + bridge * reach * place[1]
         power[nq + b] += trolley * speed[0] + bridge * reach * speed[1] + (load.x if b == 0 else load.y)
 

@@ -44,7 +44,7 @@ def _(p, t, q, v):
 
 @routine
 def initial_state(p, t, q, v):
-    """Return the state, with the modes that positions and velocities tell."""
+    """Return the state, with the modes that follow from positions and velocities."""
     nq, _, d, modes = elastic_layout(p)
     n = len(p.cable.masses)
     x = np.zeros(modes + mode_count(p.switches, d - 1 + n))

@@ -137,7 +137,7 @@ def slack_guard(switches, best, tensions, n):
 
 
 def describe_switch(switches: Switches | None, number: int) -> tuple[str, str]:
-    """Return (what a guard or event tells, what a user can change) in words."""
+    """Return texts (meaning of a guard or event, what a user can change)."""
     kind, index, outcome = decode(number)
     if kind == Guard.LINK:
         return (

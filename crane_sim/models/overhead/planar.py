@@ -114,7 +114,7 @@ def _(p):
 
 @lean_kernel
 def fill_links(p, x, w):
-    """Fill the work array with what the state tells of the links."""
+    """Fill the work array with the links' kinematics."""
     nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
     for k in range(n):

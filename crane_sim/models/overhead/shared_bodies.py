@@ -207,7 +207,7 @@ def _(p, held):
 
 
 def works_between_samples(p: Any) -> bool:
-    """Return whether work is done that samples of held efforts do not tell: by motions, friction, forces, the base."""
+    """Return whether work is done besides that of held efforts at samples: by motions, friction, forces, the base."""
     parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)

@@ -138,7 +138,7 @@ def fill_links(p, x, links):
         unit, rate = align(x, first + 3 * k, nq + first + 3 * k)
         links.units[k, 0], links.units[k, 1], links.units[k, 2] = unit
         links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
-        links.speeds[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
+        links.squared_rates[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
     links.lengths[0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
     links.inv_masses[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
 
@@ -237,7 +237,7 @@ def _(p, x):
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     kinetic += 0.5 * hoist_inertia(p.hoist) * rate * rate
-    for k in range(len(links.speeds)):
+    for k in range(len(links.squared_rates)):
         mass = 1.0 / links.inv_masses[k]
         z = z + links.lengths[k] * links.units[k, 2]
         kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 1] ** 2 + v[k + 1, 2] ** 2)
@@ -271,7 +271,7 @@ def place(p, x, out):
     links = system.workspace(p).links
     fill_links(p, x, links)
     out[0, 0], out[0, 1], out[0, 2] = x[0], x[1], 0.0
-    for k in range(len(links.speeds)):
+    for k in range(len(links.squared_rates)):
         for c in range(3):
             out[k + 1, c] = out[k, c] + links.lengths[k] * links.units[k, c]
 

@@ -1,10 +1,10 @@
-"""Hoists: what changes the first link's length. What a cable needs of one is how its length answers the tension."""
+"""Hoists, which change the first link's length: its acceleration as a function of the tension."""
 
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
 from crane_sim.numerics.jit import generic, kernel, lean_generic
-from crane_sim.trajectories.profiles import Motion, moved_at
+from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
 
 class PrescribedHoist(NamedTuple):
@@ -17,7 +17,7 @@ class ForceHoist(NamedTuple):
     """A winch with inertia that takes a force command; positive pays out."""
 
     inertia: Positive  # kg, drum inertia over radius squared
-    push: float = 0.0  # 1: efforts that pay out are applied, 0: as zero, since a rope cannot push
+    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope cannot push
 
 
 class MasslessHoist(NamedTuple):
@@ -48,7 +48,7 @@ def hoist_response(hoist, t, tau):
 
 @hoist_response.register(PrescribedHoist)
 def _(hoist, t, tau):
-    return 0.0, moved_at(hoist.profile, t)[2]
+    return 0.0, evaluate_motion(hoist.profile, t)[2]
 
 
 @hoist_response.register(ForceHoist)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.numerics.jit import lean_generic
-from crane_sim.trajectories.profiles import Motion, moved_at
+from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
 
 class Friction(NamedTuple):
@@ -71,7 +71,7 @@ def _(axis, t, tau, i, v, mode):
 
 @axis_response.register(PrescribedAxis)
 def _(axis, t, tau, i, v, mode):
-    return 0.0, moved_at(axis.motion, t)[2]
+    return 0.0, evaluate_motion(axis.motion, t)[2]
 
 
 @lean_generic

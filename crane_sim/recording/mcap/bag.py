@@ -1,4 +1,4 @@
-"""Keeps the messages of a run, in the very bytes that came over the wire, for the tools of others: an MCAP file."""
+"""Writer of a run's messages, as serialized on the wire, into an MCAP file."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -12,13 +12,14 @@ from crane_sim.recording.mcap.file import McapFile
 from crane_sim.recording.mcap.topic import Topic, stamp_of
 
 STATES, EFFORTS = "joint_states", "applied_effort"
-SAVE_SECONDS = 0.5  # at most so much of a run is lost with a killed process
-_SILENCE, _QUIET = 2.0, 0.1  # s without a message until nothing is expected any more; until everything seems to be here
+SAVE_SECONDS = 0.5  # the part of a run that a killed process can lose
+_MESSAGE_TIMEOUT = 2.0  # s without a message after which no more are expected
+_SETTLING_TIME = 0.1  # s without a message after which all sent ones count as received
 
 
 @dataclass
-class _Track:
-    """A topic and what has come on it."""
+class _TopicState:
+    """State of a topic: number, newest stamp and message."""
 
     number: int
     topic: Topic
@@ -28,7 +29,7 @@ class _Track:
 
 
 class Bag:
-    """Takes serialized messages and writes each at its stamp, or at the newest state's where it has none.
+    """Writer of serialized messages, each at its stamp, or at the newest state's where it has none.
 
     Attributes:
         broken: one line on why the file could not be written, empty while it can; messages are then ignored.
@@ -45,32 +46,32 @@ class Bag:
             path: the complete file.
             topics: by the name that `callbacks` uses; `joint_states` and `applied_effort` are among them.
             period_ns: control period; state k carries k times this as its stamp.
-            after: step behind which the messages begin.
+            after: last step before the first message.
             passes: resets before that.
 
         Raises:
             OSError: the file cannot be written.
         """
         self._path, self._period_ns = path, period_ns
-        self._tracks = {name: _Track(number, topic) for number, (name, topic) in enumerate(topics.items())}
-        self._states, self._efforts = self._tracks[STATES], self._tracks[EFFORTS]
+        self._topic_states = {name: _TopicState(number, topic) for number, (name, topic) in enumerate(topics.items())}
+        self._states, self._efforts = self._topic_states[STATES], self._topic_states[EFFORTS]
         self._file = self._new_file()
         self._now, self.passes = (after + 1) * period_ns, passes
         self._last_message = self._saved = time.monotonic()
         self.broken, self.last_step, self._after = "", after, after
-        self._older = 0  # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
-        return {name: partial(self._take, track) for name, track in self._tracks.items()}
+        return {name: partial(self._write_message, track) for name, track in self._topic_states.items()}
 
     def idle(self) -> None:
-        """Hand over what waits, when its time has come; to be called now and then."""
+        """Save buffered messages if they are due; to be called periodically."""
         if time.monotonic() - self._saved > SAVE_SECONDS:
             self.save()
 
     def save(self) -> None:
-        """Hand over all that waits."""
+        """Save all buffered messages."""
         if not self.broken:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
@@ -81,9 +82,9 @@ class Bag:
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
         silence = time.monotonic() - self._last_message
-        if self.broken or silence > _SILENCE:
+        if self.broken or silence > _MESSAGE_TIMEOUT:
             return True
-        if steps is None or silence < _QUIET:
+        if steps is None or silence < _SETTLING_TIME:
             return False
         last = steps * self._period_ns
         return self._states.stamp >= last + self._period_ns and self._efforts.stamp >= last
@@ -94,7 +95,11 @@ class Bag:
             self._attempt(self._file.close)
         steps = summary.get("steps", self.last_step) - self._after
         if self.broken:
-            before = f" since the last reset, and {self._older} from before it" if self._older else ""
+            before = (
+                f" since the last reset, and {self._steps_before_reset} from before it"
+                if self._steps_before_reset
+                else ""
+            )
             counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
             return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
         added = {"mcap": str(self._path)}
@@ -107,7 +112,7 @@ class Bag:
         """Remove the file."""
         self._file.abandon()
 
-    def _take(self, track: _Track, data: bytes) -> None:
+    def _write_message(self, track: _TopicState, data: bytes) -> None:
         self._last_message = time.monotonic()
         stamp = stamp_of(data) if track.topic.stamped else 0
         if track is self._states:
@@ -132,12 +137,12 @@ class Bag:
         if not self.broken:
             self._attempt(self._set_aside)
         if self.broken:
-            self._older += done
+            self._steps_before_reset += done
             return
-        for track in self._tracks.values():
+        for track in self._topic_states.values():
             track.count = track.stamp = 0
             if track.newest:
-                self._take(track, track.newest)
+                self._write_message(track, track.newest)
 
     def _set_aside(self) -> None:
         self._file.close()
@@ -145,7 +150,7 @@ class Bag:
         self._file = self._new_file()
 
     def _new_file(self) -> McapFile:
-        return McapFile(self._path, [track.topic for track in self._tracks.values()])
+        return McapFile(self._path, [track.topic for track in self._topic_states.values()])
 
     def _attempt(self, work: Callable[..., None], *arguments: Any) -> None:
         try:

@@ -1,8 +1,8 @@
 """Repair of MCAP files that a killed recorder left in `.part` folders, unclosed and without an index.
 
-Records stand one after the other, each with its length in front; what was saved is a sequence of whole ones, from
-which the index is made. A reader without an index takes the messages as they stand; those of a run do not stand in the
-order of their stamps, since the effort of a step leaves behind the state that it led to. Layout of records: MCAP
+Records follow each other, each with its length in front; what was saved is a sequence of whole ones, from which the
+index is made. A reader without an index takes the messages in the order of the file, which is not that of their
+stamps, since the effort of a step is published after the state that it led to. Layout of records: MCAP
 specification, "Records".
 """
 
@@ -39,34 +39,36 @@ _TIMES = struct.Struct("<QQQI")  # of a chunk: first and last time [ns], size an
 _LENGTH, _SIZE, _NUMBER = struct.Struct("<I"), struct.Struct("<Q"), struct.Struct("<H")
 
 
-_FRONT = _TIMES.size + _LENGTH.size + _SIZE.size  # of a chunk's records: times, an empty word for no compression, size
+_FRONT = (
+    _TIMES.size + _LENGTH.size + _SIZE.size
+)  # of a chunk's records: times, an empty string for no compression, size
 
 
 _COUNTS = struct.Struct("<QHIIIIQQ")  # of the statistics
 
 
 class Chunk(NamedTuple):
-    """A chunk of messages and where it stands."""
+    """A chunk of messages and its position in the file."""
 
     at: int
     length: int
     span: tuple[int, int]  # times of the first message and the last, ns
-    indices: dict[int, int]  # where the index of each channel's messages stands, by channel
+    indices: dict[int, int]  # offsets of the index of each channel's messages
     indices_length: int
 
     @property
     def size(self) -> int:
-        """Bytes of the records that are in it; they are not compressed."""
+        """Size of its records, which are not compressed, in bytes."""
         return self.length - _HEAD.size - _FRONT
 
     def records(self, file: BinaryIO) -> bytes:
-        """Return what is in it."""
+        """Return its records."""
         file.seek(self.at + _HEAD.size + _FRONT)
         return file.read(self.size)
 
 
 def scan_file(file: BinaryIO) -> tuple[int, list[Chunk]]:
-    """Return where the last whole record of a file ends, and its chunks; no chunk where it is no MCAP file."""
+    """Return where the last whole record of a file ends, and its chunks; without chunks where it is no MCAP file."""
     size = file.seek(0, 2)
     file.seek(0)
     if file.read(len(MAGIC)) != MAGIC:
@@ -75,24 +77,24 @@ def scan_file(file: BinaryIO) -> tuple[int, list[Chunk]]:
     while end + _HEAD.size <= size:
         file.seek(end)
         kind, length = _HEAD.unpack(file.read(_HEAD.size))
-        behind = end + _HEAD.size + length
-        if kind in (DATA_END, FOOTER) or behind > size:
+        next_end = end + _HEAD.size + length
+        if kind in (DATA_END, FOOTER) or next_end > size:
             break
         if kind == CHUNK:
             first, last, _, _ = _TIMES.unpack(file.read(_TIMES.size))
-            chunks.append(Chunk(end, behind - end, (first, last), {}, 0))
+            chunks.append(Chunk(end, next_end - end, (first, last), {}, 0))
         elif kind == MESSAGE_INDEX and chunks:
             (channel,) = _NUMBER.unpack(file.read(_NUMBER.size))
             chunks[-1].indices[channel] = end
-            chunks[-1] = chunks[-1]._replace(indices_length=chunks[-1].indices_length + behind - end)
-        end = behind
+            chunks[-1] = chunks[-1]._replace(indices_length=chunks[-1].indices_length + next_end - end)
+        end = next_end
     return end, chunks
 
 
-def ending(file: BinaryIO, end: int, chunks: list[Chunk], time_left: Callable[[], float]) -> bytes:
-    """Return what closes a file whose records end at `end`: index and footer, without checksums.
+def index_and_footer(file: BinaryIO, end: int, chunks: list[Chunk], time_left: Callable[[], float]) -> bytes:
+    """Return index and footer, without checksums, of a file whose records end at `end`.
 
-    The chunks are not compressed, and one of them has messages; of the file one is read at a time.
+    The chunks are not compressed, and one of them has messages; one is read at a time.
 
     Raises:
         TimeoutError: before all are read, `time_left` says that there are no seconds left.
@@ -107,12 +109,12 @@ def ending(file: BinaryIO, end: int, chunks: list[Chunk], time_left: Callable[[]
             if kind == MESSAGE:
                 counts[number] += 1
             else:
-                definitions[kind][number] = _read_record(kind, body)
-    begun = _read_record(DATA_END, bytes(_LENGTH.size))
+                definitions[kind][number] = _pack_record(kind, body)
+    data_end = _pack_record(DATA_END, bytes(_LENGTH.size))
     summary = b"".join([*definitions[SCHEMA].values(), *definitions[CHANNEL].values()])
     indexed = [chunk for chunk in chunks if chunk.indices]  # the first one may hold nothing but definitions
     summary += _statistics(definitions, counts, indexed) + b"".join(map(_chunk_index, indexed))
-    return begun + summary + _read_record(FOOTER, struct.pack("<QQI", end + len(begun), 0, 0)) + MAGIC
+    return data_end + summary + _pack_record(FOOTER, struct.pack("<QQI", end + len(data_end), 0, 0)) + MAGIC
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
@@ -124,20 +126,20 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
         at += length
 
 
-def _read_record(kind: int, body: bytes) -> bytes:
+def _pack_record(kind: int, body: bytes) -> bytes:
     return _HEAD.pack(kind, len(body)) + body
 
 
 def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], chunks: list[Chunk]) -> bytes:
     first, last = min(chunk.span[0] for chunk in chunks), max(chunk.span[1] for chunk in chunks)
     numbers = len(definitions[SCHEMA]), len(definitions[CHANNEL]), 0, 0, len(chunks)
-    return _read_record(STATISTICS, _COUNTS.pack(counts.total(), *numbers, first, last) + _map(counts))
+    return _pack_record(STATISTICS, _COUNTS.pack(counts.total(), *numbers, first, last) + _map(counts))
 
 
 def _chunk_index(chunk: Chunk) -> bytes:
     place = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
     sizes = _LENGTH.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)
-    return _read_record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
+    return _pack_record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
 
 
 def _map(values: dict[int, int]) -> bytes:
@@ -146,7 +148,7 @@ def _map(values: dict[int, int]) -> bytes:
 
 
 def repair_folder(part: Path, time_left: Callable[[], float] = lambda: inf) -> Path | None:
-    """Turn a leftover into `<name>.recovered.mcap`, and remove it.
+    """Turn the folder of a killed recorder into `<name>.recovered.mcap`, and remove it.
 
     Returns None, and leaves it alone, where a recorder is still writing it; None, too, where nothing was saved in it.
 
@@ -175,8 +177,8 @@ def _close_file(path: Path, time_left: Callable[[], float]) -> bool:
         end, chunks = scan_file(file)
         readable = any(chunk.indices for chunk in chunks)
         if readable:
-            behind = ending(file, end, chunks, time_left)
+            tail = index_and_footer(file, end, chunks, time_left)
             file.seek(end)
             file.truncate()
-            file.write(behind)
+            file.write(tail)
         return readable

@@ -1,4 +1,4 @@
-"""How the viewer shows a recording when it is opened: the crane on the left, plots with units on the right."""
+"""Blueprint of the viewer for a recording: the crane on the left, plots with units on the right."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ def _overview(layout: Layout) -> rrb.Container:
     if angle_indices(layout):
         views.append(_plot("Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
     views.append(_swing_view(layout))
-    for way in layout.ways:
+    for way in layout.length_plots:
         views.append(_plot(way.title, f"{way.entity}_target", way.entity))
     if layout.suspension and layout.suspension.elastic:
         views.append(_plot("Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
     if angle_indices(layout):
         views.append(_plot("Joint torques [N m]", "shown/torque_Nm"))
-    elif layout.actuated and not layout.silent:
+    elif layout.actuated and not layout.undriven:
         views.append(_plot("Drive forces [N]", "plots/effort"))
     if layout.lyapunov:
         views.append(_plot("Lyapunov function V [J]", "plots/lyapunov"))
@@ -98,7 +98,7 @@ def _payload(layout: Layout) -> rrb.TimeSeriesView:
 
 def _details(layout: Layout) -> rrb.Container:
     views = []
-    if layout.actuated and layout.aimed:
+    if layout.actuated and layout.has_targets:
         views.append(_plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
     views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.is_crowded else "plots/v"))
     if layout.actuated and layout.commanded:

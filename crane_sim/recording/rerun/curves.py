@@ -160,7 +160,7 @@ def _stored_curves(layout: Layout) -> list[Channel]:
 
 def _shown_curves(layout: Layout) -> list[Channel]:
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
-    ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.ways]
+    ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.length_plots]
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
         *(curves for entity, which in ways for curves in _with_targets(layout, entity, which, np.asarray)),

@@ -1,4 +1,4 @@
-"""Records a run from its messages, knowing stamps and numbers but no ROS: pairs, blocks, resets, failures."""
+"""Recorder of a run, from stamps and numbers of its messages, independent of ROS: blocks of steps, resets, failures."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
-SILENCE = 2.0  # s without a message until what is missing counts as lost
-_QUIET = 0.3  # s without one until a run of unknown length counts as complete
+MESSAGE_TIMEOUT = 2.0  # s without a message after which missing ones count as lost
+_SETTLING_TIME = 0.3  # s without one after which a run of unknown length counts as complete
 
 
 class Recorder:
-    """Takes the messages of a run in any order between topics and writes complete steps in blocks.
+    """Recorder of a run's messages, in any order between topics, that writes complete steps in blocks.
 
     Attributes:
         broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
@@ -46,10 +46,10 @@ class Recorder:
         Args:
             scene: what is recorded.
             path: the complete file, or the part of it that this recorder writes.
-            live_port: serve the run to viewers on this port, too.
+            live_port: port on which viewers can follow the run.
             run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for each file.
             whole: the complete file, where others wrote parts of it.
-            before: what they left.
+            before: files and counts of earlier recorders.
 
         Raises:
             RecordingError: the file cannot be written.
@@ -61,45 +61,45 @@ class Recorder:
         self._run_id, self.passes = run_id, before.passes
         self._session = Session(scene, path, live_port, self._pass_id, repairs=whole is None)
         self._session.recorded = before.recorded
-        self._pairing = StepAssembler(scene.period_ns, scene.reference, scene.sampled, before.after)
+        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, before.after)
         self._mode = ""
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._last_message = time.monotonic()
         self.broken = ""
-        self._older = 0  # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Take the joint state (nq,) of a stamp [ns]."""
         self._last_message = time.monotonic()
-        if self._pairing.begins_anew(stamp):
+        if self._assembler.follows_reset(stamp):
             self._start_over()
         if not self._last_time:
             self._last_time = self._last_message
-        self._pairing.add_state(stamp, q, v)
+        self._assembler.add_state(stamp, q, v)
 
     def effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) applied from a stamp on."""
         self._last_message = time.monotonic()
-        self._pairing.add_effort(stamp, effort)
-        self._tend()
+        self._assembler.add_effort(stamp, effort)
+        self._write_if_due()
 
     def command(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
-        self._pairing.add_command(stamp, effort)
+        self._assembler.add_command(stamp, effort)
 
     def accept_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) that the plant has accepted in answer to the state of a stamp."""
-        self._pairing.add_accepted(stamp, effort)
+        self._assembler.add_accepted(stamp, effort)
 
     def reference(self, stamp: int, target: Sequence[float]) -> None:
         """Take the target (nu,) that holds from a stamp on."""
-        self._pairing.add_reference(stamp, target)
+        self._assembler.add_reference(stamp, target)
 
     def mode(self, name: str) -> None:
         """Take the simulation's mode."""
         if name != self._mode and not self.broken:
-            self._session.mode(self.last_step + self._pairing.waiting + 1, name)
+            self._session.mode(self.last_step + self._assembler.waiting + 1, name)
         self._mode = name
 
     @property
@@ -113,18 +113,20 @@ class Recorder:
         return f"{self._run_id}-{self.passes}" if self._run_id and self.passes else self._run_id
 
     def idle(self) -> None:
-        """Write what waits, when its time has come; to be called now and then."""
-        self._tend()
+        """Write waiting steps if they are due; to be called periodically."""
+        self._write_if_due()
 
     def save(self) -> None:
-        """Write all that waits: nothing more is coming."""
+        """Write all waiting steps, at the end of a run."""
         self._write(final=True)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
-        if self.broken or time.monotonic() - self._last_message > (_QUIET if steps is None else SILENCE):
+        if self.broken or time.monotonic() - self._last_message > (
+            _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
+        ):
             return True
-        return steps is not None and self._pairing.has(steps)
+        return steps is not None and self._assembler.has(steps)
 
     def finish(self, summary: Mapping[str, Any], within: float = LIMIT) -> dict[str, Any]:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
@@ -138,20 +140,23 @@ class Recorder:
         lost = max(self.last_step, steps) - self._session.recorded
         closed = None if self.broken else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
         if closed is None:
-            own, files = self._session.broken(self.broken, lost, self._older), self._parts.all(self._session.part)
+            own, files = (
+                self._session.broken(self.broken, lost, self._steps_before_reset),
+                self._parts.all(self._session.part),
+            )
         else:
             time_left = within - (time.monotonic() - began)
             own, files = closed, self._parts.join(Path(closed["recording"]), time_left)
         return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
-    def _tend(self) -> None:
-        waiting = self._pairing.waiting
+    def _write_if_due(self) -> None:
+        waiting = self._assembler.waiting
         due = time.monotonic() - self._last_time >= BLOCK_SECONDS
         if waiting >= BLOCK_STEPS or (waiting and due):
             self._write(final=False)
 
     def _write(self, final: bool) -> None:
-        rows = self._pairing.take(final)
+        rows = self._assembler.take(final)
         if rows and not self.broken:
             self._attempt(lambda: self._session.write(rows))
         if not rows or self.broken:
@@ -174,11 +179,11 @@ class Recorder:
         A file that could not be written stays as it is, and has no step behind the reset.
         """
         done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
-        self._pairing = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
+        self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
         recorded, self._session.recorded = self._session.recorded, 0
         if self.broken:
-            self._older += recorded
+            self._steps_before_reset += recorded
             return
         set_aside(
             [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)
@@ -190,6 +195,6 @@ class Recorder:
 
 
 def warm_up(scene: Scene) -> None:
-    """Compile what derives the plots now, not while messages pile up."""
+    """Compile what derives the plots before messages come."""
     effort = (0.0,) * len(scene.actuated)
     block_of(scene, [Row(1, scene.initial_q, scene.initial_v, effort, effort, scene.reference)])

@@ -20,7 +20,7 @@ class _Demand(NamedTuple):
 
 
 class Setpoints:
-    """The newest demand: awaited in lockstep, in real time held until the next one comes, however late.
+    """The newest demand: awaited in lockstep, held in real time until the next one comes.
 
     A demand is late when it misses the control step after the one that it was made for.
     """
@@ -31,7 +31,7 @@ class Setpoints:
         Args:
             node: with the topic.
             names: the coordinates that demands are of.
-            lockstep: wait for the demand of every state that requires one.
+            lockstep: whether to wait for the demand of every state that requires one.
             answer: is called with the state that has waited, once its demand has come.
         """
         self._node, self._names, self._lockstep, self._answer = node, list(names), lockstep, answer

@@ -30,7 +30,7 @@ class MessageDecoder:
     """Callbacks of serialized messages that pass their numbers on to a recorder."""
 
     def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
-        """Expect the joints of a scene."""
+        """Create a decoder for the joints of a scene."""
         self._recorder, self._scene, self._quitting = recorder, scene, False
         self._state_wire = JointWire(scene.joint_names, effort=False)
         self._effort_wire = JointWire(scene.actuated, effort=True)
@@ -98,7 +98,7 @@ class MessageDecoder:
 
 
 def _decode(wire: JointWire, data: bytes) -> Frame | None:
-    """Return a decoded message, None where it is none of joint states: a topic may carry anything."""
+    """Return a decoded message, None for data of another type: a topic may carry anything."""
     try:
         return wire.decode(data)
     except ValueError:

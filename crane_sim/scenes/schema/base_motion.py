@@ -13,8 +13,8 @@ from pydantic import BeforeValidator, Field
 
 from crane_sim.files.csv_table import read_table
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, no_switch
-from crane_sim.scenes.schema.base_smoothing import MOST_ROWS, smooth
+from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, reject_bool
+from crane_sim.scenes.schema.base_smoothing import MAX_ROWS, smooth
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
 from crane_sim.trajectories.waves import (
@@ -34,14 +34,14 @@ Array = npt.NDArray[np.float64]
 FEWEST = 6  # rows, of a quintic spline
 
 
-BRIEFEST = 1e-6  # s, between two rows: powers of it stay numbers of the machine
+MIN_INTERVAL = 1e-6  # s, between two rows: its powers stay in the range of doubles
 
 
 LIVELY, LIVELY_TURN = 4.9, 0.5
 """m/s² (half of free fall) and rad/s², beyond which a base moves as no ship does, and rows are likely to be noisy."""
 
 
-LOOKS = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acceleration
+PIECE_SAMPLES = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acceleration
 
 
 def spline_base(file: str, duration: float, cut_off: float | None = None) -> SplineBase:
@@ -80,10 +80,10 @@ def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
         SceneError: it would leave all of them, or nothing but a line.
     """
     span, rate = float(times[-1] - times[0]), (len(times) - 1) / float(times[-1] - times[0])
-    least, most = max(1.0 / span, rate / MOST_ROWS), 0.5 * rate
+    least, most = max(1.0 / span, rate / MAX_ROWS), 0.5 * rate
     if not least <= cut_off <= most:
         raise SceneError(
-            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file tells {span:g} s, "
+            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file covers {span:g} s, "
             f"{rate:.3g} rows a second"
         )
     try:
@@ -94,7 +94,7 @@ def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
 
 def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]:
     """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
-    times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * LOOKS
+    times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * PIECE_SAMPLES
     s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
     within = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
     s, times, rows = s[within], np.clip(times, 0.0, duration)[within], base.coefficients[:, within]
@@ -136,19 +136,19 @@ def _read_columns(where: str, file: str) -> tuple[list[str], Array, list[int]]:
 def _check_times(where: str, times: Array, lines: list[int], duration: float) -> None:
     if len(times) < FEWEST:
         raise SceneError(f"{where}: has {len(times)} rows, a smooth motion needs at least {FEWEST}")
-    brief = np.flatnonzero(np.diff(times) < BRIEFEST)
+    brief = np.flatnonzero(np.diff(times) < MIN_INTERVAL)
     if len(brief):
         at = int(brief[0]) + 1
         said = f"row {lines[at]}, time = {times[at]:g}"
-        raise SceneError(f"{where}: {said}: must be {BRIEFEST:g} s after the row before")
+        raise SceneError(f"{where}: {said}: must be {MIN_INTERVAL:g} s after the row before")
     if times[0] > 0.0 or times[-1] < duration:
-        raise SceneError(f"{where}: tells {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
+        raise SceneError(f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
 
 
 PEAKED = 3.3  # gamma of a JONSWAP spectrum that names none, the mean of the measured ones
 
 
-MOST = 1000  # sinusoids of a sea, and of an axis
+MAX_SINUSOIDS = 1000  # sinusoids of a sea, and of an axis
 
 
 LARGEST = 1e6  # m, rad, rad/s: accelerations stay numbers of the machine
@@ -188,10 +188,10 @@ def _as_list(value: Any) -> Any:
     return (value,) if isinstance(value, dict) else value
 
 
-Sways = Annotated[tuple[Sway, ...], BeforeValidator(_as_list), Field(max_length=MOST)]
+Sways = Annotated[tuple[Sway, ...], BeforeValidator(_as_list), Field(max_length=MAX_SINUSOIDS)]
 
 
-Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_as_list), Field(max_length=MOST)]
+Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_as_list), Field(max_length=MAX_SINUSOIDS)]
 
 
 class Answer(Group):
@@ -245,8 +245,8 @@ class SeaGroup(Group):
     # a wave of the peak period, where waves break; a warning above 1/15 (up to 8 s) to 1/25 (from 15 s on) of it
     peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s, of the waves that have the most energy
     gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # -, peak enhancement of `jonswap`; left out: 3.3
-    components: Annotated[int, BeforeValidator(no_switch), Field(ge=1, le=MOST)] = 60  # -, number of sinusoids, of
-    # equal energy, at frequencies drawn at random
+    components: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=MAX_SINUSOIDS)] = 60  # -, number of
+    # sinusoids, of equal energy, at frequencies drawn at random
     seed: Seed | None = None  # -, of these; left out: the scene's own
     response: Answers | None = None  # how each axis answers a metre of wave; left out: the base heaves as the water
     # does
@@ -326,7 +326,7 @@ class BaseMotion(Group):
         if self.file is not None:
             others = [name for name in (*AXES, "sea") if getattr(self, name)]
             if others:
-                raise SceneError(f"base_motion.{others[0]}: the file tells the whole motion; leave out one of the two")
+                raise SceneError(f"base_motion.{others[0]}: the file gives the whole motion; leave out one of the two")
             return spline_base(self.file, duration, self.cut_off)
         if self.cut_off is not None:
             raise SceneError(f"base_motion.cut_off = {self.cut_off:g}: smooths the rows of a file, and there is none")

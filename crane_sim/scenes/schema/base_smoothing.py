@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-MOST_ROWS = 5000  # in a period of the cut-off: beyond, the equations lose more digits than a record has
+MAX_ROWS = 5000  # in a period of the cut-off: beyond, the equations lose more digits than a record has
 
 
 def smooth(times: Array, values: Array, cut_off: float) -> Array:

@@ -1,18 +1,18 @@
-"""The groups of a scene file on what stands between a law and the crane: sensors, actuators, brakes, faults."""
+"""The groups of a scene file on the hardware between law and crane: sensors, actuators, brakes, faults."""
 
 import re
 from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from crane_sim.files.types import NonNegative, Positive, Real, no_switch
+from crane_sim.files.types import NonNegative, Positive, Real, reject_bool
 from crane_sim.scenes.schema.groups import Group, make_picker
 
 ALL = "all"
 """Stands for every joint in place of a joint's name."""
 _NAME = re.compile("[a-z][a-z0-9]*(_[a-z0-9]+)*")
-MOST_PERIODS = 100_000  # of a delay, or between two samples
-Fitted = TypeVar("Fitted", bound=Group)
+MAX_PERIODS = 100_000  # of a delay, or between two samples
+JointGroup = TypeVar("JointGroup", bound=Group)
 
 
 def _as_pair(value: Any) -> Any:
@@ -22,7 +22,7 @@ def _as_pair(value: Any) -> Any:
 def _range(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return value
-    if isinstance(no_switch(value), int | float) and value > 0:
+    if isinstance(reject_bool(value), int | float) and value > 0:
         return -value, value
     raise ValueError("must be a number greater than 0, or [low, high]")
 
@@ -43,28 +43,28 @@ def _check_names(faults: dict[str, Any]) -> dict[str, Any]:
 Sizes = Annotated[tuple[NonNegative, NonNegative], BeforeValidator(_as_pair)]
 Reals = Annotated[tuple[Real, Real], BeforeValidator(_as_pair)]
 Limits = Annotated[tuple[Real, Real], BeforeValidator(_range), AfterValidator(_check_order)]
-Chance = Annotated[float, BeforeValidator(no_switch), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+Probability = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 
 
 class SensorGroup(Group):
-    """What a joint's sensor makes of the truth; pairs are of position and velocity, one number stands for both.
+    """Errors of a joint's sensor; pairs are of position and velocity, one number stands for both.
 
-    Keys of a joint go before those of `all`. What sensors show is `joint_states`, and all that a law sees. Chance is
-    drawn by seed, signal and step: every run repeats to the last bit.
+    Keys of a joint go before those of `all`. Measurements are published as `joint_states`, the only input of a law.
+    Random numbers depend on seed, signal and step: every run repeats to the last bit.
     """
 
-    noise: Sizes = (0.0, 0.0)  # joint's unit, standard deviation, of position and velocity; drawn anew for every sample
+    noise: Sizes = (0.0, 0.0)  # joint's unit, standard deviation, of position and velocity; drawn for every sample
     bias: Reals = (0.0, 0.0)  # joint's unit, what is added to every sample
     quantisation: Sizes = (0.0, 0.0)  # joint's unit, step to which a sample is rounded; 0 for none
     delay: NonNegative = 0.0  # s, age of a sample when it is shown; rounded to whole periods, which the summary says
     # (`rounded`)
     rate: Positive | None = None  # Hz, of samples, which hold until the next one; rounded to whole periods; left out:
     # every period
-    dropout: Chance = 0.0  # -, chance that a sample is lost; the last one stays
+    dropout: Probability = 0.0  # -, chance that a sample is lost; the last one stays
 
 
 class ActuatorGroup(Group):
-    """What a joint's drive makes of a demand, in the units of its effort.
+    """Dynamics of a joint's drive, in the units of its effort.
 
     Within a period the effort solves u' = (demand - u) / lag within the rate limit exactly. Keys of a joint go before
     those of `all`.
@@ -74,22 +74,23 @@ class ActuatorGroup(Group):
     # out: none
     rate_limit: Positive | None = None  # effort's unit/s, largest rate of the effort; left out: none
     lag: NonNegative = 0.0  # s, time constant T of u' = (demand - u) / T, solved exactly within a period
-    deadband: NonNegative = 0.0  # effort's unit, demands up to this size come to nothing
+    deadband: NonNegative = 0.0  # effort's unit, demands up to this size count as zero
     delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
 
 
 class BrakeGroup(Group):
     """The brakes of all actuated joints: of one that is stuck, and of a run without commands (`--on-silence brake`).
 
-    An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo the place where it is.
+    An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo its present position.
     The static load is that on a base at the mean of its motion. A payload that swings up to the angle A pulls its
     trolley with at most its weight × max sin a (3 cos a - 2 cos A), whatever the trolley weighs: 0.6 × the weight up to
     45 degrees, 1.5 × up to 90; give that as `capacity`. The default of a trolley whose payload hangs at first, 2 m/s² ×
     (trolley + payload), holds 12 degrees under any trolley, and 45 where the trolley weighs twice its payload.
     """
 
-    capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest hold of each actuated joint; left out:
-    # twice the static load of the initial posture and what decelerates all that the joint carries by 2 rad/s² or m/s²
+    capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest effort of each actuated joint's brake;
+    # left out: twice the static load of the initial posture and what decelerates all that the joint carries by 2 rad/s²
+    # or m/s²
     frequency: Positive | None = None  # rad/s, of a free joint on its brake's spring; left out: computed from the crane
     damping: NonNegative = 0.7  # -, ratio of that spring
 
@@ -101,11 +102,11 @@ def _times_complaint(begin: float | None, end: float | None) -> str:
 
 
 class SensorStuck(NamedTuple):
-    """A sensor that goes on showing what it showed when the fault began."""
+    """A sensor that repeats its sample from the beginning of the fault."""
 
-    joint: str  # whose sensor, or which joint
-    at: NonNegative | None = None  # s, when it begins; left out: when the service `~/faults/NAME` or `plant.set_fault`
-    # says so
+    joint: str  # joint of the sensor or brake
+    at: NonNegative | None = None  # s, when it begins; left out: by the service `~/faults/NAME` or by
+    # `plant.set_fault`
     until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
@@ -114,7 +115,7 @@ class SensorStuck(NamedTuple):
 
 
 class SensorLoss(SensorStuck):
-    """A sensor that shows zero."""
+    """A sensor that measures zero."""
 
 
 class Stuck(SensorStuck):
@@ -124,7 +125,7 @@ class Stuck(SensorStuck):
 class EffortLoss(NamedTuple):
     """A drive that delivers only a part of its effort."""
 
-    joint: str  # whose drive
+    joint: str  # joint of the drive
     factor: NonNegative = 0.0  # -, part of the effort that is left
     at: NonNegative | None = None  # s, when it begins; left out: by service
     until: NonNegative | None = None  # s, when it ends; left out: never
@@ -161,18 +162,20 @@ class HardwareGroups(Group):
     """Groups that every crane may have."""
 
     brake: BrakeGroup | None = None  # brakes of all actuated joints, for silent controllers and stuck joints
-    sensors: dict[str, SensorGroup] = {}  # by joint, or `all`: what `joint_states`, and so every law, sees
-    actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: what becomes of a demand
+    sensors: dict[
+        str, SensorGroup
+    ] = {}  # by joint, or `all`: errors of the measurements in `joint_states`, which laws take
+    actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: dynamics of the drives
     faults: Annotated[dict[str, Fault], AfterValidator(_check_names)] = {}  # by a name of your own, in small
     # letters; a fault is there in every period that begins at or after its time; a slack cable is no fault
 
 
-def source(groups: dict[str, Fitted], joint: str, key: str) -> str:
-    """Return under which name a joint's key is given: its own, or `all`."""
+def group_name(groups: dict[str, JointGroup], joint: str, key: str) -> str:
+    """Return the name under which a joint's key is given: its own, or `all`."""
     return joint if joint in groups and key in groups[joint].model_fields_set else ALL
 
 
-def merge_groups(groups: dict[str, Fitted], joint: str, kind: type[Fitted]) -> Fitted:
+def merge_groups(groups: dict[str, JointGroup], joint: str, kind: type[JointGroup]) -> JointGroup:
     """Return the group of a joint: its own keys, else those of `all`."""
     keys: dict[str, Any] = {}
     for name in (ALL, joint):

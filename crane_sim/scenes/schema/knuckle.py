@@ -9,13 +9,13 @@ from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.models.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.stops import LEAD, SHORTEST, Stops
+from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.knuckle_checks import check_rods
 from crane_sim.scenes.schema.limits import Limit, limits_of
-from crane_sim.scenes.schema.reference import ReferenceGroup, path_in
+from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.path import Path
@@ -56,7 +56,7 @@ class Reference(ReferenceGroup):
 
 
 class InputGroup(Group):
-    """Open-loop inputs of the actuated joints; silent ones are zero."""
+    """Open-loop inputs of the actuated joints; those left out are zero."""
 
     slew: Channel = Constant(0.0)  # N m, torque about the vertical
     boom: Channel = Constant(0.0)  # N m, torque on the elevation
@@ -142,10 +142,10 @@ class KnuckleFile(SceneFile):
 
     def path(self) -> Path | None:
         """Return the compiled path, None where the scene has none."""
-        return path_in(self.reference, self)
+        return compile_path(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
-        """Return what the scene asks of its method."""
+        """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
         return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
@@ -166,18 +166,18 @@ class KnuckleFile(SceneFile):
         )
 
     def _stops(self) -> Stops | None:
-        """Return what ends a run, None where nothing does."""
-        rope, moves = self.rope, self.rope.drive == "rate"  # such a winch reels in to nothing, whatever hangs there
+        """Return the stops of the run, None where there are none."""
+        rope, by_rate = self.rope, self.rope.drive == "rate"  # whose length can reach zero under any load
         if rope.limits is not None and rope.drive == "locked":
             raise SceneError("rope.limits: belong to a rope that a winch moves, this drive is 'locked'")
-        if moves and not self.initial.q[3] >= SHORTEST:
-            raise SceneError(f"initial.q[3] = {self.initial.q[3]}: a rope by rate is at least {SHORTEST:g} m long")
-        if not (self.limits or moves or rope.slack == "stop"):
+        if by_rate and not self.initial.q[3] >= MIN_LENGTH:
+            raise SceneError(f"initial.q[3] = {self.initial.q[3]}: a rope by rate is at least {MIN_LENGTH:g} m long")
+        if not (self.limits or by_rate or rope.slack == "stop"):
             return None
         taut, (low, high) = float(rope.slack == "stop"), rope.limits or (0.0, inf)
-        if low > SHORTEST or not (moves or rope.limits is not None):
+        if low > MIN_LENGTH or not (by_rate or rope.limits is not None):
             return Stops(low, high, taut=taut)
-        return Stops(SHORTEST, high, LEAD, taut)
+        return Stops(MIN_LENGTH, high, LEAD_TIME, taut)
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive
@@ -192,7 +192,7 @@ class KnuckleFile(SceneFile):
         return RateRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
+        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""
         inputs = self.inputs
         if inputs is None:
             return (0.0,) * len(self.actuated)

@@ -8,7 +8,7 @@ from crane_sim.scenes.schema.overhead_cable import OverheadCrane
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
 from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
-from crane_sim.scenes.schema.reference import path_in, target_of
+from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
 from crane_sim.trajectories.path import Path
 
@@ -76,7 +76,7 @@ class OverheadFile(OverheadCrane):
 
     def path(self) -> Path | None:
         """Return the compiled path, None where the scene has none."""
-        return path_in(self.reference, self)
+        return compile_path(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""

@@ -1,4 +1,4 @@
-"""Cable and initial state of an overhead scene: lists filled up, massless nodes merged, joint coordinates."""
+"""Cable and initial state of an overhead scene: lists expanded, massless nodes merged, joint coordinates."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 from crane_sim.trajectories.profiles import Shape
 
 Vector = tuple[float, ...]
-HEAVY = 1e3  # payload / heaviest node above it, from which a straight cable is taken for a rod by model: auto
-UNIT = 1e-6  # how far a unit vector may be from one, and its rate from being across it
-APART = 1e-9  # of a link's length: the least distance of its ends, below which it has no direction
+HEAVY = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
+UNIT_TOLERANCE = 1e-6  # deviation of a unit vector's length from 1, and of its rate from perpendicular
+MIN_SEPARATION = 1e-9  # of a link's ends, relative to its length; a closer pair has no direction
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ class Cable:
 
 
 def fill_list(values: tuple[Any, ...], n: int, name: str) -> tuple[Any, ...]:
-    """Return n values: one stands for all.
+    """Return n values, a single one repeated.
 
     Raises:
-        SceneError: there is another number of them.
+        SceneError: there are neither one nor n values.
     """
     if len(values) == 1:
         return values * n
@@ -61,10 +61,10 @@ def cable_of(file: "OverheadCrane") -> Cable:
 
 
 def _check_across(directions: tuple[Any, ...], rates: tuple[Any, ...]) -> None:
-    """Raise SceneError when a link's direction changes along itself, which would change its length."""
+    """Raise SceneError when the rate of a link's direction is not perpendicular to it."""
     for k, (direction, rate) in enumerate(zip(directions, rates, strict=True)):
         along = float(np.dot(direction, rate))
-        if abs(along) > UNIT * (1.0 + max(map(abs, rate))):
+        if abs(along) > UNIT_TOLERANCE * (1.0 + max(map(abs, rate))):
             across = [round(v - along * n, 6) for v, n in zip(rate, direction, strict=True)]
             raise SceneError(
                 f"initial.rates[{k}] = {list(rate)}: {along:g} of it is along link {k + 1}; "
@@ -82,7 +82,7 @@ def _link_directions(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
         raise SceneError("initial.angles: belong to 2 dimensions; 3 take directions, unit vectors down the links")
     directions = fill_list(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
     for k, direction in enumerate(directions):
-        if not abs(np.linalg.norm(direction) - 1.0) < UNIT:
+        if not abs(np.linalg.norm(direction) - 1.0) < UNIT_TOLERANCE:
             raise SceneError(f"initial.directions[{k}] = {list(direction)}: must be a unit vector")
     return tuple(tuple(map(float, np.array(d) / np.linalg.norm(d))) for d in directions)
 
@@ -138,7 +138,7 @@ def _is_straight(cable: Cable) -> bool:
     return len(set(cable.turns)) == 1 and len(set(cable.rates)) == 1
 
 
-def start_of(file: "OverheadCrane") -> tuple[Vector, Vector]:
+def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
     """Return the joint positions and velocities at t = 0.
 
     Raises:
@@ -151,18 +151,18 @@ def start_of(file: "OverheadCrane") -> tuple[Vector, Vector]:
         velocities.append(start.vy)
     for i, axis in enumerate((file.trolley, file.bridge)[: len(positions)]):
         if axis is not None and axis.motion is not None:
-            positions[i], velocities[i] = _beginning(axis.motion)
+            positions[i], velocities[i] = _initial_motion(axis.motion)
     if file.hoist is not None:
         profile = file.hoist.profile
         length = (start.length or cable.lengths[0], start.length_rate)
-        length = _beginning(profile) if profile is not None else length
+        length = _initial_motion(profile) if profile is not None else length
         positions.append(length[0])
         velocities.append(length[1])
     q, v = _link_states(file, positions, velocities)
     return (*map(float, positions), *q), (*map(float, velocities), *v)
 
 
-def _beginning(shape: Shape) -> tuple[float, float]:
+def _initial_motion(shape: Shape) -> tuple[float, float]:
     """Return position and velocity at t = 0."""
     motion = shape.motion()
     piece = max(0, int(np.searchsorted(motion.starts, 0.0, side="right")) - 1)
@@ -198,9 +198,9 @@ def _node_states(file: "OverheadCrane", top: list[float], rates: list[float]) ->
 
 
 def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
-    """Raise SceneError when the ends of a link are at one place: it has no direction to pull in."""
+    """Raise SceneError when the ends of a link coincide: it has no direction."""
     for k, length in enumerate(lengths):
-        if np.linalg.norm(np.subtract(points[k + 1], points[k])) < APART * length:
+        if np.linalg.norm(np.subtract(points[k + 1], points[k])) < MIN_SEPARATION * length:
             upper = f"node {k}" if k else "the trolley"
             raise SceneError(
                 f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the place of {upper}; "
@@ -215,12 +215,12 @@ def _unstretched_nodes(file: "OverheadCrane", top: list[float], rates: list[floa
         raise SceneError("initial.velocities: belong to initial.positions; angles and directions take rates")
     r, v = (np.array([head[0], 0.0 if flat else head[1], 0.0]) for head in (top, rates))
     hoisted = file.hoist is not None
-    lengths, paid = (top[-1], *cable.lengths[1:]) if hoisted else cable.lengths, rates[-1] if hoisted else 0.0
+    lengths, length_rate = (top[-1], *cable.lengths[1:]) if hoisted else cable.lengths, rates[-1] if hoisted else 0.0
     positions, velocities = [], []
     for length, turn, rate in zip(lengths, cable.turns, cable.rates, strict=True):
         n = np.array([np.sin(turn), 0.0, -np.cos(turn)]) if flat else np.array(turn)
         turning = rate * np.array([np.cos(turn), 0.0, np.sin(turn)]) if flat else np.array(rate)
-        r, v, paid = r + length * n, v + length * turning + paid * n, 0.0
+        r, v, length_rate = r + length * n, v + length * turning + length_rate * n, 0.0
         positions += list(r[[0, 2]] if flat else r)
         velocities += list(v[[0, 2]] if flat else v)
     return tuple(map(float, positions)), tuple(map(float, velocities))
@@ -262,4 +262,4 @@ class OverheadCrane(OverheadGroups):
 
     @cached_property
     def _start(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return start_of(self)
+        return compute_initial_state(self)

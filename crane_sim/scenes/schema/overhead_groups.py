@@ -32,8 +32,8 @@ SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of se
 Size = Annotated[Positive, AfterValidator(_check_size)]
 SizeOrZero = Annotated[NonNegative, AfterValidator(_check_size)]
 Place = Annotated[Real, AfterValidator(_check_bound)]
-MOST_LINKS = 500
-_Some = (BeforeValidator(_as_list), Field(min_length=1, max_length=MOST_LINKS))
+MAX_LINKS = 500
+_Some = (BeforeValidator(_as_list), Field(min_length=1, max_length=MAX_LINKS))
 Lengths = Annotated[tuple[Size, ...], *_Some]
 Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
 Vector = tuple[Place, Place, Place]
@@ -54,7 +54,7 @@ class CableGroup(Group):
 
     model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic` ones; `straight`: one
     # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else `rigid`
-    links: Annotated[int, Field(ge=1, le=MOST_LINKS)] | None = None  # -, number of links; left out: as many as the
+    links: Annotated[int, Field(ge=1, le=MAX_LINKS)] | None = None  # -, number of links; left out: as many as the
     # longest list
     lengths: Lengths  # m, of the links, from the top; elastic: at rest
     node_masses: Masses  # kg, at the lower ends of the links; the last one is the payload; rigid nodes without mass
@@ -135,7 +135,7 @@ class FrictionGroup(Group):
 class ForceGroup(Group):
     """A given force on a node of the cable, along an axis of the base."""
 
-    node: Annotated[int, Field(ge=1, le=MOST_LINKS)]  # -, from the top, 1 at the lower end of the first link
+    node: Annotated[int, Field(ge=1, le=MAX_LINKS)]  # -, from the top, 1 at the lower end of the first link
     axis: Literal["x", "y", "z"]  # of the base
     force: Channel  # N, over time
 

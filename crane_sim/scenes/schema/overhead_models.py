@@ -7,7 +7,7 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
-from crane_sim.models.overhead.double import DoubleCrane, Pair
+from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
 from crane_sim.models.overhead.elastic import ElasticCrane, Springs
 from crane_sim.models.overhead.modes import Switches
 from crane_sim.models.overhead.node_forces import NodeForces
@@ -15,7 +15,7 @@ from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import Spring, SpringCrane
-from crane_sim.models.stops import SHORTEST
+from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
 from crane_sim.scenes.schema.integrator import Demands, asks_frequency, implicit
@@ -96,7 +96,7 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
 
 def _double_crane(file: OverheadCrane) -> DoubleCrane:
     return DoubleCrane(
-        axis_of("trolley", file.trolley, 0.0, None), Pair(*file.parts.masses, *file.parts.lengths), file.gravity
+        axis_of("trolley", file.trolley, 0.0, None), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity
     )
 
 
@@ -236,7 +236,7 @@ def switches_of(file: OverheadCrane) -> Switches | None:
     return Switches(
         lower=(ends[0][0], ends[1][0]),
         upper=(ends[0][1], ends[1][1]),
-        shortest=max(hoist[0], SHORTEST) if hoist else SHORTEST,
+        shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH,
         longest=hoist[1] if hoist else np.inf,
         taut=float(file.cable.slack == "stop"),
         times=np.array([event.at for event in events]),

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.models.stops import SHORTEST
+from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
@@ -41,7 +41,7 @@ def _shortest_first(file: OverheadCrane) -> float:
         return first
     if hoist.profile is None:
         return file.initial.length or first
-    return max(_least(hoist.profile, file.duration), hoist.limits[0] if hoist.limits else 0.0, SHORTEST)
+    return max(_least(hoist.profile, file.duration), hoist.limits[0] if hoist.limits else 0.0, MIN_LENGTH)
 
 
 def _friction_rate(file: OverheadCrane) -> float:

@@ -14,13 +14,13 @@ from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
-from crane_sim.scenes.schema.reference import ReferenceGroup, path_in, target_of
+from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path, target_of
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.path import Path
 
 Vector = tuple[Real, Real, Real]
-UNIT = 1e-6  # how far from 1 the length of a unit vector may be
+UNIT_TOLERANCE = 1e-6  # how far from 1 the length of a unit vector may be
 
 
 class Suspension(Group):
@@ -115,7 +115,7 @@ class PendulumFile(SceneFile):
         """
         start = self.initial
         length = sqrt(sum(x * x for x in start.direction))
-        if not abs(length - 1.0) < UNIT:
+        if not abs(length - 1.0) < UNIT_TOLERANCE:
             raise SceneError(f"initial.direction = {list(start.direction)}: must be a unit vector")
         return (*start.tip, *(x / length for x in start.direction))
 
@@ -128,7 +128,7 @@ class PendulumFile(SceneFile):
         """
         start = self.initial
         along = sum(x * v for x, v in zip(start.direction, start.direction_rate, strict=True))
-        if abs(along) > UNIT * (1.0 + max(map(abs, start.direction_rate))):
+        if abs(along) > UNIT_TOLERANCE * (1.0 + max(map(abs, start.direction_rate))):
             raise SceneError(f"initial.direction_rate = {list(start.direction_rate)}: must be across the direction")
         if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
             raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
@@ -171,7 +171,7 @@ class PendulumFile(SceneFile):
 
     def path(self) -> Path | None:
         """Return the compiled path, None where the scene has none."""
-        return path_in(self.reference, self)
+        return compile_path(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
         """Return what the scene asks of its method."""

@@ -27,7 +27,7 @@ KINDS: dict[str, Any] = {
     "obstacle": Obstacle,
     "trajectory": Trajectory,
 }
-"""The kinds of path, and what each takes."""
+"""The kinds of path, and their keys."""
 _SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, make_picker("kind", KINDS)])
 _SHARED = ("of", "shaping")  # keys of a path of any kind, which stand beside the kind's own
 SAME_PLACE = 1e-6  # m, rad, relative to large ones: how far from the target a path of the joints may end
@@ -40,7 +40,7 @@ class PathGroup(Group):
     of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
     # the base) or the actuated joints'
     shape: Annotated[Any, Inline(("kind", KINDS))]  # which path; its own keys stand beside `kind`
-    shaping: Shaping | None = None  # spares the swing; left out: the path as it is
+    shaping: Shaping | None = None  # input shaping against swing; left out: the path as it is
 
 
 def _path(value: Any) -> Any:
@@ -53,7 +53,7 @@ def _path(value: Any) -> Any:
     if own.get("kind") == "trajectory" and "file" in own:
         duplicates = [key for key in ("joint_names", "points") if key in own]
         if duplicates:
-            raise ValueError(f"file tells {duplicates[0]}, too; leave out one of the two")
+            raise ValueError(f"file gives {duplicates[0]}, too; leave out one of the two")
         if not isinstance(own["file"], str):
             raise ValueError(f"file = {own['file']!r}: must be text")
         own |= read_trajectory(own.pop("file"))
@@ -68,7 +68,7 @@ class ReferenceGroup(Group):
     path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # how they, or the payload, get there
 
     @model_validator(mode="after")
-    def _something(self) -> Self:
+    def _check_not_empty(self) -> Self:
         if self.q is None and self.path is None:
             raise ValueError("needs q, path or both")
         return self
@@ -103,7 +103,7 @@ def resolve_target(target: tuple[float, ...] | None, path: Path | None) -> tuple
     return target
 
 
-class Follower(Protocol):
+class PathContext(Protocol):
     """Properties of a scene's file that a path depends on."""
 
     @property
@@ -122,11 +122,11 @@ class Follower(Protocol):
         ...
 
 
-def path_in(reference: ReferenceGroup | None, file: Follower) -> Path | None:
+def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Path | None:
     """Return the compiled path of a scene, None where it has none.
 
     Raises:
-        SceneError: the path's coordinates are not what should follow it, or there is no such motion.
+        SceneError: the path's coordinates do not match the crane's, or there is no such motion.
     """
     group = reference.path if reference is not None else None
     if group is None:
@@ -143,7 +143,7 @@ def path_in(reference: ReferenceGroup | None, file: Follower) -> Path | None:
     return path_of(pieces, group.of == "joints")
 
 
-def _pieces(group: PathGroup, file: Follower) -> Pieces:
+def _pieces(group: PathGroup, file: PathContext) -> Pieces:
     """Return the motion, shaped where it should be."""
     pieces = _in_order(group, file.actuated if group.of == "joints" else PLACES)
     if group.shaping is None:
@@ -163,7 +163,7 @@ def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
     return reorder(pieces, [order.index(name) for name in names[:n]])
 
 
-def _frequency(shaping: Shaping, file: Follower) -> float:
+def _frequency(shaping: Shaping, file: PathContext) -> float:
     """Return the frequency of the swing [rad/s]; `auto` is small swings of a point load on the scene's whole rope."""
     if shaping.frequency != "auto":
         return shaping.frequency

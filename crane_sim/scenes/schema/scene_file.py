@@ -1,4 +1,4 @@
-"""What a scene file of any crane holds, and what is asked of it: the contract between forms and `scenes/scene.py`."""
+"""Base class of scene files: groups of any crane, and the interface between forms and `scenes/scene.py`."""
 
 from abc import ABC, abstractmethod
 from typing import Any
@@ -15,7 +15,7 @@ from crane_sim.trajectories.path import Path
 
 
 class SceneFile(HardwareGroups, ABC):
-    """A scene file: a form, one subclass for each kind of crane, adds its groups and answers what is abstract here.
+    """A scene file: a form, one subclass for each kind of crane, adds its groups and implements the abstract members.
 
     A form also has `crane: Literal["NAME"]`, its name in `scenes.scene.FORMS`. Joints are in the order of
     `joint_names`, the actuated ones first; nq is their number, nu that of the actuated ones.
@@ -93,7 +93,7 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     def notes(self) -> dict[str, Any]:
-        """What was chosen for the scene and goes into the summary, by key."""
+        """Settings chosen automatically, entries of the summary."""
         return {}
 
     @abstractmethod
@@ -106,7 +106,7 @@ class SceneFile(HardwareGroups, ABC):
 
     @abstractmethod
     def demands(self, sampled: bool) -> Demands:
-        """Return what the scene asks of its integrator; `sampled`: efforts are held between commands."""
+        """Return the scene's requirements on its integrator; `sampled`: efforts are held between commands."""
 
     @abstractmethod
     def model(self) -> Any:

@@ -34,7 +34,7 @@ _METHODS = (
     _Method("radau3", False, 1e-2, 1e-9, 2),
     _Method("implicit_euler", False, 1e-1, 1e-6, 2),
 )
-LONGEST = 0.1  # s, of an error-controlled step: Drake's default
+MAX_STEP = 0.1  # s, of an error-controlled step: Drake's default
 
 
 class Drake:
@@ -87,7 +87,7 @@ class Drake:
         simulator = analysis.Simulator(plant)
         context, config = simulator.get_mutable_context(), analysis.SimulatorConfig()
         config.integration_scheme, config.use_error_control = method.scheme, not method.fixed
-        config.max_step_size = setting if method.fixed else LONGEST
+        config.max_step_size = setting if method.fixed else MAX_STEP
         if not method.fixed:
             config.accuracy = setting
 

@@ -156,7 +156,7 @@ def _compile_loop(include: list[Path]) -> Path:
     if compiler is None:
         raise Missing("pinocchio's loop needs a C++ compiler (g++ or clang++)")
     command, header = [compiler, *FLAGS, *(f"-I{folder}" for folder in include)], tableaus()
-    # what the compiler predefines tells its version and what this processor can do
+    # the predefined macros identify the compiler's version and the processor's features
     predefined = subprocess.run(
         [*command, "-dM", "-E", "-x", "c++", os.devnull], capture_output=True, check=False
     ).stdout
