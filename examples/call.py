@@ -22,7 +22,10 @@ def answer(node: Node, kind: type, name: str, request: object) -> Any:
     """Return what a service answers; that may take long, many steps for example, but no longer than its node lives."""
     client = node.create_client(kind, name)
     if not client.wait_for_service(10.0):
-        sys.exit(f"{name}: no such service")
+        known = sorted(
+            service for service, kinds in node.get_service_names_and_types() if kinds[0].startswith("std_srvs/")
+        )
+        sys.exit(f"{name}: no such service (there are: {', '.join(known) or 'none in this domain'})")
     future = client.call_async(request)
     while not future.done():
         rclpy.spin_until_future_complete(node, future, timeout_sec=1.0)
@@ -40,6 +43,8 @@ def parameter(name: str, text: str) -> Any:
 def main() -> None:
     """Set the parameters, then call; SIGINT and SIGTERM end it at once, whenever they come."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if len(sys.argv) < 2:
+        sys.exit(str(__doc__))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node, (service, *words) = rclpy.create_node("call"), sys.argv[1:]
     pairs = [word.split("=", 1) for word in words if "=" in word]
@@ -49,11 +54,15 @@ def main() -> None:
         for (name, _), result in zip(pairs, answer(node, SetParameters, plant, request).results, strict=True):
             if not result.successful:
                 sys.exit(f"{name}: {result.reason}")
-    switch = [word == "true" for word in words if word in ("true", "false")]
-    if switch:
-        print(answer(node, SetBool, service, SetBool.Request(data=switch[0])))
+    values = [word for word in words if "=" not in word]
+    if values not in ([], ["true"], ["false"]):
+        sys.exit(f"{' '.join(values)}: a service takes true, false or nothing; parameters are name=value")
+    if values:
+        response = answer(node, SetBool, service, SetBool.Request(data=values == ["true"]))
     else:
-        print(answer(node, Trigger, service, Trigger.Request()))
+        response = answer(node, Trigger, service, Trigger.Request())
+    print(response)
+    sys.exit(0 if response.success else 1)
 
 
 if __name__ == "__main__":

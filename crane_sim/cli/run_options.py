@@ -29,7 +29,7 @@ _OPTIONS = (
     click.option(
         "--wait",
         type=float,
-        help="s without your own node until the run ends (two minutes); 0: never.",
+        help="s without your own node until the run ends (120); at its start 120 s or more. 0: it waits for ever.",
     ),
     click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
     click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."),

@@ -44,12 +44,22 @@ def read(source: str | Path) -> dict[str, Any]:
     try:
         document = yaml.load(path.read_text(), _Unambiguous)
     except UNREADABLE as error:
-        raise SceneError(f"scene file {path}: cannot be read: {' '.join(str(error).split())}") from None
+        raise SceneError(f"scene file {path}: cannot be read: {_cause(error)}") from None
     if not isinstance(document, dict):
         raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
     document.setdefault("name", path.stem)
     _anchor(document, path.resolve().parent)
     return document
+
+
+def _cause(error: Exception) -> str:
+    """Return why a file cannot be read, in one line, with the place in the file where there is one."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        mark = error.problem_mark
+        return f"line {mark.line + 1}, column {mark.column + 1}: {' '.join(str(error.problem).split())}"
+    return " ".join(str(error).split())
 
 
 def _nowhere(source: str) -> str:

@@ -236,8 +236,11 @@ def _period(file: SceneFile) -> float:
 
 def _validate(document: dict[str, Any]) -> SceneFile:
     form = FORMS.get(str(document.get("crane")))
-    if form is None and "crane" not in document and (near := nearest("crane", document)):
-        raise SceneError(f"unknown key {near!r}, did you mean 'crane'? (crane: {', '.join(FORMS)})")
+    if "crane" not in document:
+        known = {key for form in FORMS.values() for key in form.model_fields}
+        near = nearest("crane", [key for key in document if key not in known])
+        what = f"unknown key {near!r}, did you mean 'crane'? (crane: " if near else "crane: is missing (possible: "
+        raise SceneError(f"{what}{', '.join(FORMS)})")
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
     try:
