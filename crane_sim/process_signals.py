@@ -74,6 +74,15 @@ def set_parent_death_signal() -> Callable[[], None]:
     return bind
 
 
+def end_with_parent(parent: int) -> None:
+    """Let the kernel kill this process, a worker of process `parent`, together with the thread that started it."""
+    import ctypes
+
+    ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)  # the parent had ended before
+
+
 def clear_parent_death_signal() -> None:
     """Let this process outlive its parent again."""
     import ctypes

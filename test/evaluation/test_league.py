@@ -1,11 +1,13 @@
 """`crane league`: the scenes of its trials, the figures of a cell, and the page made of cells."""
 
 import json
+import os
 import sys
 from itertools import product
 from pathlib import Path
 
 import pytest
+from process_helpers import started_program, wait_exited, wait_until
 
 from crane_sim.cli.league import save_comparison
 from crane_sim.evaluation.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM, Group, Trial
@@ -32,6 +34,23 @@ def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
     assert long["rope"]["length"] == pytest.approx(1.05 * 1.255)
     assert load_scene(long).law.tracker.pendulum.length == 1.255  # pyright: ignore[reportAttributeAccessIssue]
     assert sea["base_motion"]["sea"]["seed"] == 7 and sea["control"]["nominal"]["base_motion"] is None
+
+
+def cpu_time(pid: int) -> float:
+    """Return the user time [s] of a process."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11]) / os.sysconf("SC_CLK_TCK")
+
+
+def test_workers_end_with_the_command(tmp_path: Path) -> None:
+    """Where the command is killed, as an interruption ends it, none of the processes that evaluate cells is left."""
+    with started_program([Path(sys.executable).with_name("crane"), "league"], cwd=tmp_path) as process:
+        listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        wait_until(lambda: len(listed.read_text().split()) > 1, "worker processes")
+        workers = [int(pid) for pid in listed.read_text().split()]
+        wait_until(lambda: max(map(cpu_time, workers)) > 3.0, "a worker that has been started and evaluates")
+        process.kill()
+        for pid in workers:
+            wait_exited(pid)
 
 
 def test_a_shaped_path_is_believed_and_not_judged() -> None:

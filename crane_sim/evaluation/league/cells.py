@@ -13,6 +13,7 @@ from crane_sim.evaluation.league.cases import GROUPS, SEEDS, Entrant, Group, Tri
 from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
+from crane_sim.process_signals import end_with_parent
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.metrics import LOOK, in_base, polyline, tip_accelerations
 from crane_sim.simulation.plant import SimulationError
@@ -53,7 +54,8 @@ class Cell(NamedTuple):
 def evaluate_all(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
     """Yield the cells of these groups, in order; entrants are evaluated in parallel, a process for each core."""
     entries = [(group, entrant) for group in groups for entrant in group.entrants]
-    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
+    # an interrupted command ends at once: its workers end with it
+    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), end_with_parent, (os.getpid(),)) as pool:
         for cells in pool.map(evaluate_law, *zip(*entries, strict=True)):
             yield from cells
 
