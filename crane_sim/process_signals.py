@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import NoReturn
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
@@ -64,21 +65,18 @@ def set_parent_death_signal() -> Callable[[], None]:
     """
     import ctypes
 
-    prctl, parent = ctypes.CDLL(None).prctl, os.getpid()
-
-    def bind() -> None:
-        prctl(_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os._exit(1)  # the parent had ended before
-
-    return bind
+    return partial(_end_with, os.getpid(), ctypes.CDLL(None).prctl)  # a child of threads must not import
 
 
 def end_with_parent(parent: int) -> None:
-    """Let the kernel kill this process, a worker of process `parent`, together with the thread that started it."""
+    """Do the same in this process, a worker that process `parent` has started."""
     import ctypes
 
-    ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)
+    _end_with(parent, ctypes.CDLL(None).prctl)
+
+
+def _end_with(parent: int, prctl: Callable[..., int]) -> None:
+    prctl(_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)  # the parent had ended before
 

@@ -38,7 +38,7 @@ def _fma(typing_context, a, b, c):
 
 
 @overload(fma, jit_options=LEAN)
-def _compiled_fused(a, b, c):
+def _compiled_fma(a, b, c):
     return lambda a, b, c: _fma(a, b, c)
 
 

@@ -93,11 +93,6 @@ class KnuckleFile(SceneFile):
         return "rad", "rad", "rad", "m", "rad", "rad"
 
     @property
-    def actuated(self) -> tuple[str, ...]:
-        """Joints that take commands."""
-        return self.joint_names[: len(self.effort_units)]
-
-    @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
         return self.initial.q

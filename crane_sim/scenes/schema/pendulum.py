@@ -102,11 +102,6 @@ class PendulumFile(SceneFile):
         return "m", "m", "m", "1", "1", "1"
 
     @property
-    def actuated(self) -> tuple[str, ...]:
-        """Joints that take commands."""
-        return self.joint_names[: len(self.effort_units)]
-
-    @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0.
 

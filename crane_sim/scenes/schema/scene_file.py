@@ -17,8 +17,8 @@ from crane_sim.trajectories.path import Path
 class SceneFile(HardwareGroups, ABC):
     """A scene file: a form, one subclass for each kind of crane, adds its groups and implements the abstract members.
 
-    A form also has `crane: Literal["NAME"]`, its name in `scenes.scene.FORMS`. Joints are in the order of
-    `joint_names`, the actuated ones first; nq is their number, nu that of the actuated ones.
+    A form also has `crane: Literal["NAME"]`, its name in `scenes.scene.FORMS`. Joints, and the
+    actuated ones among them, are in the order of `joint_names`; nq is their number, nu that of the actuated ones.
     """
 
     name: Name = ""  # of the scene, in one line; left out: the file's
@@ -40,9 +40,9 @@ class SceneFile(HardwareGroups, ABC):
         """Units of the joints' positions (nq,): m, rad, or 1 for a component of a direction."""
 
     @property
-    @abstractmethod
     def actuated(self) -> tuple[str, ...]:
-        """Joints that take commands (nu,), the first ones of `joint_names`."""
+        """Joints that take commands (nu,): unless a form says otherwise the first ones of `joint_names`."""
+        return self.joint_names[: len(self.effort_units)]
 
     @property
     @abstractmethod
