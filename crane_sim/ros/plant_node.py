@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import time
 from types import SimpleNamespace
 
 from crane_sim import load_scene
@@ -10,6 +11,7 @@ from crane_sim.description import urdf
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.lifecycle import ENDINGS
+from crane_sim.ros.common.messages import LEASE
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.plant.braking import brake_to_rest
@@ -84,6 +86,7 @@ class PlantNode:
         host, simulation = self._host, self._simulation
         host.manage(self._settings.autostart, self._activate)
         host.wait(self._missing, simulation.publish_clock_if_due)
+        self._refuse_rival()
         host.pipes.report("ready")
         host.wait(lambda: "" if host.started and host.active else "the order go", simulation.publish_clock_if_due)
         if not host.stop_reason:
@@ -99,6 +102,16 @@ class PlantNode:
             host.wait(lambda: "the order finish", simulation.publish_clock_if_due)
         if error and host.stop_reason not in ENDINGS:
             raise Fault(error)
+
+    def _refuse_rival(self) -> None:
+        """Raise Fault where another plant publishes the same joint states: each one's controller would drive both.
+
+        A plant that was killed stays in the graph until its liveliness lease ends; that is waited for.
+        """
+        deadline = time.monotonic() + 2 * LEASE
+        self._host.wait(lambda: self._topics.rival() if time.monotonic() < deadline else "")
+        if rival := self._topics.rival():
+            raise Fault(f"{rival}; possible: one plant in a namespace and ROS domain; end the other, or use another")
 
     def _set_priority(self) -> None:
         """Give the loop over steps, not the middleware's threads, the real-time priority of the parameter."""

@@ -14,6 +14,7 @@ from std_msgs.msg import String, UInt8
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import JointWire
 from crane_sim.ros.common.timing import DurationHistogram
+from crane_sim.ros.plant.sender_subscription import publishers
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
 
@@ -35,7 +36,7 @@ class PlantTopics:
         self._description = node.create_publisher(String, "robot_description", messages.LATCHED)
         self._simulation = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
-        self._source = f"{node.get_namespace().strip('/')}/plant"
+        self._node, self._source = node, f"{node.get_namespace().strip('/')}/plant"
         self._state_wire = JointWire(joints, effort=False)
         self._effort_wire = JointWire(actuated, effort=True)
         self._clock_message, self._payload = Clock(), PoseStamped()
@@ -93,6 +94,14 @@ class PlantTopics:
             if (matched := publisher.get_subscription_count()) < number:
                 return f"{number - matched} more subscriber(s) of {publisher.topic_name}"
         return ""
+
+    def rival(self) -> str:
+        """Return one line on another publisher of the joint states, empty where this one is alone in the graph."""
+        topic = self._states.topic_name
+        if self._node.count_publishers(topic) < 2:
+            return ""
+        names = sorted(publisher.node for publisher in publishers(self._node, topic))
+        return f"{topic} has {len(names)} publishers: {', '.join(names)}"
 
     @property
     def acknowledged(self) -> bool:
