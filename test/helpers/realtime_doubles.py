@@ -101,6 +101,12 @@ class RealtimeBench(FakeSimulation):
         self.stamp += round(PERIOD * 1e9)
         self._send_answer()
 
+    def publish_first_state(self) -> None:
+        """Publish a first state, which the controller answers; answers to states before it are lost."""
+        self._in_transit.clear()
+        self._queue.clear()
+        self._send_answer()
+
     def answer(self, step: int) -> tuple[float, float]:
         """Return the effort that answers the state before this step."""
         return (1.0 + step, 0.0)

@@ -88,6 +88,20 @@ def test_a_reset_resets_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
     assert bench.plant.braking and realtime.figures()["silences"] == 2
 
 
+def test_the_first_step_after_a_reset_waits_for_its_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reset just before a step is due leaves the controller a whole period: no step is taken without an effort."""
+    bench, realtime = make_bench(monkeypatch, 50, 0.002)
+
+    def reset() -> None:
+        bench.publish_first_state()
+        realtime.reset()
+
+    bench.events = [(0.2095, reset)]
+    realtime.run()
+    assert ZERO not in bench.efforts
+    assert bench.times[20] == pytest.approx(0.2095 + PERIOD, abs=5e-4)  # s; the reset comes with the end of a spin
+
+
 def test_commands_hold_in_slow_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """At a hundredth of real time a state comes once a second: its answer holds for one period more, and no longer."""
     bench, realtime = make_bench(monkeypatch, 10, 0.005, rate=0.01)

@@ -36,6 +36,7 @@ class Realtime:
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._timed_out, self._timeouts = False, 0
+        self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
         self._wire = JointWire(simulation.scene.actuated, effort=True)
         topics = {
@@ -59,20 +60,20 @@ class Realtime:
         if self._commands:
             self._commands.start()
         simulation.start()
-        due = time.monotonic()
+        self._due = time.monotonic()
         self._watchdog.reset()
         while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
-            due += period
-            self._serve_until(due)
+            self._due += period
+            self._serve_until_due()
             if simulation.paused:
                 self._host.spin()
-                due = time.monotonic()
+                self._due = time.monotonic()
                 self._timing.pause()
                 self._watchdog.skip()
             else:
-                self._timing.note(due, time.monotonic())
+                self._timing.note(self._due, time.monotonic())
                 self._step()
-                simulation.deadline_misses += time.monotonic() > due + period
+                simulation.deadline_misses += time.monotonic() > self._due + period
             simulation.heartbeat()
 
     def in_sync(self) -> bool:
@@ -95,8 +96,9 @@ class Realtime:
         self._watchdog.skip()
 
     def reset(self) -> None:
-        """See `StepScheduler`."""
+        """See `StepScheduler`; the controller has a whole period for its answer to the first state, as at the start."""
         self._held, self._answered = self._zero, False
+        self._due = time.monotonic() + self._period
         self._watchdog.reset()
         self._set_timed_out(False)
         self._timing = StepTiming()
@@ -105,10 +107,10 @@ class Realtime:
         """See `StepScheduler`; the timing of steps, and the number of time-outs of commands."""
         return self._timing.figures() | {"silences": self._timeouts}
 
-    def _serve_until(self, due: float) -> None:
+    def _serve_until_due(self) -> None:
         self._host.spin(0.0)
         poll = self._take_commands()
-        while (remaining := due - time.monotonic()) > _MARGIN and not self._host.stop_reason:
+        while (remaining := self._due - time.monotonic()) > _MARGIN and not self._host.stop_reason:
             self._host.spin(min(remaining - _MARGIN, poll))
             poll = self._take_commands()
         if remaining > 0.0 and not self._host.stop_reason:
