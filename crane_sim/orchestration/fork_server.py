@@ -1,8 +1,10 @@
-"""The fork server: a program that loads the compiled code of a scene once, and then forks a node for each order.
+"""The fork server: a program that imports the simulator once, and then forks a node of a run for each order.
 
-It never imports ROS: the middleware is started in the forked process, which then has its threads.
+It never imports ROS: the middleware is started in the forked process, which then has its threads. For standbys, which
+have to be ready at once, it also loads the compiled code of a scene.
 """
 
+import gc
 import json
 import os
 import selectors
@@ -10,6 +12,7 @@ import socket
 import sys
 import traceback
 from importlib import import_module
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,10 +23,12 @@ from crane_sim.process_signals import clear_parent_death_signal, set_parent_deat
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive
 
+MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.layout")
+"""What the nodes import, ROS apart; the last one imports the parts of scipy that a recorder uses."""
+
 
 def preload(scene: Scene) -> None:
-    """Load the compiled code of the scene's law and of its derived quantities, and packages that import slowly."""
-    import_module("crane_sim.recording.layout")  # imports the parts of scipy that a recorder uses
+    """Load the compiled code of the scene's law and of its derived quantities."""
     if scene.law is not None:
         fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
@@ -48,18 +53,31 @@ class ForkedNodes:
 
     def serve(self) -> None:
         """Fork and reap until the supervisor has closed the channel."""
-        while True:
+        open_channel = True
+        while open_channel:
             for key, _ in self._selector.select():
                 if key.fd != self._channel.fileno():
                     self._reap(key.fd)
-                elif not self._fork():
-                    return
+                else:
+                    open_channel = self._take_order()
+        for key, _ in self._selector.select(0):
+            if key.fd in self._nodes:
+                self._reap(key.fd)
 
-    def _fork(self) -> bool:
-        order, fds, _, _ = socket.recv_fds(self._channel, 65536, 2)
-        if not order:
+    def _take_order(self) -> bool:
+        """Preload a scene, or fork a node; return False where the channel is closed."""
+        data, fds, _, _ = socket.recv_fds(self._channel, 65536, 2)
+        if not data:
             return False
-        control, report = fds
+        order = json.loads(data)
+        if isinstance(order, str):
+            preload(load_scene(order))
+            gc.freeze()
+        else:
+            self._fork(order, *fds)
+        return True
+
+    def _fork(self, order: list[str], control: int, report: int) -> None:
         bind = set_parent_death_signal()
         pid = os.fork()
         if pid == 0:
@@ -67,12 +85,11 @@ class ForkedNodes:
             _report_event(report, "started", pid=os.getpid())
             clear_parent_death_signal()
             self._close_inherited()
-            os._exit(_run_node(json.loads(order), control, report))
+            os._exit(_run_node(order, control, report))
         os.close(control)
         handle = os.pidfd_open(pid)
         self._nodes[handle] = _Node(pid, report)
         self._selector.register(handle, selectors.EVENT_READ)
-        return True
 
     def _reap(self, handle: int) -> None:
         node = self._nodes.pop(handle)
@@ -94,6 +111,7 @@ def _run_node(order: list[str], control: int, report: int) -> int:
     """Run a node in this process; return its exit code."""
     os.setsid()
     module, *arguments = order
+    Path("/proc/self/comm").write_text(module.rpartition(".")[2])  # as `top` and `ps -e` show it
     sys.argv = [module, *arguments, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
     try:
         return import_module(module).main()
@@ -110,9 +128,11 @@ def _report_event(report: int, event: str, **fields: int) -> None:
 
 
 def main() -> int:
-    """Run the program: its arguments are the scene and the channel's file descriptor."""
-    scene, channel = sys.argv[1:]
-    preload(load_scene(scene))
+    """Run the program: its argument is the channel's file descriptor."""
+    (channel,) = sys.argv[1:]
+    for module in MODULES:
+        import_module(module)
+    gc.freeze()  # a collection in a fork would copy all pages of what is imported
     ForkedNodes(socket.socket(fileno=int(channel))).serve()
     return 0
 

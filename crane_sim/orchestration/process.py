@@ -12,6 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
+_END_TIMEOUT = 0.2  # s for the fork server to reap and end; it takes milliseconds
+
 
 class Process(Protocol):
     """The process of a child, however it was started."""
@@ -82,14 +84,19 @@ class ForkedProcess:
 
 
 class ForkServer:
-    """The client of a process that has a scene's compiled code in memory and forks nodes, which need not load it."""
+    """The client of a process that has imported the simulator and forks nodes, which need not import it."""
 
-    def __init__(self, scene_file: Path, env: Mapping[str, str]) -> None:
-        """Start the server; orders wait until it has loaded the code."""
+    def __init__(self, env: Mapping[str, str]) -> None:
+        """Start the server; orders wait until it has imported the simulator."""
         self._channel, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        arguments = [str(scene_file), str(server_end.fileno())]
-        self._process = start_program("crane_sim.orchestration.fork_server", arguments, env, [server_end.fileno()])
+        number = server_end.fileno()
+        self._process = start_program("crane_sim.orchestration.fork_server", [str(number)], env, [number])
         server_end.close()
+
+    def preload(self, scene_file: Path) -> None:
+        """Order that the compiled code of a scene is loaded, which later forks then need not do."""
+        with suppress(OSError):
+            self._channel.send(json.dumps(str(scene_file)).encode())
 
     def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> Process:
         """Order a fork with its ends of two pipes; an exited server is detected where the reports end."""
@@ -97,8 +104,15 @@ class ForkServer:
             socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control, report])
         return ForkedProcess()
 
-    def close(self) -> None:
-        """Kill the server; the nodes that it has forked go on."""
+    def kill(self) -> None:
+        """Kill the server; the nodes that it has forked go on, and are no more its children."""
         self._process.send_signal(signal.SIGKILL)
-        self._process.wait()
+
+    def close(self) -> None:
+        """Have the server reap the nodes that have exited, and end."""
         self._channel.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_END_TIMEOUT)
+            return
+        self.kill()
+        self._process.wait()

@@ -54,8 +54,8 @@ class ProcessGroup:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         """End every child."""
-        if self._fork_server:
-            self._fork_server.close()
+        if self._fork_server and not all(child.pid for child in self.children):
+            self._fork_server.kill()  # what it has not forked yet is not to be started
         for child in self.children:
             child.order("finish")
             child.close_control_pipe()
@@ -64,6 +64,8 @@ class ProcessGroup:
             if self.shutting_down and not child.ready:
                 child.send_signal(signal.SIGKILL)
         self._terminate_all()
+        if self._fork_server:
+            self._fork_server.close()
         self._selector.close()
 
     def request_shutdown(self) -> None:
@@ -110,17 +112,20 @@ class ProcessGroup:
 
         return self._add(Child(name, start))
 
-    def prepare_forks(self, scene_file: Path) -> None:
-        """Start the fork server for nodes of this scene."""
-        self._fork_server = ForkServer(scene_file, self._env)
+    def preload(self, scene_file: Path) -> None:
+        """Have the fork server load the compiled code of a scene, for nodes that are forked after this."""
+        self._start_fork_server().preload(scene_file)
 
     def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
-        """Start a node as `start` does, of that `name` in ROS, too, and in a fraction of the time."""
-        server = self._fork_server
-        if server is None:
-            raise RuntimeError("no forks were prepared")
+        """Start a node of the simulator as `start` does, of that `name` in ROS, too, and in a fraction of the time."""
+        server = self._start_fork_server()
         arguments = [*_arguments(namespace, settings), "-r", f"__node:={name}"]
         return self._add(Child(name, lambda control, report: server.spawn(module, arguments, control, report)))
+
+    def _start_fork_server(self) -> ForkServer:
+        """Return the fork server, which is started with the first use."""
+        self._fork_server = self._fork_server or ForkServer(self._env)
+        return self._fork_server
 
     def _add(self, child: Child) -> Child:
         self.children.append(child)

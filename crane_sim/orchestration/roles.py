@@ -31,20 +31,23 @@ class Role:
     """
 
     def __init__(self, group: ProcessGroup, spec: RoleSpec, restart: bool = False) -> None:
-        """Start the active process and, where it is to `restart` after a failure, a standby."""
+        """Start the active process; one that is to `restart` after a failure gets standbys."""
         self.name, self.restarts, self.failure = spec.name, 0, ""
         self._failure_step, self._failures_at_step = -1, 0  # the plant's step at the last failure, and their number
         self._group, self._spec, self._started = group, spec, 1
-        self.active = group.start(spec.name, spec.module, spec.namespace, spec.settings)
+        self.active = group.fork(spec.name, spec.module, spec.namespace, spec.settings)
         self._standbys: list[Child] = []
         self._restart = restart
-        if restart:
-            self._add_standby()
 
     @property
     def standbys_ready(self) -> bool:
         """Whether all standbys are ready."""
         return all(child.ready for child in self._standbys)
+
+    def start_standby(self) -> None:
+        """Start the first standby, where the role has any."""
+        if self._restart:
+            self._add_standby()
 
     def fail_over(self, step: int) -> bool:
         """Make a standby the active process in place of one that has exited, with the plant at `step`.

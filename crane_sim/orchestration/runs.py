@@ -106,8 +106,6 @@ def _recorder_settings(record: Path | None, mcap: Path | None, live_port: int | 
 def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSettings) -> list[Role]:
     scene_file = folder / "scene.yaml"
     scene.dump(scene_file)
-    if settings.restart:
-        group.prepare_forks(scene_file)
     scene_only: dict[str, object] = {"scene": str(scene_file)}
     common = scene_only | {"expected_recorders": int(bool(settings.recorder))}
     has_tracker = settings.controller and slow_half(scene.law) is not None
@@ -126,6 +124,10 @@ def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSett
     if settings.recorder:
         recorder = scene_only | settings.recorder
         roles.append(RecorderRole(group, spec("recorder", "crane_sim.ros", recorder), settings.restart))
+    if settings.restart:
+        group.preload(scene_file)
+        for role in roles:
+            role.start_standby()
     return roles
 
 

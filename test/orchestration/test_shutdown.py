@@ -85,6 +85,40 @@ def test_the_exit_of_a_fork_is_reported_or_unknown() -> None:
     assert make_forked_child(started, {"event": "exited", "code": 0}).fault == "it ended with exit code 0"
 
 
+FORKED = """
+import os, signal, sys
+
+def main():
+    name, report = (next(word for word in sys.argv if word.startswith(key)) for key in ("__node", "report_fd"))
+    os.write(int(report.partition(":=")[2]), b'{"event": "ready"}\\n')
+    if name.endswith("killed"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 0 if name.endswith("ended") else signal.pause()
+"""
+
+
+def test_forks_exit_with_their_group(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """Forks of one server are processes of their own names, their exit codes are known, and all are reaped."""
+    with make_group(tmp_path, FORKED, ros_environment) as group:
+        children = {name: group.fork(name, "node", "a", {}) for name in ("ended", "killed", "idle")}
+        listen_until(group, lambda: children["ended"].exited and children["killed"].exited and children["idle"].ready)
+        pids = [child.pid for child in children.values()]
+        assert Path(f"/proc/{children['idle'].pid}/comm").read_text() == "node\n"
+    assert children["ended"].fault == "it ended with exit code 0"
+    assert children["killed"].fault == "it was killed by SIGKILL"
+    assert len(set(pids)) == 3 and not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+def test_a_shutdown_before_the_first_fork_starts_none(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """A group that is shut down while its fork server starts ends within its deadline, without a fork."""
+    interrupts: list[int] = [signal.SIGINT]
+    began = time.monotonic()
+    with make_group(tmp_path, FORKED, ros_environment, interrupts) as group:
+        child = group.fork("idle", "node", "a", {})
+    assert time.monotonic() - began < LIMIT
+    assert child.pid == 0
+
+
 PARENT = """
 import os, time
 from crane_sim.process_signals import set_parent_death_signal, clear_parent_death_signal

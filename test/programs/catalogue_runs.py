@@ -55,8 +55,24 @@ class ForkedNode:
             os.kill(self.pid, number)
 
 
+class OwnForks:
+    """A fork server that is this process itself."""
+
+    def __init__(self, env: Mapping[str, str]) -> None:
+        """Fork nodes with this environment."""
+        self._env = env
+
+    def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> ForkedNode:
+        """Fork a node with its ends of two pipes."""
+        pipes = ["-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
+        return fork_node(module, [*arguments, *pipes], self._env, (control, report))
+
+    def close(self) -> None:
+        """Do nothing: nodes are reaped where they are waited for."""
+
+
 def fork_node(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> ForkedNode:
-    """Start a module as `process.start_program` does, by a fork of this process."""
+    """Start a node by a fork of this process."""
     if pid := os.fork():
         return ForkedNode(pid)
     code = 1
@@ -96,7 +112,7 @@ def main() -> None:
     for module in MODULES:
         import_module(module)
     plain_arrays.install()
-    process_group.start_program = fork_node
+    process_group.ForkServer = OwnForks
     for name in sys.argv[2:]:
         try:
             result = run_scene(name, Path(sys.argv[1]))
