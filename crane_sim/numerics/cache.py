@@ -1,11 +1,14 @@
 """Where compiled code is kept, and the sources that it may come from."""
 
+import fcntl
 import hashlib
 import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 
@@ -54,6 +57,35 @@ def covers(file: Path) -> bool:
     return any(file.is_relative_to(package) and not _is_plain(file, package) for package in _PACKAGES)
 
 
+class FileLock:
+    """A lock among processes: a file that one of them at a time has locked; the kernel releases it where one dies."""
+
+    def __init__(self, path: Path, timeout: float) -> None:
+        """Acquire it, or go on without it after `timeout` seconds or where the file cannot be written."""
+        self._path, self._file = path, -1
+        deadline = time.monotonic() + timeout
+        with suppress(OSError):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            while not self._acquire() and time.monotonic() < deadline:
+                time.sleep(_LOCK_POLL)
+
+    def release(self) -> None:
+        """Release it, and remove the file."""
+        if self._file >= 0:
+            self._path.unlink(missing_ok=True)
+            os.close(self._file)
+            self._file = -1
+
+    def _acquire(self) -> bool:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        return True
+
+
+_LOCK_POLL = 0.01  # s
 AT_IMPORT = digest()
 _KEPT = 8  # folders of compiled code, one for each state of the sources
 

@@ -11,6 +11,7 @@ was imported, so stale machine code cannot be met.
 
 import functools
 import gc
+import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,7 +31,7 @@ from numba.core.typed_passes import AnnotateTypes, NativeLowering
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
-from crane_sim.numerics.cache import AT_IMPORT, cache_folder, covers, digest
+from crane_sim.numerics.cache import AT_IMPORT, FileLock, cache_folder, covers, digest
 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
@@ -127,15 +128,38 @@ saves some six nanoseconds for each of them. An array that is returned, or recei
 from a counted piece, would be freed twice, or never."""
 
 
+_LOCK_TIMEOUT = 120.0  # s; the largest piece takes a third of that on a busy machine
+
+
 class _CheckedCache(FunctionCache):
-    """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory."""
+    """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory.
+
+    What one process compiles, others that need the same wait for, and load.
+    """
+
+    def __init__(self, f: Function) -> None:
+        super().__init__(f)
+        self._locks: dict[Any, FileLock] = {}  # of what this process is compiling, by its signature
 
     def load_overload(self, sig, target_context):
-        return super().load_overload(sig, target_context) if _is_trusted() else None
+        if not _is_trusted():
+            return None
+        if loaded := super().load_overload(sig, target_context):
+            return loaded
+        self._locks[sig] = FileLock(self._lock_file(sig), _LOCK_TIMEOUT)
+        if loaded := super().load_overload(sig, target_context):
+            self._locks.pop(sig).release()
+        return loaded
 
     def save_overload(self, sig, data):
         if _is_trusted():
             super().save_overload(sig, data)
+        if lock := self._locks.pop(sig, None):
+            lock.release()
+
+    def _lock_file(self, sig: Any) -> Path:
+        key = hashlib.sha256(f"{self._impl.filename_base} {sig}".encode()).hexdigest()[:32]
+        return Path(self.cache_path, f"{key}.lock")
 
 
 _outside: list[str] = []  # kernels of other packages, whose files the digest does not cover

@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, cast
 
@@ -65,6 +66,19 @@ def test_sources_that_change_under_a_process_close_its_cache(tmp_path: Path) -> 
     )
     probe(tree, cache, edit + PROBE)
     assert not list(cache.rglob("*.nbc"))
+
+
+def test_processes_share_a_compilation(tmp_path: Path) -> None:
+    """Of two processes that need the same code at the same time, one compiles it, and the other one loads it."""
+    code = (
+        "import crane_sim; from crane_sim.numerics.jit import watch_compiling; begun = [];"
+        "exec('with watch_compiling(lambda: begun.append(1)): ' + " + repr(PROBE.partition("; ")[2]) + ");"
+        "print(bool(begun))"
+    )
+    with ThreadPoolExecutor() as pool:
+        compiled = list(pool.map(lambda _: probe(ROOT, tmp_path, code).split()[-1], range(2)))
+    assert sorted(compiled) == ["False", "True"]
+    assert list(tmp_path.rglob("*.nbc")) and not list(tmp_path.rglob("*.lock"))
 
 
 def test_kernels_from_outside_close_the_cache(tmp_path: Path) -> None:
