@@ -128,11 +128,15 @@ def wait_exited(pid: int) -> None:
     wait_until(lambda: has_exited(pid), f"the end of process {pid}", 30.0)
 
 
-def children(pid: int) -> dict[str, int]:
-    """Return the process ids of the nodes that a process has started, by node name."""
+def children(pid: int) -> list[int]:
+    """Return the process ids of the children of a process's main thread."""
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def nodes_of(pid: int) -> dict[str, int]:
+    """Return the process ids of the nodes of a run, forked by a child of its process, by node name."""
     nodes = {}
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        command = Path(f"/proc/{child}/cmdline").read_bytes().decode()
-        name = next((name for name in ("plant", "controller", "tracker", "recorder") if f"{name}_node" in command), "")
-        nodes |= {name: int(child)} if name else {}
+    for node in (node for child in children(pid) for node in children(child)):
+        name, _, kind = Path(f"/proc/{node}/comm").read_text().strip().rpartition("_")
+        nodes |= {name: node} if kind == "node" else {}
     return nodes

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from process_helpers import children, completed, has_exited, next_line, started_program, wait_exited
+from process_helpers import children, completed, has_exited, next_line, nodes_of, started_program, wait_exited
 from run_helpers import check_answers
 
 from crane_sim import load_scene, orchestration
@@ -41,7 +41,7 @@ def started_run(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str,
     with started_program([sys.executable, "-c", script], stdout=subprocess.PIPE, env=env) as process:
         while int(next_line(process)) < 10:
             pass
-        yield process, children(process.pid)
+        yield process, nodes_of(process.pid)
 
 
 def summary_of(process: subprocess.Popen[str]) -> dict:
@@ -140,10 +140,11 @@ def test_an_interrupted_run_reports(number: signal.Signals, tmp_path: Path) -> N
 
 
 def test_nodes_exit_when_their_supervisor_is_killed(tmp_path: Path) -> None:
-    """Nodes detect that their supervisor has been killed, and exit."""
+    """Nodes detect that their supervisor has been killed, and exit; so does the fork server."""
     with started_run(tmp_path) as (process, nodes):
+        pids = [*nodes.values(), *children(process.pid)]
         process.kill()
-        for pid in nodes.values():
+        for pid in pids:
             wait_exited(pid)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from mcap_samples import read
-from process_helpers import children, completed, has_exited, next_line, started_program, wait_until
+from process_helpers import completed, has_exited, next_line, nodes_of, started_program, wait_until
 
 from crane_sim import load_scene, orchestration
 from crane_sim.evaluation.soak.monitor import MonitorFile, monitor
@@ -82,7 +82,7 @@ def test_the_command_reports_that_its_plant_was_killed(tmp_path: Path) -> None:
         wait_until(
             lambda: has_exited(process.pid) or (part.exists() and part.stat().st_size > STEPS_ON_DISK), "a recording"
         )
-        os.kill(children(process.pid)["plant"], signal.SIGKILL)
+        os.kill(nodes_of(process.pid)["plant"], signal.SIGKILL)
         began = time.monotonic()
         out, errors = process.communicate()
     assert time.monotonic() - began < LIMIT

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from process_helpers import children, next_line, started_program
+from process_helpers import next_line, nodes_of, started_program
 from trajectory_msgs.msg import JointTrajectory
 from two_rate_messages import PERIOD, make_demand, make_setpoints, make_state
 
@@ -103,7 +103,7 @@ def test_a_killed_tracker_ends_the_run(tmp_path: Path) -> None:
     with started_program([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, env=env) as process:
         while int(next_line(process).split()[0]) < 10:
             pass
-        os.kill(children(process.pid)["tracker"], signal.SIGKILL)
+        os.kill(nodes_of(process.pid)["tracker"], signal.SIGKILL)
         summary = json.loads(process.communicate()[0].splitlines()[-1])
     assert summary["error"] == "tracker: it was killed by SIGKILL"
     assert summary["steps"] > 0 and summary["demands"]["received"] > 0
