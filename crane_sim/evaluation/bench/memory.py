@@ -13,18 +13,8 @@ from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.orchestration import run
 
 INTERVAL = 1.0  # s between two looks
-MODULES = {"plant": "plant_node", "controller": "controller_node", "recorder": "recorder_node"}
 _FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
 _MB = 1e6
-
-
-def node_processes() -> dict[str, int]:
-    """Return the process ids of the nodes that this process has started, by name."""
-    process_ids: dict[str, int] = {}
-    for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
-        command = Path(f"/proc/{child}/cmdline").read_bytes().decode()
-        process_ids |= {name: int(child) for name, module in MODULES.items() if module in command}
-    return process_ids
 
 
 def resident(pid: int) -> float:
@@ -48,12 +38,15 @@ class Watch:
         self.steps: list[int] = []
         self._seconds, self._began, self._pids = seconds, 0.0, dict[str, int]()
 
+    def on_filled(self, name: str, pid: int) -> None:
+        """Record the process id of a node."""
+        self._pids[name] = pid
+
     def __call__(self, step: int, steps: int) -> None:
         """Look, if it is time; called about ten times a second by the run."""
-        if step == 0:
+        if step == 0 or not self._pids:
             return
-        if not self._pids:
-            self._began, self._pids = time.monotonic(), node_processes()
+        self._began = self._began or time.monotonic()
         elapsed = time.monotonic() - self._began
         if elapsed >= len(self.times) * INTERVAL:
             self.times.append(elapsed)
@@ -84,7 +77,9 @@ def measure(
     period = load_scene(name).period
     scene = load_scene(name, {"duration": _FASTEST * period * max(seconds, 1.0)})
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
-        summary = run(scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=watch)
+        summary = run(
+            scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=watch, on_filled=watch.on_filled
+        )
     if summary.get("error") != "interrupted":
         raise RuntimeError(summary.get("error", "the run ended before its time"))
     if not watch.times or watch.times[-1] < seconds - 2.0 * INTERVAL:
