@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from crane_sim.orchestration.process import ForkedProcess, Process
+from crane_sim.orchestration.process import ForkedProcess
 
 _START_TIMEOUT = 0.5  # s in which a process that was just forked reports its start, or is killed with the fork server
 
@@ -31,7 +31,7 @@ class Child:
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
     """
 
-    def __init__(self, name: str, start: Callable[[int, int], Process]) -> None:
+    def __init__(self, name: str, start: Callable[[int, int], ForkedProcess]) -> None:
         """Create the process with `start(control, report)`: its ends of the two pipes for orders and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
@@ -94,9 +94,9 @@ class Child:
 
     def _handle_report(self, event: dict[str, Any]) -> None:
         match event:
-            case {"event": "started", "pid": int(pid)} if isinstance(self._process, ForkedProcess):
+            case {"event": "started", "pid": int(pid)}:
                 self._process.on_started(pid)
-            case {"event": "exited", "code": int(code)} if isinstance(self._process, ForkedProcess):
+            case {"event": "exited", "code": int(code)}:
                 self._process.on_exit(code)
             case {"event": "ready"}:
                 self.ready = True

@@ -1,4 +1,4 @@
-"""Child processes: programs of their own, or forks of a server that has loaded the compiled code already."""
+"""Child processes: the fork server, and the nodes that it forks."""
 
 import json
 import os
@@ -10,43 +10,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
 
 _END_TIMEOUT = 0.2  # s for the fork server to reap and end; it takes milliseconds
-
-
-class Process(Protocol):
-    """The process of a child, however it was started."""
-
-    @property
-    def pid(self) -> int:
-        """Process id."""
-        ...
-
-    def wait(self, timeout: float | None = None) -> int | None:
-        """Return the exit code, negative for a signal, None where it is unknown.
-
-        Raises:
-            subprocess.TimeoutExpired: it has not exited within so many seconds.
-        """
-        ...
-
-    def send_signal(self, sig: int) -> None:
-        """Send a signal to a process that may have exited."""
-        ...
-
-
-def start_program(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> Process:
-    """Start a module as a program that inherits file descriptors."""
-    # A session of its own: Ctrl-C reaches the supervisor alone, which then shuts its children down in order.
-    return subprocess.Popen(
-        [sys.executable, "-m", module, *arguments],
-        env=env,
-        pass_fds=fds,
-        start_new_session=True,
-        stdin=subprocess.DEVNULL,
-        stdout=2,
-    )
 
 
 class ForkedProcess:
@@ -68,7 +33,11 @@ class ForkedProcess:
         self._code = code
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """See `Process`."""
+        """Return the exit code, negative for a signal, None where it is unknown.
+
+        Raises:
+            subprocess.TimeoutExpired: it has not exited within so many seconds.
+        """
         if self._handle >= 0:
             if not select.select([self._handle], [], [], timeout)[0]:
                 raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
@@ -77,7 +46,7 @@ class ForkedProcess:
         return self._code
 
     def send_signal(self, sig: int) -> None:
-        """See `Process`."""
+        """Send a signal to a process that may have exited."""
         if self._handle >= 0:
             with suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._handle, sig)
@@ -89,8 +58,15 @@ class ForkServer:
     def __init__(self, env: Mapping[str, str]) -> None:
         """Start the server; orders wait until it has imported the simulator."""
         self._channel, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        number = server_end.fileno()
-        self._process = start_program("crane_sim.orchestration.fork_server", [str(number)], env, [number])
+        # A session of its own: Ctrl-C reaches the supervisor alone, which then shuts its children down in order.
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "crane_sim.orchestration.fork_server", str(server_end.fileno())],
+            env=env,
+            pass_fds=[server_end.fileno()],
+            start_new_session=True,
+            stdin=subprocess.DEVNULL,
+            stdout=2,
+        )
         server_end.close()
 
     def preload(self, scene_file: Path) -> None:
@@ -98,7 +74,7 @@ class ForkServer:
         with suppress(OSError):
             self._channel.send(json.dumps(str(scene_file)).encode())
 
-    def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> Process:
+    def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> ForkedProcess:
         """Order a fork with its ends of two pipes; an exited server is detected where the reports end."""
         with suppress(OSError):
             socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control, report])

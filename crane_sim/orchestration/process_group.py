@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process import ForkServer, Process, start_program
+from crane_sim.orchestration.process import ForkServer
 
 
 class _GracePeriods(NamedTuple):
@@ -102,35 +102,25 @@ class ProcessGroup:
         grace = _SHORT_GRACE if self.shutting_down else _GRACE
         return min(start + grace[stage], self.deadline - sum(grace[stage + 1 :]))
 
-    def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
-        """Start the node of `module` in `namespace` with the given parameters."""
-        arguments = _arguments(namespace, settings)
-
-        def start(control: int, report: int) -> Process:
-            pipes = ["-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
-            return start_program(module, [*arguments, *pipes], self._env, (control, report))
-
-        return self._add(Child(name, start))
-
     def preload(self, scene_file: Path) -> None:
         """Have the fork server load the compiled code of a scene, for nodes that are forked after this."""
         self._start_fork_server().preload(scene_file)
 
-    def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
-        """Start a node of the simulator as `start` does, of that `name` in ROS, too, and in a fraction of the time."""
+    def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
+        """Start the node of `module` by that `name` in `namespace`, with the given parameters."""
         server = self._start_fork_server()
-        arguments = [*_arguments(namespace, settings), "-r", f"__node:={name}"]
-        return self._add(Child(name, lambda control, report: server.spawn(module, arguments, control, report)))
+        arguments = ["--ros-args", "-r", f"__ns:=/{namespace}", "-r", f"__node:={name}"]
+        for key, value in settings.items():
+            arguments += ["-p", f"{key}:={json.dumps(value)}"]
+        child = Child(name, lambda control, report: server.spawn(module, arguments, control, report))
+        self.children.append(child)
+        self._selector.register(child.reports, selectors.EVENT_READ, child)
+        return child
 
     def _start_fork_server(self) -> ForkServer:
         """Return the fork server, which is started with the first use."""
         self._fork_server = self._fork_server or ForkServer(self._env)
         return self._fork_server
-
-    def _add(self, child: Child) -> Child:
-        self.children.append(child)
-        self._selector.register(child.reports, selectors.EVENT_READ, child)
-        return child
 
     def remove(self, child: Child) -> None:
         """Remove a child that has exited."""
@@ -148,8 +138,3 @@ class ProcessGroup:
             if key.data.exited:
                 self._selector.unregister(key.fd)
         return bool(readable)
-
-
-def _arguments(namespace: str, settings: Mapping[str, object]) -> list[str]:
-    parameters = [f"{key}:={json.dumps(value)}" for key, value in settings.items()]
-    return ["--ros-args", "-r", f"__ns:=/{namespace}", *(word for each in parameters for word in ("-p", each))]

@@ -35,7 +35,7 @@ class Role:
         self.name, self.restarts, self.failure = spec.name, 0, ""
         self._failure_step, self._failures_at_step = -1, 0  # the plant's step at the last failure, and their number
         self._group, self._spec, self._started = group, spec, 1
-        self.active = group.fork(spec.name, spec.module, spec.namespace, spec.settings)
+        self.active = group.start(spec.name, spec.module, spec.namespace, spec.settings)
         self._standbys: list[Child] = []
         self._restart = restart
 
@@ -91,7 +91,7 @@ class Role:
     def _add_standby(self) -> None:
         self._started += 1
         spec, alias = self._spec, f"{self.name}_{self._started}"
-        self._standbys.append(self._group.fork(alias, spec.module, spec.namespace, self._standby_settings()))
+        self._standbys.append(self._group.start(alias, spec.module, spec.namespace, self._standby_settings()))
 
     def _standby_settings(self) -> Mapping[str, object]:
         return {**self._spec.settings, "autostart": False}

@@ -11,10 +11,12 @@ from crane_sim.orchestration.process_group import ProcessGroup
 LIMIT = 20.0  # s from an interruption to the end: 3 s on an idle machine, a minute or never without a deadline
 IGNORES_SIGTERM = """
 import os, signal, sys, time
-signal.signal(signal.SIGTERM, signal.SIG_IGN)
-fd = next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith("report_fd"))
-os.write(fd, b'{"event": "ready"}\\n')
-time.sleep(600)
+
+def main():
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    fd = next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith("report_fd"))
+    os.write(fd, b'{"event": "ready"}\\n')
+    time.sleep(600)
 """
 
 

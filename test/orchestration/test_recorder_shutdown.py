@@ -3,7 +3,6 @@
 import signal
 import threading
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +12,6 @@ from process_group_helpers import IGNORES_SIGTERM, LIMIT, listen_until, make_gro
 from process_helpers import wait_exited
 
 from crane_sim.orchestration import process_group, shutdown
-from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, RoleSpec
 from crane_sim.orchestration.shutdown import finish_recording
@@ -22,39 +20,34 @@ from crane_sim.recording.rerun import repair
 
 RECORDER = """
 import json, os, signal, sys
-control, report = (
-    next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith(name)) for name in ("control", "report")
-)
-send = lambda **event: os.write(report, (json.dumps(event) + "\\n").encode())
-send(event="ready")
-standby = any(word.startswith("standby") for word in sys.argv)
-for line in os.fdopen(control):
-    word, _, argument = line.partition(" ")
-    if word == "go":
-        before = json.loads(argument)
-    elif not argument.strip():
-        break
-    elif standby:
-        send(event="done", summary={"recording": "run.rrd", "recorded_steps": before["recorded"], "lost_steps": 0})
-    else:
-        send(event="progress", step=70, recorded=70)
-        os.kill(os.getpid(), signal.SIGKILL)
+
+def main():
+    control, report = (
+        next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith(name))
+        for name in ("control", "report")
+    )
+    send = lambda **event: os.write(report, (json.dumps(event) + "\\n").encode())
+    send(event="ready")
+    standby = any(word.startswith("standby") for word in sys.argv)
+    for line in os.fdopen(control):
+        word, _, argument = line.partition(" ")
+        if word == "go":
+            before = json.loads(argument)
+        elif not argument.strip():
+            return 0
+        elif standby:
+            send(event="done", summary={"recording": "run.rrd", "recorded_steps": before["recorded"], "lost_steps": 0})
+        else:
+            send(event="progress", step=70, recorded=70)
+            os.kill(os.getpid(), signal.SIGKILL)
 """
-
-
-class GroupWithoutForks(ProcessGroup):
-    """A process group that starts standbys as programs."""
-
-    def fork(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
-        """Start a node."""
-        return self.start(name, module, namespace, settings)
 
 
 def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     """Killed after the plant's last step, it is replaced by a standby that resumes from its last report."""
     (tmp_path / "node.py").write_text(RECORDER)
     news: list[str] = []
-    with GroupWithoutForks(ros_environment | {"PYTHONPATH": str(tmp_path)}) as group:
+    with ProcessGroup(ros_environment | {"PYTHONPATH": str(tmp_path)}) as group:
         role = RecorderRole(
             group, RoleSpec("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True
         )

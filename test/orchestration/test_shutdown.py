@@ -25,13 +25,13 @@ from crane_sim.recording.rerun import repair
 from crane_sim.recording.rerun.repair import Parts, Previous
 
 FAILING = """
-import sys
 from crane_sim.ros.common import node_host
 
 def body(host, settings):
     raise OSError(5, "the bus is\\ngone")
 
-sys.exit(node_host.main("odd", {}, body))
+def main():
+    return node_host.main("odd", {}, body)
 """
 
 
@@ -100,7 +100,7 @@ def main():
 def test_forks_exit_with_their_group(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     """Forks of one server are processes of their own names, their exit codes are known, and all are reaped."""
     with make_group(tmp_path, FORKED, ros_environment) as group:
-        children = {name: group.fork(name, "node", "a", {}) for name in ("ended", "killed", "idle")}
+        children = {name: group.start(name, "node", "a", {}) for name in ("ended", "killed", "idle")}
         listen_until(group, lambda: children["ended"].exited and children["killed"].exited and children["idle"].ready)
         pids = [child.pid for child in children.values()]
         assert Path(f"/proc/{children['idle'].pid}/comm").read_text() == "node\n"
@@ -114,7 +114,7 @@ def test_a_shutdown_before_the_first_fork_starts_none(tmp_path: Path, ros_enviro
     interrupts: list[int] = [signal.SIGINT]
     began = time.monotonic()
     with make_group(tmp_path, FORKED, ros_environment, interrupts) as group:
-        child = group.fork("idle", "node", "a", {})
+        child = group.start("idle", "node", "a", {})
     assert time.monotonic() - began < LIMIT
     assert child.pid == 0
 

@@ -68,7 +68,7 @@ def monitor(scene: Scene, domain: int) -> Iterator[MonitorFile]:
         file, scene_file = Path(folder, "monitor.txt"), Path(folder, "scene.yaml")
         scene.dump(scene_file)
         settings = {"scene": str(scene_file), "file": str(file)}
-        child = group.fork("witness", "crane_sim.ros.monitor_node", scene.crane, settings)
+        child = group.start("witness", "crane_sim.ros.monitor_node", scene.crane, settings)
         while not child.ready:
             if not group.listen(_LIMIT) or child.fault:
                 raise RuntimeError(f"monitor: {child.fault or 'it did not start'}")
