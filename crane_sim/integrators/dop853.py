@@ -122,8 +122,8 @@ def _(method):
 
 
 @advance.register(DOP853)
-def _(method, p, u, flow, end):
-    return accepted_step(method, p, u, flow, end)
+def _(method, p, u, integration, end):
+    return accepted_step(method, p, u, integration, end)
 
 
 @step_bound.register(DOP853)

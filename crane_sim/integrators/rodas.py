@@ -136,8 +136,8 @@ def _(method):
 
 
 @advance.register(Rodas)
-def _(method, p, u, flow, end):
-    return accepted_step(method, p, u, flow, end)
+def _(method, p, u, integration, end):
+    return accepted_step(method, p, u, integration, end)
 
 
 @step_bound.register(Rodas)

@@ -122,11 +122,13 @@ def _(x, out):
 
 
 @routine
-def accepted_step(method, p, u, flow, end):
+def accepted_step(method, p, u, integration, end):
     """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
-    out = allocate(flow.x)
-    y, t, h, n, rejected, status = adaptive_step(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
+    out = allocate(integration.x)
+    y, t, h, n, rejected, status = adaptive_step(
+        method, integration.scratch, p, integration.t, integration.x, u, integration.h, end, out
+    )
     y, steps = take_state(out, y), 0
     if status == OK:
         y, steps = project(p, y), 1
-    return with_step(flow, t, y, h, add_counts(flow.counters, n, steps, rejected), status)
+    return with_step(integration, t, y, h, add_counts(integration.counters, n, steps, rejected), status)

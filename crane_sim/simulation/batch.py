@@ -26,12 +26,12 @@ from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration, Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
-from crane_sim.stepping.batch import Clock, Driven, Places, Sampled, pass_cranes, pass_lanes
+from crane_sim.stepping.batch import BatchArrays, Driven, Sampled, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
 
@@ -99,7 +99,7 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
 
 def extract_drive(scene: Scene) -> Driven:
     """Return what moves in a scene, its law with no memory of other runs."""
-    return Driven(scene.method, scene.model, Sampled(fresh(scene.law)) if scene.sampled else scene.source)
+    return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
 
 
 def columns(trees: Sequence[Any], path: str = "") -> Any:
@@ -201,12 +201,12 @@ def simulate_batch(
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
     """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments as of `simulate_batch`."""
     began, n = time.perf_counter(), len(scenes)
-    clock = Clock(scenes[0].period, scenes[0].steps, times)
+    grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
     cranes = columns([extract_drive(scene) for scene in scenes])  # first: it refuses scenes that differ
-    places = _allocate_places(scenes, len(times))
-    batch = cranes, clock, places
-    alone: Share = partial(pass_cranes, *batch)
+    arrays = _allocate_arrays(scenes, len(times))
+    batch = cranes, grid, arrays
+    alone: Share = partial(simulate_range, *batch)
     share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
     share(0, 0)  # compiles
     alone(0, 0)
@@ -216,10 +216,10 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
         size = unit * (1 + n // (8 * threads * unit))  # some eight pieces for each thread: they may differ in length
         list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
         if wide:  # those that failed once more, to know when and why
-            failed = np.flatnonzero(places.counts[:n, 0] != Status.OK).tolist()
+            failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
             again = columns([extract_drive(scene) for scene in scenes]) if failed else None  # laws must not remember
-            list(pool.map(lambda i: pass_cranes(again, clock, places, i, i + 1), failed))
-    return _batch(scenes[:n], clock, places, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
+            list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
+    return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
 
 
 def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
@@ -231,28 +231,30 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def _allocate_places(scenes: Sequence[Scene], samples: int) -> Places:
+def _allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)
     rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
-    return Places(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
+    return BatchArrays(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
 
 
-def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times: tuple[float, float]) -> Batch:
+def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int, times: tuple[float, float]) -> Batch:
     n, nq = len(scenes), len(scenes[0].joint_names)
-    rows, payload, counts = places.rows[:n], places.payload[:n], places.counts[:n]
+    rows, payload, counts = arrays.rows[:n], arrays.payload[:n], arrays.counts[:n]
     end, before = (rows[:, -1], payload[:, -1]), (rows[:, :-1], payload[:, :-1])
     return Batch(
         joint_names=scenes[0].joint_names,
-        t=counts[:, 1] * clock.period,
+        t=counts[:, 1] * grid.period,
         q=end[0][:, :nq],
         v=end[0][:, nq : 2 * nq],
         payload=end[1],
-        errors=tuple(_error(scene, clock, *told) for scene, *told in zip(scenes, counts, places.reached, strict=False)),
+        errors=tuple(
+            _error(scene, grid, *state) for scene, *state in zip(scenes, counts, arrays.reached, strict=False)
+        ),
         evaluations=counts[:, 2],
         steps=counts[:, 3],
-        sample_times=clock.times,
+        sample_times=grid.times,
         sampled_q=before[0][..., :nq],
         sampled_v=before[0][..., nq : 2 * nq],
         sampled_payload=before[1],
@@ -269,9 +271,9 @@ def _end_of(counts: npt.NDArray[np.int64], reached: float) -> Integration:
     return Integration(0.0, None, float(reached), None, 0.0, status=status, terminal_guard=guard)
 
 
-def _error(scene: Scene, clock: Clock, counts: npt.NDArray[np.int64], reached: float) -> str | None:
+def _error(scene: Scene, grid: TimeGrid, counts: npt.NDArray[np.int64], reached: float) -> str | None:
     """Return why a crane did not reach the end, None if it did."""
-    if counts[1] == clock.steps:
+    if counts[1] == grid.steps:
         return None
     try:
         check_status(_end_of(counts, reached), scene.model)

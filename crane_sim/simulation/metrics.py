@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.models.moving_base import pose_at, rotate_to_base
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.settling import Settling
 from crane_sim.stepping.rows import split
-from crane_sim.trajectories.path import sample_path
+from crane_sim.trajectories.path import sample_trajectory
 
 Array = npt.NDArray[np.float64]
 
@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 LOOK = 1e-3  # s, before and after: rounding leaves 1e-8 of an acceleration, what the third power of time does less
 
 
-@entry
+@entry_point
 def tip_accelerations(p, t, q, v, u, look, out):
     """Write the size of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
 
@@ -47,7 +47,7 @@ def tip_accelerations(p, t, q, v, u, look, out):
         out[i] = np.sqrt(square)
 
 
-@entry
+@entry_point
 def in_base(base, t, points):
     """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base, from its origin."""
     out = np.empty_like(points)
@@ -98,7 +98,7 @@ class Tracking:
 
     def _errors(self, t: Array, q: Array, payload: Array) -> Array:
         """Return the sizes of the errors (K,)."""
-        goal = sample_path(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
+        goal = sample_trajectory(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
         base = getattr(self._model, "base", None)
         if self._path.of_joints:
             points = q[:, self._driven]
@@ -152,7 +152,7 @@ class Derived(NamedTuple):
         return self.tensions[:, 0]
 
 
-@entry
+@entry_point
 def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
     """Fill what follows from joint coordinates at times t (K,).
 
@@ -172,13 +172,13 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
         system.tensions(p, t[i], x, system.efforts_from_row(p, u[i]), tensions, i, 0)
 
 
-@entry
+@entry_point
 def read_meters(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
     return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
 
 
-@entry
+@entry_point
 def polyline(p, t, q, v):
     """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
     points = np.empty((system.point_count(p), 3))
@@ -242,12 +242,12 @@ class Metrics:
         if self._settling is not None:
             self._settling.extend(t, q[:, self._driven])
 
-    def change(self, scene: Scene, model: Any, q: Vector, given: float = 0.0) -> None:
-        """Go on from positions q with another model: one with a meter, or a payload that brought `given` energy [J]."""
-        self._balance.change(self._of_driven(q), given, model.meter is not None)
+    def change(self, scene: Scene, model: Any, q: Vector, energy: float = 0.0) -> None:
+        """Continue from positions q with another model: with a meter, or a payload whose change supplied `energy`."""
+        self._balance.change(self._of_driven(q), energy, model.meter is not None)
         self._scene, self._model = scene, model
 
-    def summary(self, t: float, q: Vector, v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
+    def summary(self, t: float, q: Vector, v: tuple[float, ...], integration: Any, saturated: int) -> dict[str, Any]:
         """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
 
         `settling_time` is the time after which a joint stays near its target, as of `crane_sim.simulation.settling`,
@@ -263,11 +263,11 @@ class Metrics:
         final = self._final(t, q, v)
         angles = np.degrees([self._swing, self._residual, final.swing[0]])
         low, high = self._tension
-        audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, flow.x))
+        audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
         return {
             "steps": round(t / self._scene.period),
             "sim_time": t,
-            "rhs_evaluations": flow.counters.evaluations,
+            "rhs_evaluations": integration.counters.evaluations,
             "final_error": self._final_error(q),
             "peak_swing_deg": float(max(angles[0], angles[2])),
             "residual_swing_deg": float(max(angles[1:])),

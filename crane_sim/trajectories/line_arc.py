@@ -1,6 +1,6 @@
-"""From one place to another in a given time, along a line or along a circle.
+"""From one position to another in a given time, along a line or along a circle.
 
-The way s goes from 0 to 1 with one of two profiles of tau = t / T: `sine`, whose acceleration is a sine,
+The path parameter s goes from 0 to 1 with one of two profiles of tau = t / T: `sine`, whose acceleration is a sine,
 s = tau - sin(2 pi tau) / (2 pi), or `smooth`, the quintic 10 tau³ - 15 tau⁴ + 6 tau⁵ of minimum jerk.
 What is no polynomial is cut into short pieces, each its own Taylor series, exact to rounding.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Coordinate, Positive, Real
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around, shift_origin
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, shift_origin, with_rest_at_ends
 
 Coordinates = Annotated[tuple[Coordinate, ...], Field(min_length=1)]
 Profile = Literal["sine", "smooth"]
@@ -34,15 +34,15 @@ class Line(NamedTuple):
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        return unequal({"from": self.begin, "to": self.end})
+        return describe_size_mismatch({"from": self.begin, "to": self.end})
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
-        times, way = profile(self.profile, self.start, self.duration, ceil(tau / SHORT))
+        times, way = time_scaling(self.profile, self.start, self.duration, ceil(tau / SHORT))
         first, last = np.array(self.begin), np.array(self.end)
         coefficients = way[:, None, :] * (last - first)[None, :, None]
         coefficients[:, :, 0] += first
-        return at_rest_around(times, coefficients)
+        return with_rest_at_ends(times, coefficients)
 
 
 class Arc(NamedTuple):
@@ -62,23 +62,23 @@ class Arc(NamedTuple):
         turn = abs(self.end - self.begin)
         return f"turns by {turn:g} rad, at most {MAX_TURNED:g} are possible" if turn > MAX_TURNED else ""
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
         turn = self.end - self.begin
-        times, way = profile(self.profile, self.start, self.duration, ceil(max(tau, 2.0 * abs(turn)) / SHORT))
+        times, way = time_scaling(self.profile, self.start, self.duration, ceil(max(tau, 2.0 * abs(turn)) / SHORT))
         angle = way * turn
         angle[:, 0] += self.begin
-        cosine, sine = circular(angle)
+        cosine, sine = cos_sin_series(angle)
         held = np.zeros((len(way), len(self.centre), DEGREE + 1))
         held[:, :, 0] = self.centre
         held[:, 0] += self.radius * cosine
         held[:, 1] += self.radius * sine
-        return at_rest_around(times, held)
+        return with_rest_at_ends(times, held)
 
 
-def unequal(places: Mapping[str, Any]) -> str:
-    """Return one line when those of the named places that are tuples have different numbers of coordinates."""
-    counts = {name: len(place) for name, place in places.items() if isinstance(place, tuple)}
+def describe_size_mismatch(positions: Mapping[str, Any]) -> str:
+    """Return one line when those of the named positions that are tuples have different numbers of coordinates."""
+    counts = {name: len(position) for name, position in positions.items() if isinstance(position, tuple)}
     first = next(iter(counts))
     for name, count in counts.items():
         if count != counts[first]:
@@ -86,8 +86,8 @@ def unequal(places: Mapping[str, Any]) -> str:
     return ""
 
 
-def profile(kind: Profile, start: float, duration: float, count: int) -> tuple[Array, Array]:
-    """Return (times (count + 1,) [s], Taylor series (count, DEGREE + 1) of the way s from 0 to 1 at each piece)."""
+def time_scaling(kind: Profile, start: float, duration: float, count: int) -> tuple[Array, Array]:
+    """Return (times (count + 1,) [s], Taylor series (count, DEGREE + 1) of the path parameter in each piece)."""
     knots = np.linspace(0.0, 1.0, count + 1)
     way = np.zeros((count, DEGREE + 1))
     if kind == "smooth":
@@ -101,7 +101,7 @@ def profile(kind: Profile, start: float, duration: float, count: int) -> tuple[A
     return start + duration * knots, way / duration ** np.arange(DEGREE + 1)
 
 
-def circular(angle: Array) -> tuple[Array, Array]:
+def cos_sin_series(angle: Array) -> tuple[Array, Array]:
     """Return the Taylor series (K, m) of cosine and sine of an angle that is given by its own (K, m)."""
     cosine, sine = np.zeros_like(angle), np.zeros_like(angle)
     for i, first in enumerate(angle[:, 0]):

@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Positive, Real
-from crane_sim.trajectories.line_arc import Coordinates, unequal
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around
+from crane_sim.trajectories.line_arc import Coordinates, describe_size_mismatch
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, with_rest_at_ends
 
 ARRIVED = 1e-9  # relative to the distance, which phases below the resolution of doubles may leave
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
@@ -33,9 +33,9 @@ class PointToPoint(NamedTuple):
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         limits = {name: getattr(self, name) for name in ("velocity", "acceleration", "jerk")}
-        return unequal({"from": self.begin, "to": self.end} | limits)
+        return describe_size_mismatch({"from": self.begin, "to": self.end} | limits)
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion; rest where both places are the same.
 
         Raises:
@@ -44,7 +44,7 @@ class PointToPoint(NamedTuple):
         first = np.array(self.begin)
         way = np.array(self.end) - first
         if not np.any(way):
-            return at_rest_around(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
+            return with_rest_at_ends(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
         velocity, acceleration = tightest(self.velocity, way), tightest(self.acceleration, way)
         durations, jerks, accelerations = phases(
             velocity, acceleration, None if self.jerk is None else tightest(self.jerk, way)
@@ -52,7 +52,7 @@ class PointToPoint(NamedTuple):
         times, profile = integrate_phases(durations, jerks, accelerations)
         coefficients = profile[:, None, :] * way[None, :, None]
         coefficients[:, :, 0] += first
-        return at_rest_around(self.start + times, coefficients)
+        return with_rest_at_ends(self.start + times, coefficients)
 
 
 def tightest(limits: float | tuple[float, ...], way: Array) -> float:

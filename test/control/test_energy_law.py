@@ -108,7 +108,7 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
-    ("law", "line"),
+    ("law", "message"),
     [
         (lambda t, q, v: [float("nan")] * 4, "efforts that are not finite at t = 0 s"),
         (lambda t, q, v: [0.0, 190.0], "gave 2 efforts at t = 0 s, 4 joints are actuated"),
@@ -117,8 +117,8 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
     ],
     ids=["not finite", "too few", "no vector", "raises"],
 )
-def test_a_law_that_misbehaves_is_told_in_one_line(law: Any, line: str) -> None:
+def test_a_law_that_misbehaves_is_told_in_one_line(law: Any, message: str) -> None:
     """A law that raises, or whose answer is no vector of efforts, ends the run with one line that says when."""
     with pytest.raises(RuntimeError) as caught:
         simulate("knuckle_setpoint", law=law, duration=0.1)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_control.adaptive import DeadZone, share
+from crane_control.adaptive import DeadZone, learning_factor
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
@@ -23,7 +23,7 @@ E1, E2 = Y - (1.35, 0.0), DY  # the path of the scenes rests at (1.35, 0) for te
 
 def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
     """Return the law of a scene, with nothing learnt yet."""
-    return fresh(load_scene(scene, changes).law)
+    return with_initial_state(load_scene(scene, changes).law)
 
 
 def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -39,7 +39,7 @@ def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     law, seen = law_of("offshore_resonant", changes), []
     for t, y in ((0.0, (1.35, 0.0)), (0.3, (1.2, 0.2))):
         law(t, *hanging(y, (0.0, 0.0)))
-        seen.append(law.tracker.learner.knowledge.values.copy())
+        seen.append(law.tracker.learner.state.values.copy())
     assert [feature @ feature for feature in seen] == pytest.approx([1.0, 1.0], abs=1e-12)
     distance = 0.15**2 + 0.2**2 + 0.3**2  # m² and s²: velocities and the reference stay
     # the mean of 4000 cosines, each of variance below 1/2: four standard deviations
@@ -51,9 +51,9 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     """Weights after one period, and the effort that they lead to, are equations 64, 67, 74, 86, 97 and 99 by hand."""
     zone = {"cutoff": 0.001, "smoothing": 0.05}
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}})
-    knowledge, c, h = law.tracker.learner.knowledge, 0.5, 0.004
+    state, c, h = law.tracker.learner.state, 0.5, 0.004
     law(0.0, Q, V)
-    assert not np.any(knowledge.weights)  # no time has passed
+    assert not np.any(state.weights)  # no time has passed
     effort = law(h, Q, V)
     angles = law.tracker.learner.features.frequencies @ Y
     psi = np.column_stack([np.cos(angles), np.sin(angles)]).ravel() / sqrt(20)
@@ -62,7 +62,7 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     share_by_hand = (size - 0.001) / 0.1
     assert 0.1 < share_by_hand < 0.9  # on the slope of the dead zone
     weights = -9.0 * share_by_hand * h * np.outer(psi, c * E1 + E2)
-    assert np.allclose(knowledge.weights, weights, rtol=1e-12, atol=0.0)
+    assert np.allclose(state.weights, weights, rtol=1e-12, atol=0.0)
     w = -KD * E2 - KP * E1 + weights.T @ psi
     demand = Y + w / (G * -Q[5] / LENGTH)
     assert effort == pytest.approx(tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - demand)), rel=1e-11)
@@ -71,9 +71,11 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
 def test_the_dead_zone_is_piecewise_linear() -> None:
     """F is 0 up to the cutoff, 1 from two smoothings beyond it on, and the line between; without a zone it is 1."""
     zone = DeadZone(0.007, 0.002)
-    assert [share(zone, q) for q in (0.0, 0.007, 0.011, 1.0)] == pytest.approx([0.0, 0.0, 1.0, 1.0], abs=1e-15)
-    assert [share(zone, q) for q in (0.008, 0.009, 0.01)] == pytest.approx([0.25, 0.5, 0.75])
-    assert share(None, 0.0) == 1.0
+    assert [learning_factor(zone, q) for q in (0.0, 0.007, 0.011, 1.0)] == pytest.approx(
+        [0.0, 0.0, 1.0, 1.0], abs=1e-15
+    )
+    assert [learning_factor(zone, q) for q in (0.008, 0.009, 0.01)] == pytest.approx([0.25, 0.5, 0.75])
+    assert learning_factor(None, 0.0) == 1.0
 
 
 def lyapunov(learner: Any, truth: Any, e: Any, de: Any, zone: bool) -> float:
@@ -83,7 +85,7 @@ def lyapunov(learner: Any, truth: Any, e: Any, de: Any, zone: bool) -> float:
     if zone:
         low, mu = learner.zone
         size = 0.0 if size <= low else (size - low) ** 2 / (4 * mu) if size < low + 2 * mu else size - low - mu
-    rest = learner.knowledge.weights - truth
+    rest = learner.state.weights - truth
     return size + 0.5 * float(np.sum(rest**2)) / learner.rate
 
 
@@ -99,8 +101,8 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
         law(k * h, *hanging(e + (1.35, 0.0), de))
         values.append(lyapunov(learner, truth, e, de, zone))
         size = values[0] if not zone else 0.5 * (KP + KD * c) * e @ e + c * e @ de + 0.5 * de @ de
-        owed += h * (c * KP * e @ e + kc * de @ de) * share(learner.zone, size)
-        bent = -KP * e - KD * de + (learner.knowledge.weights - truth).T @ learner.knowledge.values
+        owed += h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
+        bent = -KP * e - KD * de + (learner.state.weights - truth).T @ learner.state.values
         de = de + h * bent
         e = e + h * de
     # a step of length h errs by about h / 2 of what V falls by, and by h² w0² of V where it stands still
@@ -146,7 +148,7 @@ def test_runs_begin_with_nothing_learnt() -> None:
     runs = [simulate(scene) for _ in range(2)]
     assert np.any(runs[0].u[-1] != 1.35)
     assert np.array_equal(runs[0].q, runs[1].q) and np.array_equal(runs[0].u, runs[1].u)
-    assert not np.any(scene.law.tracker.learner.knowledge.weights)  # pyright: ignore
+    assert not np.any(scene.law.tracker.learner.state.weights)  # pyright: ignore
 
 
 SERVO = {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}
@@ -172,9 +174,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "line"), REFUSED, ids=lambda value: value if isinstance(value, str) else "")
-def test_what_does_not_fit_is_refused_in_one_line(changes: dict[str, Any], line: str) -> None:
+@pytest.mark.parametrize(("changes", "message"), REFUSED, ids=lambda value: value if isinstance(value, str) else "")
+def test_what_does_not_fit_is_refused_in_one_line(changes: dict[str, Any], message: str) -> None:
     """A law that does not fit its scene, or its settings, says so in one line that names the culprit."""
-    with pytest.raises(SceneError, match=line) as caught:
+    with pytest.raises(SceneError, match=message) as caught:
         load_scene("offshore_resonant", changes)
     assert "\n" not in str(caught.value)

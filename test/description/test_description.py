@@ -11,8 +11,8 @@ from urdf_kinematics import forward, numbers
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
-from crane_sim.description.cables import Hang, add_cable
-from crane_sim.description.workspace import Room
+from crane_sim.description.cables import SuspendedCable, add_cable
+from crane_sim.description.workspace import BoundingBox
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import polyline
 
@@ -162,12 +162,15 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
 
 def test_elastic_nodes_are_where_their_joints_say() -> None:
     """Nodes whose coordinates are positions slide from the world, in the plane and in space."""
-    hang, room = Hang((1.0, 1.0), (1.0, 1.0)), Room((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), 2.0, spatial=True)
+    cable, box = (
+        SuspendedCable((1.0, 1.0), (1.0, 1.0)),
+        BoundingBox((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), 2.0, spatial=True),
+    )
     place = {"x": 0.3, "y": -0.2, "z": -1.7}
     for axes in ("xz", "xyz"):
         robot = ElementTree.Element("robot")
         joints = {f"node_{k}_{axis}": k * place[axis] for k in (1, 2) for axis in axes}
-        add_cable(robot, ["trolley", "hoist", *joints], hang, room)
+        add_cable(robot, ["trolley", "hoist", *joints], cable, box)
         document = ElementTree.tostring(robot, encoding="unicode")
         for k, link in ((1, "node_1"), (2, "payload_link")):
             expected = [k * place[axis] if axis in axes else 0.0 for axis in "xyz"]

@@ -21,8 +21,8 @@ def brake(plant: Plant, periods: int) -> None:
 
 def stored(plant: Plant) -> float:
     """Return the energy [J] in the spring of the first brake, and beyond its capacity what the slip will take."""
-    rig: Any = plant._rig
-    drive = rig.hardware.drives[0]
+    hardware: Any = plant._hardware
+    drive = hardware.state.drives[0]
     stretch, reach = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
     inner = min(stretch, reach)
     return drive.stiffness * inner * (0.5 * inner + stretch - inner)
@@ -95,10 +95,10 @@ def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
         scene["brake"] = {"capacity": [capacity]}
     plant = Plant(load_scene(ROD | scene | {"integrator": {"method": "rk4", "step": 0.002}}))
     brake(plant, 1)
-    rig: Any = plant._rig
-    began = rig.hardware.drives[0].anchor
+    hardware: Any = plant._hardware
+    began = hardware.state.drives[0].anchor
     brake(plant, 599)
-    return rig.hardware.drives[0].anchor != began
+    return hardware.state.drives[0].anchor != began
 
 
 @pytest.mark.parametrize("degrees", [20.0, 45.0, 80.0])

@@ -126,7 +126,7 @@ def test_a_rate_limit_is_a_ramp() -> None:
 def test_lag_and_rate_limit_together() -> None:
     """With both, the effort solves u' = (demand - u) / lag within the rate limit, as an integrator finds it."""
     effort, _ = follow({"rate_limit": 150.0, "lag": 0.02}, [0.0] + [10.0] * 9, TIMES)
-    flow = solve_ivp(
+    solution = solve_ivp(
         lambda t, u: np.clip((10.0 - u) / 0.02, -150.0, 150.0),
         (0.01, 0.1),
         [0.0],
@@ -135,7 +135,7 @@ def test_lag_and_rate_limit_together() -> None:
         atol=1e-12,
         max_step=1e-4,  # the slope's kink is no step's end: an error of its square
     )
-    assert effort[TIMES > 0.01] == pytest.approx(flow.y[0], abs=1e-7)
+    assert effort[TIMES > 0.01] == pytest.approx(solution.y[0], abs=1e-7)
 
 
 def test_limit_deadband_and_delay() -> None:

@@ -14,7 +14,7 @@ from comparison import relative
 
 import crane_sim
 from crane_sim import system
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 from crane_sim.simulation.metrics import derive
 
@@ -144,7 +144,7 @@ def test_accelerations_equal_a_second_derivation(group: str) -> None:
         assert relative(crane_sim.acceleration(scene, q, v, u), second_derivation(scene, q, v, u)) < EQUATIONS
 
 
-@entry
+@entry_point
 def balance(p, q, v, u, h):
     """Return (dE/dt by central differences along the motion, power) at a state."""
     x = system.state(p, 0.0, q, v)

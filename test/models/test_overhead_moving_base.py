@@ -125,14 +125,14 @@ def test_an_accelerated_heave_is_gravity() -> None:
 
 
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({"base_motion": {"sway": {"amplitude": 1.0, "frequency": 1.0}}}, "sway leaves the plane"),
         ({"base_motion": {}, "cable": {"model": "straight", "lengths": [1.0, 1.0], "node_masses": 1.0}}, "straight"),
     ],
     ids=["plane", "straight"],
 )
-def test_what_a_moving_base_cannot_carry_is_refused_in_one_line(groups: Any, line: str) -> None:
+def test_what_a_moving_base_cannot_carry_is_refused_in_one_line(groups: Any, message: str) -> None:
     """Motions that leave the plane, and straight cables, are refused with what to do instead."""
     document = {
         "crane": "overhead",
@@ -142,4 +142,4 @@ def test_what_a_moving_base_cannot_carry_is_refused_in_one_line(groups: Any, lin
     }
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene(document | groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

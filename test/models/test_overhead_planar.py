@@ -8,7 +8,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 from crane_sim.simulation.rollout import simulate
 
@@ -62,7 +62,7 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
         assert np.max(np.abs(found - expected)) < 1e-12 * np.max(np.abs(expected))
 
 
-@entry
+@entry_point
 def balance(p, t, q, v, u, h):
     """Return (dE/dt by central differences along the motion, power) at a state."""
     x = system.state(p, t, q, v)

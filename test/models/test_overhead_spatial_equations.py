@@ -8,7 +8,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 
 pytestmark = pytest.mark.interpreted
@@ -100,7 +100,7 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
         assert error(found, exact(m, lengths, q, v, ((5.0, 7.0), (8.0, -3.0)), None)) < 1e-12
 
 
-@entry
+@entry_point
 def balance(p, t, q, v, row, h):
     """Return (accelerations, dE/dt by central differences, power, actuated coordinates) under the efforts in `row`."""
     u = system.efforts_from_row(p, row)

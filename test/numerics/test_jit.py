@@ -90,7 +90,7 @@ def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
 
 
-@jit.entry
+@jit.entry_point
 def compiled_algebra(x, y, h, ks):
     """Return everything that the state algebra computes."""
     row = (0.5, None, 0.25)
@@ -126,7 +126,7 @@ def test_state_algebra_is_the_same_in_python() -> None:
     )
 
 
-@jit.entry
+@jit.entry_point
 def dragged(drag, force, velocity):
     """Compiled `add_drag`."""
     return add_drag(drag, force, velocity)
@@ -141,7 +141,7 @@ def test_a_generic_function_chooses_by_type() -> None:
     assert add_drag.knows(PayloadDrag) and not add_drag.knows(int)
 
 
-@jit.entry
+@jit.entry_point
 def velocity_in_a_frame(position, velocity, rate):
     """Compiled `inertial_velocity`."""
     return inertial_velocity(position, velocity, rate)
@@ -166,7 +166,7 @@ def test_only_compilation_is_told() -> None:
     """`watched` calls when a kernel is compiled, not when it runs again."""
     begun: list[str] = []
 
-    @jit.entry
+    @jit.entry_point
     def double(x):
         return 2.0 * x
 

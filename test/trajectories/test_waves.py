@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 import crane_sim
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.base_motion import axis_at
 from crane_sim.trajectories.waves import Response, Sea, Waves, apply_response, density, sample_sea
 
@@ -110,7 +110,7 @@ def test_sinusoids_and_a_sea_add_up() -> None:
     assert base.frequencies[3, :2].tolist() == [0.7, 0.3]
 
 
-@entry
+@entry_point
 def motion(base, times, out):
     """Write (position, velocity, acceleration) of the six axes at times (n,) into out (n, 6, 3)."""
     for k in range(len(times)):
@@ -139,7 +139,7 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "line"),
+    ("text", "message"),
     [
         ("", "has no column 'time'"),
         ("time,rol\n0,1\n", "unknown column 'rol', did you mean 'roll'?"),
@@ -155,13 +155,13 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     ],
     ids=lambda text: str(text)[:30].replace("\n", " "),
 )
-def test_a_bad_file_is_refused_in_one_line(text: str, line: str, tmp_path: Path) -> None:
+def test_a_bad_file_is_refused_in_one_line(text: str, message: str, tmp_path: Path) -> None:
     """What is wrong with a file is told with its name, the row and what is possible."""
     file = tmp_path / "motion.csv"
     file.write_text(text)
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(file=str(file))
-    assert line in str(caught.value) and "motion.csv" in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "motion.csv" in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
@@ -176,7 +176,7 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({"surge": {"amplitude": 1.0}}, "base_motion.surge[0].frequency: is missing"),
         ({"roll": [{"amplitude": 1.0, "frequency": 1.0, "phas": 1.0}]}, "roll[0]: unknown key 'phas'"),
@@ -191,8 +191,8 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_a_bad_motion_is_refused_in_one_line(groups: Any, line: str) -> None:
+def test_a_bad_motion_is_refused_in_one_line(groups: Any, message: str) -> None:
     """Mistakes in the group are told with the key, its value and what is possible."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(**groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

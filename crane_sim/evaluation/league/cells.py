@@ -19,7 +19,7 @@ from crane_sim.simulation.metrics import LOOK, in_base, polyline, tip_accelerati
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
-from crane_sim.trajectories.path import Array, sample_path
+from crane_sim.trajectories.path import Array, sample_trajectory
 
 LEVEL = 90.0  # deg: a rope that swings so far is not under control
 
@@ -114,7 +114,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
 def path_positions(scene: Scene, t: Array) -> Array:
     """Return where the payload should be (K, n) [m] at times t (K,), in the axes of the base."""
     assert scene.path is not None, "trials with a path are scenes with one"
-    return sample_path(scene.path, np.ascontiguousarray(t))[:, 0]
+    return sample_trajectory(scene.path, np.ascontiguousarray(t))[:, 0]
 
 
 def target_position(scene: Scene) -> Array:

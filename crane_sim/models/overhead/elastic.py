@@ -261,7 +261,7 @@ def _(forces, p, t, x, out):
     i = nq + first + d * (forces.node - 1) + (forces.axis if d == 3 else forces.axis // 2)
     force = value_at(forces.channel, t)
     out[i] += force / mass_of(p, x, forces.node)
-    return force * x[i] + add_node_forces(forces.rest, p, t, x, out)
+    return force * x[i] + add_node_forces(forces.tail, p, t, x, out)
 
 
 @system.rhs_into.register(ElasticCrane)

@@ -176,7 +176,7 @@ def _(forces, p, t, power):
     nq, first, d, _ = elastic_layout(p)
     a = forces.axis if d == 3 else forces.axis // 2
     power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
-    add_node_forces_power(forces.rest, p, t, power)
+    add_node_forces_power(forces.tail, p, t, power)
 
 
 class Bands(NamedTuple):

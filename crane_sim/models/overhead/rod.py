@@ -34,8 +34,8 @@ from crane_sim.models.supports.hoist import (
     Hoist,
     MasslessHoist,
     hoist_coordinates,
-    hoist_inertia,
     hoist_power,
+    hoist_reflected_mass,
     hoist_response,
 )
 from crane_sim.models.supports.rails import (
@@ -253,7 +253,7 @@ def _(p, x):
     total, first, second, _ = mass_moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
-    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_inertia(p.hoist) * rate * rate
+    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
 
 
 @system.potential.register(RodCrane)

@@ -37,7 +37,7 @@ from crane_sim.models.overhead.modes import (
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_reflected_mass, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
     axis_guard,
@@ -236,7 +236,7 @@ def _(p, x):
     fill_links(p, x, links)
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
-    kinetic += 0.5 * hoist_inertia(p.hoist) * rate * rate
+    kinetic += 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
     for k in range(len(links.squared_rates)):
         mass = 1.0 / links.inv_masses[k]
         z = z + links.lengths[k] * links.units[k, 2]

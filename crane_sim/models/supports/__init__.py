@@ -52,8 +52,8 @@ def with_base(support, tau, base, pose):
 
 
 @generic
-def drive_power(support, tau, pose, pull):
-    """Return the power [W] of joint efforts tau where the tip is pulled by a force (3,) [N]."""
+def drive_power(support, tau, pose, force):
+    """Return the power [W] of joint efforts tau with a force (3,) [N] on the tip."""
     raise NotImplementedError
 
 
