@@ -65,7 +65,7 @@ def compute_efforts(law, t, q, v):
 class Forward(NamedTuple):
     """What is fed forward to the suspension point, eq. 64, and the base's motion."""
 
-    velocity: bool | None = None  # of the demanded position; left out: where the law knows how the disturbance changes
+    velocity: bool | None = None  # of the setpoint; left out: where the law estimates the disturbance's rate
     acceleration: bool = False  # of the reference
     base: bool = False  # the base's acceleration is measured and opposed
 
@@ -76,13 +76,13 @@ class Settings(NamedTuple):
     For the pendulum and, by joint efforts, for the knuckle boom (`knuckle_tracking`).
     """
 
-    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: as of the pendulum's own frequency
+    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: from the pendulum's own frequency
     kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
     servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
     feedforward: Forward = Forward()  # to the suspension point
     vision: Vision | None = None  # a camera; left out: the law sees every state
     tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates in `ros.md`;
-    # left out: it is asked every period
+    # left out: it is sampled every period
 
 
 SETTINGS = {"control": Settings}

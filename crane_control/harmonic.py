@@ -44,7 +44,7 @@ class Observer(NamedTuple):
     frequency: Positive | None = None  # rad/s, to begin with; left out: 20 % below the payload's own
     lead: NonNegative | None = None  # s, τ; left out: what the suspension point lags behind
     ramp: NonNegative | None = None  # s, in which u and the gains come in; left out: the law's own
-    noise: Positive = 1e-4  # m, of what is seen of the payload, where no camera says more
+    noise: Positive = 1e-4  # m, of the payload's measured position, or that of the camera if larger
     noise_rate: Positive = 1e-3  # m/s, of its velocity, where there is no camera
     push: Positive = 0.005  # m/s², unmodelled acceleration of the payload, in one second
     wander: Positive = 1.5  # m/s³, unmodelled change of the disturbance's rate, in one second
@@ -120,7 +120,7 @@ def _(learner, pendulum, sample, measurement):
 
 
 def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicObserver:
-    """Return the observer of a tracker whose suspension point lags `lag` seconds behind what is demanded.
+    """Return the observer of a tracker whose suspension point lags `lag` seconds behind its setpoint.
 
     Raises:
         SceneError: the base is fed forward: what is measured and what is observed would be opposed both.

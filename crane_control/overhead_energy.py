@@ -73,7 +73,7 @@ class OverheadEnergyLaw(NamedTuple):
     friction: Friction | None = None  # of the trolley, which the law does not act on
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
+        """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self, np.array(q), np.array(v))
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:

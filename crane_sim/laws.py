@@ -135,7 +135,7 @@ class LawError(RuntimeError):
     """A law that raised, or returned no vector of efforts; one line."""
 
 
-def ask_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
+def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
     """Return the effort commands (nu,) of the law; arguments as of `Law`.
 
     Raises:

@@ -6,7 +6,7 @@ of the step beyond the event is discarded, the model switches its state, and the
 
 Guards are sampled at equidistant instants of a step, at states interpolated between its ends.
 
-Where guards need positions and time alone, as a model that switches says (`system.Switching`), their cubic Hermite
+Where guards need positions and time alone, as the model specifies (`system.Switching`), their cubic Hermite
 interpolation needs only the velocities, which are in the states at both ends: the equations are not evaluated for it.
 """
 
@@ -61,7 +61,7 @@ def fill_ends(rows, p, u, integration, positions, work):
 def constant_velocity_rates(x, positions):
     """Return the derivative of a state whose velocities do not change.
 
-    It is a flat tuple of so many positions and their velocities; or two of these, each half positions.
+    It is a flat tuple of `positions` positions and their velocities; or two such tuples, each half positions.
     """
     return zero_acceleration_rates(x[0], x, positions)
 
@@ -243,7 +243,7 @@ def bracket(method, p, u, integration):
 
     Guards are evaluated at GUARD_SAMPLES equidistant instants, the last one the end of the step; before that at
     interpolated states, and where one is negative, again at the state of the dense output. So a guard that turns
-    positive again within the step is found if it is negative at one of these instants, which is sure where it stays
+    positive again within the step is found if it is negative at one of these instants, which is certain where it stays
     negative for 1 / GUARD_SAMPLES of the step.
     """
     work, positions = work_of(integration.scratch), switching(p).positions

@@ -1,4 +1,4 @@
-"""Step control of methods that know their error: what makes a step accepted, and how large the next one is tried."""
+"""Step size control of methods with an error estimate: acceptance of a step, size of the next one."""
 
 from math import isfinite, sqrt
 
@@ -23,15 +23,15 @@ SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 6.0
 
 
 MAX_STEPS = 1_000_000
-"""To one instant: a law that blows up asks for ever shorter ones, and a run must end."""
+"""Limit to one instant: a diverging law needs ever shorter steps, and a run must end."""
 
 
 @lean_generic
 def step_with_error(method, scratch, k1, p, t, x, u, h, out):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance).
 
-    k1 is the derivative at (t, x) as of `runge_kutta.opening`; a rejected step leaves it as it is. An array state is
-    written into `out` instead.
+    k1 is the derivative at (t, x) as of `runge_kutta.first_stage`; a rejected step does not change it. An array state
+    is written into `out` instead.
     """
     raise NotImplementedError
 
@@ -44,7 +44,7 @@ def error_order(method):
 
 @lean_generic
 def derivative_norm(scratch, k1, x, rtol, atol):
-    """Return the weighted square of the derivative that `first_stage` found at x."""
+    """Return the weighted square of the derivative that `first_stage` computed at x."""
     return squared_error_norm(k1, x, x, rtol, atol)
 
 

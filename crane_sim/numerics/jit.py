@@ -244,7 +244,7 @@ class Generic(Protocol):
         """Return a decorator that adds the body for first arguments of class `cls`."""
         ...
 
-    def knows(self, cls: type) -> bool:
+    def has_body(self, cls: type) -> bool:
         """Return whether a body is registered for `cls`."""
         ...
 
@@ -294,7 +294,7 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     overload(call, strict=False, jit_options=options)(choose)
     generic_call: Any = call
     generic_call.register = register
-    generic_call.knows = lambda cls: table.dispatch(cls) is not f
+    generic_call.has_body = lambda cls: table.dispatch(cls) is not f
     return generic_call
 
 

@@ -37,10 +37,10 @@ def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], 
     """Return the state of type `kind` whose floats are the operation of the floats of `parts`."""
     if not _is_tuple(kind):
         return operation(*parts)
-    found = []
+    values = []
     for i, inner in enumerate(kind):
-        found.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
-    return context.make_tuple(builder, kind, found)
+        values.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
+    return context.make_tuple(builder, kind, values)
 
 
 @intrinsic
@@ -106,9 +106,9 @@ def leaves_of_floats(typing_context, x):
     kind = types.UniTuple(types.float64, count(x))
 
     def generate(context, builder, signature, args):
-        found = []
-        _each(context, builder, x, lambda leaf: found.append(leaf) or leaf, args[0])
-        return context.make_tuple(builder, kind, found)
+        values = []
+        _each(context, builder, x, lambda leaf: values.append(leaf) or leaf, args[0])
+        return context.make_tuple(builder, kind, values)
 
     return kind(x), generate
 

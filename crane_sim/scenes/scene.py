@@ -255,7 +255,7 @@ def _law(file: SceneFile, document: dict[str, Any]) -> Law:
     if document.get("inputs") is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
     law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
-    if control.period == "continuous" and not system.effort.knows(type(law)):
+    if control.period == "continuous" and not system.effort.has_body(type(law)):
         raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     return law
 

@@ -88,12 +88,12 @@ def _count(parameters: Mapping[str, Any]) -> int:
 def _check_alike(first: Scene, scene: Scene, i: int) -> None:
     """Raise SceneError when crane i cannot keep the time of the first one, or its law cannot run compiled."""
     for name in ("duration", "period", "sampled"):
-        here, there = getattr(scene, name), getattr(first, name)
-        if here != there:
-            raise SceneError(f"crane {i}: {name} = {here}, that of crane 0 is {there}: a batch keeps one time")
+        value, expected = getattr(scene, name), getattr(first, name)
+        if value != expected:
+            raise SceneError(f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one time")
     if scene.hardware is not None and not scene.hardware.ideal:
         raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
-    if scene.sampled and not system.command.knows(type(scene.law)):
+    if scene.sampled and not system.command.has_body(type(scene.law)):
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
 
 
@@ -110,8 +110,8 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
     """
     first = trees[0]
     for i, tree in enumerate(trees):
-        if (here := _form(tree)) != (there := _form(first)):
-            raise SceneError(f"crane {i}: {path[:-1]} is {here}, that of crane 0 is {there}: {ONE_KIND}")
+        if (form := _form(tree)) != (expected := _form(first)):
+            raise SceneError(f"crane {i}: {path[:-1]} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
     if first is None:
         return None
     if not isinstance(first, tuple):
@@ -133,7 +133,7 @@ def _form(tree: Any) -> str:
 Array = npt.NDArray[np.float64]
 
 
-Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last` (not included)
+Share = Callable[[int, int], None]  # simulates cranes `first` to `last` (excluded)
 
 
 @dataclass(frozen=True, repr=False)
@@ -181,7 +181,7 @@ def simulate_batch(
         parameters: by dotted key of the scene, such as "payload.mass", "initial.q" or "control.kp": one value for each
             crane, an array or a sequence whose first axis is the crane.
         duration: s, the scene's own when None.
-        sample_times: instants [s], within the run, increasing, at which q, v and payload are wanted besides the end.
+        sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
         threads: the processor's cores when None.
 
     Raises:
@@ -217,7 +217,9 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
         list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
         if wide:  # those that failed once more, to know when and why
             failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
-            again = columns([extract_drive(scene) for scene in scenes]) if failed else None  # laws must not remember
+            again = (
+                columns([extract_drive(scene) for scene in scenes]) if failed else None
+            )  # laws with their initial state
             list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
     return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
 
@@ -227,7 +229,7 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
-    smooth = starts.event_log is None and not system.rhs_into.knows(type(first.model))
+    smooth = starts.event_log is None and not system.rhs_into.has_body(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 

@@ -34,14 +34,14 @@ def energy_at(p, t, q, v):
 
 def _as_vector(name: str, values: Vector, n: int) -> tuple[float, ...]:
     try:
-        found = () if isinstance(values, str | Mapping) else tuple(map(float, values))
+        numbers = () if isinstance(values, str | Mapping) else tuple(map(float, values))
     except (TypeError, ValueError):
-        found = ()
-    if len(found) != n and len(found):
-        raise SceneError(f"{name}: has {len(found)} values, {n} are needed")
-    if len(found) != n or not all(map(isfinite, found)):
+        numbers = ()
+    if len(numbers) != n and len(numbers):
+        raise SceneError(f"{name}: has {len(numbers)} values, {n} are needed")
+    if len(numbers) != n or not all(map(isfinite, numbers)):
         raise SceneError(f"{name} = {shorten(values)}: must be {n} finite numbers")
-    return found
+    return numbers
 
 
 def _time(t: Any) -> float:

@@ -53,7 +53,7 @@ def in_base(base, t, points):
     out = np.empty_like(points)
     for i in range(len(points)):
         pose = pose_at(base, t[i])
-        x, y, z = pose.place
+        x, y, z = pose.origin
         turned = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
         for j in range(3):
             out[i, j] = turned[j]
@@ -228,17 +228,17 @@ class Metrics:
         low, high = self._tension
         self._tension = min(low, float(tensions.min())), max(high, float(tensions.max()))
         self._pushed += int(np.count_nonzero(tensions.min(axis=1) < PUSHED))
-        now = derive(self._scene, t, q, v, u)
-        self._balance.extend(q[:, self._driven], u, supplied, now.kinetic_relative, now.potential_relative)
-        self._watch(t, q, v, u, now)
+        derived = derive(self._scene, t, q, v, u)
+        self._balance.extend(q[:, self._driven], u, supplied, derived.kinetic_relative, derived.potential_relative)
+        self._watch(t, q, v, u, derived)
 
-    def _watch(self, t: Array, q: Array, v: Array, u: Array, now: Derived) -> None:
+    def _watch(self, t: Array, q: Array, v: Array, u: Array, derived: Derived) -> None:
         """Note swing and errors."""
-        self._swing = max(self._swing, float(now.swing.max()))
+        self._swing = max(self._swing, float(derived.swing.max()))
         late = t >= (1.0 - LAST) * self._scene.duration
-        self._residual = max(self._residual, float(now.swing[late].max(initial=0.0)))
+        self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
         if self._tracking is not None:
-            self._tracking.extend(t, q, v, u, now.payload)
+            self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
             self._settling.extend(t, q[:, self._driven])
 

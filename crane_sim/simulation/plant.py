@@ -56,7 +56,7 @@ class Plant:
             v: joint velocities (nq,), likewise.
 
         Raises:
-            SceneError: the crane cannot be in that state; the plant goes on as if nothing was asked.
+            SceneError: the crane cannot be in that state; the plant is unchanged.
         """
         start = with_initial(self.scene, q, v)
         self.model = self.scene.model

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.laws import ask_law, with_initial_state
+from crane_sim.laws import evaluate_law, with_initial_state
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.metrics import Derived, Metrics, derive
@@ -59,7 +59,7 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     Args:
         scene: what to run.
         law: of a sampled scene, as of `laws.Law`.
-        times: where samples are wanted (m,), increasing, within the run.
+        times: sample times (m,), increasing, within the run.
 
     Raises:
         SimulationError: the integration failed in a run whose law is Python.
@@ -78,12 +78,12 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     integration, periods_done = held_rollout(
         scene.method, model, _compile_law(scene, law), integration, scene.period, out
     )
-    limited = np.any(out.demands[:periods_done] != split(rows[:periods_done], nq, nu).u, axis=1)
+    limited = np.any(out.commands[:periods_done] != split(rows[:periods_done], nq, nu).u, axis=1)
     return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()))
 
 
 def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
-    """Return the run of a scene with hardware, whose open-loop inputs are taken once a period as demands are."""
+    """Return the run of a scene with hardware, whose open-loop inputs are sampled once a period as commands are."""
     hardware, loads = HardwareRun(scene), np.empty((scene.steps, 2))
     source = _compile_law(scene, law) if scene.sampled else scene.source
     if type(source) is tuple:
@@ -103,24 +103,26 @@ def _whole(scene: Scene, out: Output, periods_done: int) -> tuple[Array, Array]:
 
 
 def _compile_law(scene: Scene, law: Any) -> Any:
-    """Return the law where it is compiled, else a replay of what it demands.
+    """Return the law where it is compiled, else a replay of its commands.
 
-    A law in Python is asked by a `Plant` on a run of its own, and the run of the result repeats its demands: so there
+    A law in Python is evaluated with a `Plant` in a run of its own, and the second run replays its commands: so there
     is one compiled loop, which writes rows, samples and events alike whatever the law is, at the cost of a second
     integration, small beside calls from Python.
     """
-    return law if system.command.knows(type(law)) else Replay(scene.model, scene.period, _collect_demands(scene, law))
+    return (
+        law if system.command.has_body(type(law)) else Replay(scene.model, scene.period, _collect_commands(scene, law))
+    )
 
 
-def _collect_demands(scene: Scene, law: Any) -> Array:
-    """Return the demands (steps, nu) of a law that is Python, asked every period."""
+def _collect_commands(scene: Scene, law: Any) -> Array:
+    """Return the commands (steps, nu) of a law that is Python, sampled every period."""
     plant = Plant(scene)
-    demands = np.empty((scene.steps, len(scene.actuated)))
+    commands = np.empty((scene.steps, len(scene.actuated)))
     for k in range(scene.steps):
-        demand = ask_law(law, plant.t, *plant.seen, demands.shape[1])
-        demands[k] = demand
-        plant.advance(demand)
-    return demands
+        command = evaluate_law(law, plant.t, *plant.seen, commands.shape[1])
+        commands[k] = command
+        plant.advance(command)
+    return commands
 
 
 LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]]
@@ -266,15 +268,15 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     Raises:
         ValueError: they are not within 0 .. `end`, or do not increase.
     """
-    wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
-    beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
-    if wanted.ndim != 1:
-        raise ValueError(f"sample_times: must be a list of instants, here the shape is {wanted.shape}")
+    instants = np.empty(0) if times is None else np.array(times, dtype=np.float64)
+    beyond = instants[~((instants >= 0.0) & (instants <= end * (1.0 + 1e-12)))]
+    if instants.ndim != 1:
+        raise ValueError(f"sample_times: must be a list of instants, here the shape is {instants.shape}")
     if len(beyond):
         raise ValueError(f"sample_times: {beyond[:1]} is outside the run, 0 .. {end:g} s")
-    if np.any(np.diff(wanted) < 0.0):
+    if np.any(np.diff(instants) < 0.0):
         raise ValueError("sample_times: must increase")
-    return np.minimum(wanted, end)
+    return np.minimum(instants, end)
 
 
 def _summary(scene: Scene, run: RawRun) -> dict[str, Any]:

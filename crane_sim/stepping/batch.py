@@ -45,7 +45,7 @@ class TimeGrid(NamedTuple):
 
     period: float  # s
     steps: int
-    times: Any  # (m,) s, where samples are wanted
+    times: Any  # (m,) s, sample times
 
 
 class BatchArrays(NamedTuple):
@@ -111,7 +111,7 @@ def _(source, method, p, integration, grid, rows):
 
 @kernel
 def sampled_efforts(sampled, p, t, x):
-    """Return the efforts (nu,) that actuators apply from time t on for what a sampled law demands."""
+    """Return the efforts (nu,) that actuators apply from time t on for the command of a sampled law."""
     q, v = system.joints(p, x)
     return system.saturate(p, system.command(sampled.law, t, q, v))
 
@@ -139,7 +139,7 @@ def store_result(p, grid, arrays, i, integration, periods_done):
 def pass_lanes(method, cranes, grid, arrays, first, last):
     """Pass the whole time of cranes `first` to `last` (not included), whole blocks of LANES.
 
-    A crane whose state does not stay finite is noted as such, without when: pass it alone.
+    A state that becomes infinite is reported without its time: simulate that crane alone.
 
     Args:
         method: of a fixed step, the same for all cranes.

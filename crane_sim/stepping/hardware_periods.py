@@ -175,7 +175,7 @@ def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
     for k in range(steps):
         q, v = read_sensors(p, hardware, integration)
         command = system.command(law, k * period, q, v)
-        store(out.demands, k, 0, command)
+        store(out.commands, k, 0, command)
         u = apply_command(p, hardware, integration, k, period, command)
         crane = update_payload(p, hardware, integration)
         loads[k, 0], loads[k, 1] = counters.payload_mass, counters.payload_energy

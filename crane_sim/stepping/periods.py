@@ -1,8 +1,8 @@
-"""Compiled loops over control periods: the one way in which time passes, in `simulate` and under ROS alike.
+"""Compiled loops over control periods, the same in `simulate` and under ROS.
 
 A row of results is [q (nq), v (nq), effort applied (nu), energy supplied, tensions (L)], see `crane_sim.stepping.rows`.
-Within a period the demanded efforts are held; `u` may instead be a source that the equations evaluate themselves
-(open-loop inputs, a continuous law): then the steps follow the solution alone and rows are read off between them.
+Within a period the commanded efforts are held; `u` may instead be a source that the equations evaluate themselves
+(open-loop inputs, a continuous law): then the steps follow the solution alone and rows are interpolated between them.
 """
 
 from typing import Any, NamedTuple
@@ -22,24 +22,24 @@ from crane_sim.numerics.jit import entry_point, routine
 
 
 class Replay(NamedTuple):
-    """A law that repeats demands that are known."""
+    """A law that replays recorded commands."""
 
     model: Any  # of the plant: how many efforts there are
     period: float  # s
-    demands: Any  # (steps, nu)
+    commands: Any  # (steps, nu)
 
 
 @system.command.register(Replay)
 def _(law, t, q, v):
-    return system.efforts_from_row(law.model, law.demands[round(t / law.period)])
+    return system.efforts_from_row(law.model, law.commands[round(t / law.period)])
 
 
 class Output(NamedTuple):
     """Arrays that a rollout fills."""
 
     rows: Any  # (steps + 1, width), of the begins of all periods and the end
-    demands: Any  # (steps, nu), of the law before limits; None where no law is sampled
-    times: Any  # (m,) s, increasing: where samples are wanted
+    commands: Any  # (steps, nu), of the law before limits; None where no law is sampled
+    times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
 
 
@@ -71,7 +71,7 @@ def integrate_period(method, p, u, integration, end, bound, out, i):
     Args:
         method, p, u, integration: settings, parameters, source, integration under way.
         end: of the period [s].
-        bound: no step passes it [s]: `end` when u is held, since u jumps there.
+        bound: no step exceeds it [s]: `end` when u is held, since u jumps there.
         out: `Output`, whose samples are written.
         i: index of the first sample not yet written.
     """
@@ -84,13 +84,13 @@ def integrate_period(method, p, u, integration, end, bound, out, i):
 
 
 @entry_point
-def held_step(method, p, demand, integration, end, rows, i):
-    """Write row i, then pass one period with the efforts that `demand` leaves after limits.
+def held_step(method, p, command, integration, end, rows, i):
+    """Write row i, then integrate over one period with the efforts of `command` after limits.
 
     Returns:
         (integration, q, v, effort applied)
     """
-    u = system.saturate(p, demand)
+    u = system.saturate(p, command)
     integration = apply_pending_events(system.switching(p), p, u, integration)
     write(rows, i, p, integration.t, integration.x, u)
     integration = integrate_to(method, p, u, integration, end, end)
@@ -100,7 +100,7 @@ def held_step(method, p, demand, integration, end, rows, i):
 
 @entry_point
 def free_step(method, p, source, integration, begin, end, rows, i):
-    """Write row i, then pass one period with efforts that the equations evaluate; results as of `held_step`."""
+    """Write row i, then integrate over one period with the source in the equations; results as of `held_step`."""
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, begin)
     u = system.effort(source, p, begin, x)
@@ -138,9 +138,9 @@ def held_rollout(method, p, law, integration, period, out):
     u = system.saturate(p, system.command(law, 0.0, q, v))
     for k in range(steps):
         q, v = system.joints(p, integration.x)
-        demand = system.command(law, k * period, q, v)
-        store(out.demands, k, 0, demand)
-        u = system.saturate(p, demand)
+        command = system.command(law, k * period, q, v)
+        store(out.commands, k, 0, command)
+        u = system.saturate(p, command)
         integration = apply_pending_events(system.switching(p), p, u, integration)
         write(out.rows, k, p, integration.t, integration.x, u)
         end = (k + 1) * period

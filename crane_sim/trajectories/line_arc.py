@@ -48,7 +48,7 @@ class Line(NamedTuple):
 class Arc(NamedTuple):
     """An arc of a circle about `centre` in the plane of the first two coordinates, a third one held."""
 
-    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, place of the centre
+    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, position of the centre
     radius: Positive  # coordinate's unit, of the circle
     begin: Angle  # rad, from the first coordinate's axis towards the second's; more than a turn is text, such as
     # `720 deg`

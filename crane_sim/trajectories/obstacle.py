@@ -23,7 +23,7 @@ PIECE_SAMPLES = 50  # instants in every piece at which the distance is measured
 
 
 class Obstacle(NamedTuple):
-    """From one place to another in the plane, around a circle."""
+    """From one position to another in the plane, around a circle."""
 
     begin: Position  # m, x and y
     end: Position  # m, x and y

@@ -1,4 +1,4 @@
-"""From one place to another as fast as limits allow, all coordinates together: on a straight line, done at once.
+"""From one position to another as fast as limits allow, all coordinates together: on a straight line, done at once.
 
 One profile, from 0 to 1, moves all coordinates, so each keeps its own limits and the tightest one is met. It is a
 trapezium of the velocity, or with a limit of the jerk the double S of seven phases (Biagiotti and Melchiorri,
@@ -36,7 +36,7 @@ class PointToPoint(NamedTuple):
         return describe_size_mismatch({"from": self.begin, "to": self.end} | limits)
 
     def to_polynomials(self) -> PiecewisePolynomial:
-        """Return the motion; rest where both places are the same.
+        """Return the motion; rest where both positions are the same.
 
         Raises:
             ValueError: its limits leave it no time.

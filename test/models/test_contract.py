@@ -26,7 +26,7 @@ def registered(asked: tuple[Any, ...]) -> list[type]:
     found = {
         kind for name in MODULES for _, kind in getmembers(import_module(name), isclass) if issubclass(kind, tuple)
     }
-    return sorted((kind for kind in found if any(each.knows(kind) for each in asked)), key=name_of)
+    return sorted((kind for kind in found if any(each.has_body(kind) for each in asked)), key=name_of)
 
 
 MODELS = registered((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
@@ -35,7 +35,7 @@ SUPPORTS = registered(supports.MANDATORY)
 
 def unanswered(kind: type, asked: tuple[Any, ...]) -> list[str]:
     """Return the names of the generic functions that are not registered for a class."""
-    return [name_of(each) for each in asked if not each.knows(kind)]
+    return [name_of(each) for each in asked if not each.has_body(kind)]
 
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)

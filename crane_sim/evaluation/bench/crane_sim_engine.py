@@ -61,7 +61,7 @@ class CraneSimEngine:
 
     def methods(self) -> list[str]:
         """Return the names of the methods that fit the scene."""
-        arrays = system.rhs_into.knows(type(self.p))
+        arrays = system.rhs_into.has_body(type(self.p))
         smooth = begin(self.p, self.q, self.v)[0].event_log is None
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 

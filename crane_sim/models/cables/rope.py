@@ -163,7 +163,7 @@ def _(rope, energy, length):
 
 @generic
 def limit_winch(rope, u):
-    """Return u with the winch's demand replaced by what a rope can transmit: tension."""
+    """Return u with the winch's command replaced by what a rope can transmit: tension."""
     return u
 
 

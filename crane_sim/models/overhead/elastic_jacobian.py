@@ -92,7 +92,7 @@ def fill_slopes(p, x, k, slopes):
 
 @kernel
 def put_vector(out, d, x, y, z):
-    """Write a vector into out (d,); in the plane its last component takes the place of the one that is not there."""
+    """Write a vector into out (d,); in the plane its last component is the second one."""
     out[0], out[1] = x, y
     out[d - 1] = z
 

@@ -79,7 +79,7 @@ SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
 class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Any  # a Knuckle, a Point: whatever answers what `crane_sim.models.supports` asks
+    support: Any  # a Knuckle or a Point, see `crane_sim.models.supports`
     cable: ForceRope | RateRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²

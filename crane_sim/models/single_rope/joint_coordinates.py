@@ -1,6 +1,6 @@
 """Joint coordinates of cranes with one rope: the support's own, then the rope's and the swing's.
 
-What a support registers here depends on the rope below it, so supports and cables need not know each other.
+What a support registers here depends on the rope below it, so supports and cables are independent of each other.
 """
 
 from math import atan2, cos, sin, sqrt

@@ -1,4 +1,4 @@
-"""Supports, which carry the upper end of the rope, one file each, and what every support answers, here.
+"""Supports, which carry the upper end of the rope, one file each; here the functions that every support registers.
 
 A support registers all of `MANDATORY`, those of them that are coordinates of the whole crane in
 `single_rope.joint_coordinates`. Everything else has a default, which its docstring says.

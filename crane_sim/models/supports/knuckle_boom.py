@@ -5,17 +5,17 @@ in the slewing frame (e_r, e_t, e_z): neither the slew angle nor the swing angle
 Lagrange form becomes one division (slew) and one 2x2 solve (boom, jib). alpha is the slew angle; beta and gamma are
 the elevations of boom and jib, both from the horizontal.
 
-What a moving base does to a knuckle-boom crane: efforts on its joints, in addition to those of a base that rests.
+Effect of a moving base on a knuckle-boom crane: additional efforts on its joints.
 
-In the slewing frame (e_r, e_t, e_z) boom and jib are masses at their middles, which feel the imposed acceleration, and
-rods whose own inertia resists the turning of the base. With an axial inertia I_a a rod's inertia tensor is
-I 1 + (I_a - I) u uᵀ, u along the rod. Without one the model lets the inertia resist the turning about the luffing axis
+In the slewing frame (e_r, e_t, e_z) boom and jib are masses at their middles, on which the imposed acceleration acts,
+and rods whose own inertia resists the rotation of the base. With an axial inertia I_a a rod's inertia tensor is
+I 1 + (I_a - I) u uᵀ, u along the rod. Without one the model has inertia about the luffing axis
 l = -e_t only, and so it does here: the tensor is I l lᵀ. The tower has an inertia about e_z only, I_t e_z e_zᵀ.
 With Ω = w + ω, ω relative to the base, such a tensor a 1 + b d dᵀ, d fixed in the body, gives the body the moment
 
     -(a s + b [(d·s) d + (d·Ω) Ω × d - (d·ω) ω × d]),   s = w' + w × ω,
 
-in addition to what it feels at w = w' = 0.
+in addition to that at w = w' = 0.
 """
 
 from math import cos, sin
