@@ -21,9 +21,7 @@ from crane_sim.numerics.jit import entry_point, kernel
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.path import Trajectory, reference_at
 
-MIN_HEIGHT_RATIO = (
-    1e-6  # of the rope's length, the least height of its upper end above or below the payload at the start
-)
+MIN_HEIGHT_RATIO = 1e-6  # of the rope's length: least height difference of its ends at the start
 
 
 class Settings(NamedTuple):

@@ -25,7 +25,7 @@ class Switching(NamedTuple):
 
     capacity: int = 1000  # number of events that are kept
     positions: int = (
-        0  # guards depend on t and the first `positions` entries of x, which precede their rates; 0: on all of x
+        0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
     )
 
 

@@ -157,8 +157,8 @@ def dense(typing_context, row):
 
     def generate(context, builder, signature, args):
         zero = context.get_constant(types.float64, 0.0)
-        given = [isinstance(entry, types.Float) for entry in row]
-        entries = [builder.extract_value(args[0], j) if is_given else zero for j, is_given in enumerate(given)]
+        is_float = [isinstance(entry, types.Float) for entry in row]
+        entries = [builder.extract_value(args[0], j) if is_value else zero for j, is_value in enumerate(is_float)]
         return context.make_tuple(builder, kind, entries)
 
     return kind(row), generate

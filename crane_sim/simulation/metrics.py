@@ -21,30 +21,30 @@ from crane_sim.trajectories.path import sample_trajectory
 Array = npt.NDArray[np.float64]
 
 
-LOOK = 1e-3  # s, before and after: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+DIFFERENCE_STEP = 1e-3  # s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
 
 
 @entry_point
-def tip_accelerations(p, t, q, v, u, look, out):
-    """Write the size of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
+def tip_accelerations(p, t, q, v, u, step, out):
+    """Write the magnitude of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
 
-    The second difference of where the tip is, on the parabolas that the joints begin with the model's own
-    accelerations: exact up to `look` squared. Positions q, v (K, nq), efforts applied u (K, nu), times t (K,) [s].
+    Second difference of the tip's position, along parabolas of the joints with the model's
+    accelerations: exact up to `step` squared. Positions q, v (K, nq), efforts applied u (K, nu), times t (K,) [s].
     """
     points = np.empty((3, system.point_count(p), 3))
     tip = system.tip_index(p)
     for i in range(len(q)):
-        bent = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.efforts_from_row(p, u[i]))
+        qdd = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.efforts_from_row(p, u[i]))
         for k in range(3):
-            s, moved = (k - 1) * look, q[i].copy()
-            for j in range(len(moved)):
-                moved[j] += s * (v[i, j] + 0.5 * s * bent[j])
-            system.points(p, t[i], system.state(p, t[i], moved, v[i]), points[k])
-        square = 0.0
+            s, position = (k - 1) * step, q[i].copy()
+            for j in range(len(position)):
+                position[j] += s * (v[i, j] + 0.5 * s * qdd[j])
+            system.points(p, t[i], system.state(p, t[i], position, v[i]), points[k])
+        squared_norm = 0.0
         for j in range(3):
-            second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (look * look)
-            square += second * second
-        out[i] = np.sqrt(square)
+            second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (step * step)
+            squared_norm += second * second
+        out[i] = np.sqrt(squared_norm)
 
 
 @entry_point
@@ -77,7 +77,7 @@ class Tracking:
         self._worst = max(self._worst, float(sizes.max()))
         rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
         accelerations = np.empty(len(t))
-        tip_accelerations(self._model, *rows, LOOK, accelerations)
+        tip_accelerations(self._model, *rows, DIFFERENCE_STEP, accelerations)
         self._hardest = max(self._hardest, float(accelerations.max()))
 
     def summary(self, t: Array, q: Array, payload: Array) -> dict[str, float]:

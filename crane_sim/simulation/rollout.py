@@ -253,12 +253,14 @@ def _check_law(law: Any) -> None:
 
 
 def _with_changes(scene: SceneSource, named: Mapping[str, Any], overrides: Mapping[str, Any] | None) -> Scene:
-    """Return the scene with what was given by name (None: nothing) and by dotted key."""
-    given = {key: value for key, value in named.items() if value is not None}
-    for key in given:
+    """Return the scene with changes given by name (None: nothing) and by dotted key."""
+    by_name = {key: value for key, value in named.items() if value is not None}
+    for key in by_name:
         if isinstance(overrides, Mapping) and key in overrides:
-            raise SceneError(f"overrides: {key!r} is given by name, too: {given[key]!r}; leave out one of the two")
-    changes = given if overrides is None else {**overrides, **given} if isinstance(overrides, Mapping) else overrides
+            raise SceneError(f"overrides: {key!r} is given by name, too: {by_name[key]!r}; leave out one of the two")
+    changes = (
+        by_name if overrides is None else {**overrides, **by_name} if isinstance(overrides, Mapping) else overrides
+    )
     return load_scene(scene, changes)
 
 

@@ -102,8 +102,8 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
         values.append(lyapunov(learner, truth, e, de, zone))
         size = values[0] if not zone else 0.5 * (KP + KD * c) * e @ e + c * e @ de + 0.5 * de @ de
         owed += h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
-        bent = -KP * e - KD * de + (learner.state.weights - truth).T @ learner.state.values
-        de = de + h * bent
+        dde = -KP * e - KD * de + (learner.state.weights - truth).T @ learner.state.values
+        de = de + h * dde
         e = e + h * de
     # a step of length h errs by about h / 2 of what V falls by, and by h² w0² of V where it stands still
     assert np.max(np.diff(values)) < h**2 * KP * values[0]
@@ -135,9 +135,9 @@ def test_poles_of_the_linearised_loop() -> None:
     poles = np.sort_complex(np.roots(np.polysub(np.polymul([1, 0, w2], [1, kd0, kp0]), right)))
     assert np.all(poles.real < 0.0)
     for axis in (slice(0, None, 2), slice(1, None, 2)):
-        found = np.sort_complex(np.linalg.eigvals(matrix[axis, axis]))
+        actual = np.sort_complex(np.linalg.eigvals(matrix[axis, axis]))
         # differences of efforts of a thousand: 1e3 * 1e-16 / 1e-5 of rounding, and of the step's square, 1e3 * 1e-10
-        assert np.allclose(found, poles, rtol=0, atol=1e-6)
+        assert np.allclose(actual, poles, rtol=0, atol=1e-6)
     assert not np.any(matrix[::2, 1::2]) and not np.any(matrix[1::2, ::2])
 
 

@@ -38,8 +38,8 @@ def test_a_law_asked_twice_at_one_time_learns_once(law: str) -> None:
 def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
     """From late frames of a payload that is forced at 3.5 rad/s it finds the frequency and the force of the moment."""
     vision, w, force = {"rate": 30.0, "latency": 0.05, "noise": 0.0}, 3.5, 0.3
-    given = {"wander": 0.5, "rope": 0.0}  # a tip at rest tells nothing of the rope's length: it is known here
-    control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": given}
+    observer = {"wander": 0.5, "rope": 0.0}  # the rope's length is unobservable while the tip is at rest
+    control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": observer}
     law, t = law_of("offshore_obstacle", {"control": control}), 0.0
     ekf, size = law.tracker.learner.ekf, force / (KP - w * w) / LENGTH  # of y'' = w0² (tip - y) + d, the tip at rest
     x = ekf.state.x

@@ -93,8 +93,8 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
         v = v[: len(q)]
         demanded = law(0.0, tuple(q), tuple(v))
         push = law.kp * (3.0 - q[0]) - law.kd * v[0]
-        found = crane_sim.acceleration(scene, q, v, demanded)
-        assert np.allclose(found, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
+        actual = crane_sim.acceleration(scene, q, v, demanded)
+        assert np.allclose(actual, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
         springs = [0.5 * law.kp * (3.0 - q[0]) ** 2]
         springs += [0.5 * law.rope.kp * (1.5 - q[1]) ** 2 + 10.0 * G * q[1] if groups else 10.0 * G * 2.0]
         assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
@@ -180,8 +180,8 @@ def test_the_first_link_alone_misleads_lqr() -> None:
     law: Any = scene.law
     seeing = simulate(scene, duration=3.0)
     misled = simulate(scene, lambda t, q, v: law(t, (q[0], q[1]), (v[0], v[1])), duration=3.0)
-    bent = [np.abs(np.diff(run.q[-100:, 1:])).max() for run in (seeing, misled)]
-    assert bent[1] > 10.0 * bent[0]  # linearised they grow by exp(2.7 t) and fall by exp(-0.015 t)
+    waves = [np.abs(np.diff(run.q[-100:, 1:])).max() for run in (seeing, misled)]
+    assert waves[1] > 10.0 * waves[0]  # linearised they grow by exp(2.7 t) and fall by exp(-0.015 t)
 
 
 @pytest.mark.parametrize(

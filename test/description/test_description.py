@@ -67,9 +67,9 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
 @given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
     """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""
-    found = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
+    actual = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
     # lengths up to 17 m in double precision
-    assert found == pytest.approx(payload(SCENE, q), abs=1e-12)
+    assert actual == pytest.approx(payload(SCENE, q), abs=1e-12)
 
 
 def test_joints_are_the_scenes() -> None:
@@ -146,8 +146,8 @@ def test_the_nodes_are_the_models(scene: Scene, seed: int) -> None:
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
-        found = forward(document, joints, "payload_link" if k == n else f"node_{k}")
-        assert found == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
+        actual = forward(document, joints, "payload_link" if k == n else f"node_{k}")
+        assert actual == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
 
 
 def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
@@ -156,8 +156,8 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     q = posture(scene, 0)
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
     nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
-    found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
-    assert found == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
+    actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    assert actual == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
 
 
 def test_elastic_nodes_are_where_their_joints_say() -> None:

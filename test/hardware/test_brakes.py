@@ -154,8 +154,8 @@ def test_releasing_and_restarting() -> None:
     assert not plant.braking
     for _ in range(scene.steps):
         plant.advance((0.0,))
-    wanted = simulate(scene, law=lambda t, q, v: (0.0,)).summary
-    assert plant.summary()["state_sha256"] == wanted["state_sha256"]
+    expected = simulate(scene, law=lambda t, q, v: (0.0,)).summary
+    assert plant.summary()["state_sha256"] == expected["state_sha256"]
 
 
 def test_a_run_goes_on_from_any_state() -> None:

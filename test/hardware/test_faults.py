@@ -137,9 +137,9 @@ def test_lockstep_is_simulate(name: str) -> None:
 @pytest.mark.parametrize("name", "overhead_spatial overhead_hoist_chain overhead_elastic overhead_spring".split())
 def test_every_model_takes_another_payload(name: str) -> None:
     """On every kind of crane, a payload that changes leaves an audit as small as without, and a different motion."""
-    found = [
+    summaries = [
         simulate(load_scene(name, {"duration": 1.0, "events": [], "faults": {"other": MASS | times}})).summary
         for times in ({}, {"at": 0.5})
     ]
-    assert found[1]["energy_audit_error"] < 10.0 * found[0]["energy_audit_error"] + 1e-11
-    assert found[0]["state_sha256"] != found[1]["state_sha256"]
+    assert summaries[1]["energy_audit_error"] < 10.0 * summaries[0]["energy_audit_error"] + 1e-11
+    assert summaries[0]["state_sha256"] != summaries[1]["state_sha256"]

@@ -37,9 +37,9 @@ def test_noise_is_drawn_by_seed_signal_and_step() -> None:
     scene = rod(seed=2**63 - 5, sensors={"all": {"noise": [0.1, 0.2]}})
     true, shown, _ = history(scene, 50)
     for j, deviation in enumerate((0.1, 0.1, 0.2, 0.2)):
-        wanted = [deviation * normal(2**63 - 5, 3 * j, k) for k in range(50)]
+        expected = [deviation * normal(2**63 - 5, 3 * j, k) for k in range(50)]
         # a sum with a coordinate of size 1 keeps 16 digits of it, logarithm and cosine are within a few ulp
-        assert shown[:, j] - true[:, j] == pytest.approx(wanted, abs=1e-14)
+        assert shown[:, j] - true[:, j] == pytest.approx(expected, abs=1e-14)
 
 
 def test_noise_is_normal_unbiased_and_repeats() -> None:
@@ -109,8 +109,8 @@ TIMES = np.linspace(0.0, 0.1, 201)[1:-1]  # s, also within periods
 def test_a_lag_is_an_exponential() -> None:
     """An effort behind a lag follows the exponential between its demands, also within periods, not a staircase."""
     effort, run = follow({"lag": 0.03}, [2.0] * 2 + [10.0] * 8, TIMES)
-    wanted = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
-    assert effort == pytest.approx(wanted, rel=1e-13)  # rounding of some exponentials, one for each period
+    expected = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
+    assert effort == pytest.approx(expected, rel=1e-13)  # rounding of some exponentials, one for each period
     assert run.summary["energy_audit_error"] < 1e-7  # of the method's step: 1.2e-8 with the same efforts and no lag
 
 

@@ -54,10 +54,10 @@ Tree = tuple[Any, ...]
 @cache
 def trees(order: int) -> tuple[Tree, ...]:
     """Return the rooted trees of an order, each as the sorted tuple of its branches."""
-    found = set()
+    all_trees = set()
     for sizes in partitions(order - 1, order - 1):
-        found |= {tuple(sorted(branches)) for branches in product(*map(trees, sizes))}
-    return tuple(sorted(found))
+        all_trees |= {tuple(sorted(branches)) for branches in product(*map(trees, sizes))}
+    return tuple(sorted(all_trees))
 
 
 def partitions(total: int, largest: int) -> list[list[int]]:

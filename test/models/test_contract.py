@@ -23,10 +23,10 @@ def name_of(named: Any) -> str:
 
 def registered(asked: tuple[Any, ...]) -> list[type]:
     """Return the NamedTuples of the folder for which one of the generic functions is registered."""
-    found = {
+    classes = {
         kind for name in MODULES for _, kind in getmembers(import_module(name), isclass) if issubclass(kind, tuple)
     }
-    return sorted((kind for kind in found if any(each.has_body(kind) for each in asked)), key=name_of)
+    return sorted((kind for kind in classes if any(each.has_body(kind) for each in asked)), key=name_of)
 
 
 MODELS = registered((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))

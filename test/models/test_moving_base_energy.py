@@ -70,7 +70,7 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
     }
     q, v = np.array([0.2, 0.7, -0.3, 2.0, 0.1, -0.2]), np.array([0.5, -0.3, 0.4, 0.2, -0.6, 0.7])
     masses = knuckle_points(q)[0]
-    found = of_masses(masses, lambda s: knuckle_points(q + s * v)[1])
+    actual = of_masses(masses, lambda s: knuckle_points(q + s * v)[1])
 
     def axes(s: float) -> Array:  # the tower's first two, in the world: its inertia is about its third one
         a = q[0] + s * v[0]
@@ -78,7 +78,7 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
         return np.array([[np.cos(a), np.sin(a), 0.0], [-np.sin(a), np.cos(a), 0.0]]) @ turned.T
 
     turning = rate(axes)[0] @ axes(0.0)[1]
-    return crane_sim.load_scene(document), q, v, found + 0.5 * TOWER * float(turning) ** 2
+    return crane_sim.load_scene(document), q, v, actual + 0.5 * TOWER * float(turning) ** 2
 
 
 def pendulum() -> tuple[crane_sim.Scene, Array, Array, float]:
@@ -108,8 +108,8 @@ def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
     def turned(s: float) -> Array:
         return links(s) @ pose(PLANE, TIME + s)[0][0].T
 
-    found = of_masses(np.array([trolley, *MASSES]), place, PLANE)
-    return scene, q, v, found + 0.5 * inertia * float(np.sum(rate(turned) ** 2))
+    actual = of_masses(np.array([trolley, *MASSES]), place, PLANE)
+    return scene, q, v, actual + 0.5 * inertia * float(np.sum(rate(turned) ** 2))
 
 
 def on_a_bridge(local: Array, moves: Array) -> float:
@@ -147,9 +147,9 @@ CRANES = [knuckle, pendulum, overhead_plane, overhead_space, overhead_elastic]
 def test_energy_in_the_world_is_that_of_masses_followed_there(crane: Callable[[], Any]) -> None:
     """Kinetic and potential energy equal those of all masses, whose places in the world are differentiated."""
     scene, q, v, expected = crane()
-    found = crane_sim.energy(scene, q, v, TIME)
-    assert found == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J
-    assert abs(found - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0  # J: the base matters
+    actual = crane_sim.energy(scene, q, v, TIME)
+    assert actual == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J
+    assert abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0  # J: the base matters
 
 
 def test_relative_energy_knows_nothing_of_the_base() -> None:

@@ -82,9 +82,9 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         return np.concatenate([x[:2], x[last:] if hoist is not None else [], turning.ravel()]).astype(float)
 
 
-def error(found: Any, expected: Array) -> float:
+def error(actual: Any, expected: Array) -> float:
     """Return the largest error relative to the largest acceleration."""
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
+    return float(np.max(np.abs(actual - expected)) / np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize(("n", "ratio"), [(1, 2.0), (2, 1.0), (10, 1e4), (10, 1e8)])
@@ -95,9 +95,9 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
     scene = scene_of(m, lengths)
     for _ in range(2):
         q, v = state_of(rng, scene, n)
-        found = crane_sim.acceleration(scene, q, v, [7.0, -3.0])
+        actual = crane_sim.acceleration(scene, q, v, [7.0, -3.0])
         # the tridiagonal system is positive definite; its condition does not grow with the ratio
-        assert error(found, exact(m, lengths, q, v, ((5.0, 7.0), (8.0, -3.0)), None)) < 1e-12
+        assert error(actual, exact(m, lengths, q, v, ((5.0, 7.0), (8.0, -3.0)), None)) < 1e-12
 
 
 @entry_point
@@ -141,8 +141,8 @@ def test_every_drive(drive: str) -> None:
     for _ in range(3):
         q, v = state_of(rng, scene, 3)
         v[:2] = [0.0 if axis is STILL else rate for axis, rate in zip(axes, v[:2], strict=True)]
-        found, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
-        assert error(found, exact(m, lengths, q, v, axes, hoist)) < 1e-13  # nothing heavy: rounding only
+        actual, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
+        assert error(actual, exact(m, lengths, q, v, axes, hoist)) < 1e-13  # nothing heavy: rounding only
         assert change == pytest.approx(power, rel=1e-6, abs=1e-5)  # the step's square, and rounding over the step
         assert np.array_equal(actuated, [q[driven], v[driven]])
 
@@ -155,7 +155,7 @@ def test_forces_on_nodes() -> None:
     q, v = state_of(np.random.default_rng(3), scene, 1)
     v[:2] = 0.0
     unit, rate = q[2:], v[2:]
-    found, change, power, _ = balance(scene.model, 0.0, q, v, np.zeros(0), 1e-5)
+    actual, change, power, _ = balance(scene.model, 0.0, q, v, np.zeros(0), 1e-5)
     pull = np.array([2.0, -3.0, 50.0 - 2.0 * G]) / 2.0
-    assert np.allclose(found[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13)
+    assert np.allclose(actual[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13)
     assert change == pytest.approx(power, rel=1e-6, abs=1e-5)

@@ -60,8 +60,8 @@ def in_world(r: Any) -> Callable[[float], Any]:
     t = sp.Symbol("t")
     surge = ship(t)
     at = sp.Matrix(surge[:3]) + turned(*surge[3:]) * sp.Matrix(r)
-    found = sp.lambdify(t, sp.Matrix.hstack(at, at.diff(t), at.diff(t, 2)), cse=True)
-    return lambda now: np.array(found(now)).T
+    derivatives = sp.lambdify(t, sp.Matrix.hstack(at, at.diff(t), at.diff(t, 2)), cse=True)
+    return lambda now: np.array(derivatives(now)).T
 
 
 def spherical(angles: Any, rates: Any, drive: Any, gravity: float, force: Any) -> np.ndarray:
@@ -99,8 +99,8 @@ def test_accelerations_are_those_of_the_paper(moving: bool) -> None:
         seconds = spherical(angles, rates, drive + (x, y), GRAVITY + z - given[2] / MASS, given)
         n, n1, n2 = direction(angles, rates, seconds)
         q, v = (*rng.normal(size=3), *n), (*rng.normal(size=2), 0.0, *n1)
-        found = crane_sim.acceleration(scene, q, v, drive, now)
-        assert found == pytest.approx([*drive, 0.0, *n2], rel=1e-12, abs=1e-11)  # rounding, at accelerations of 1e1
+        actual = crane_sim.acceleration(scene, q, v, drive, now)
+        assert actual == pytest.approx([*drive, 0.0, *n2], rel=1e-12, abs=1e-11)  # rounding, at accelerations of 1e1
 
 
 def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
@@ -195,8 +195,8 @@ def test_joint_states_place_the_payload() -> None:
     scene = scene_of()
     q = np.array([0.3, -0.2, 0.9, 0.48, 0.6, -0.64])
     shown = derive(scene, np.zeros(1), q[None], np.zeros((1, 6)), np.zeros((1, 2)))
-    found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
-    assert found == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
+    actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    assert actual == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
     assert shown.payload[0] - shown.tip[0] == pytest.approx(LENGTH * q[3:], abs=1e-15)  # one product
 
 

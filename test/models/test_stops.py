@@ -132,9 +132,9 @@ class Run:
     @property
     def end(self) -> float:
         """When the run ended early [s]."""
-        found = re.match("stopped at t = ([-+.e0-9]+) s: ", self.error)
-        assert found, self.error
-        return float(found[1])
+        match = re.match("stopped at t = ([-+.e0-9]+) s: ", self.error)
+        assert match, self.error
+        return float(match[1])
 
 
 def ended(scene: Any, changes: dict[str, Any]) -> Run:
@@ -163,8 +163,8 @@ def test_the_suspension_point_stops_at_its_limits(runs: dict[str, Run], name: st
 @pytest.mark.parametrize("name", KNUCKLE)
 def test_joints_of_a_knuckle_crane_stop_at_their_limits(runs: dict[str, Run], name: str) -> None:
     """A joint that reaches its limit ends the run in that period, whatever drives it, and the cause is named."""
-    (_, _, joint, (low, high), told), run = KNUCKLE[name], runs[f"knuckle {name}"]
-    assert f": the {told}; change " in run.error
+    (_, _, joint, (low, high), message), run = KNUCKLE[name], runs[f"knuckle {name}"]
+    assert f": the {message}; change " in run.error
     q, v = run.q[:, joint], run.v[:, joint]
     assert np.all((q >= low) & (q <= high))
     way = min(q[-1] - low, high - q[-1])
@@ -260,8 +260,8 @@ def test_batches_end_at_stops() -> None:
     errors = batch.errors
     assert errors[0] is None
     for t, error in zip((1.0, 0.5), errors[1:], strict=True):
-        found = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
-        assert found and float(found[1]) == pytest.approx(t, abs=DIGITS)
+        match = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
+        assert match and float(match[1]) == pytest.approx(t, abs=DIGITS)
     with pytest.raises(SimulationError) as ended:
         crane_sim.simulate(scene)
     assert str(ended.value) == errors[1] and ended.value.run.summary["event_count"] == 1

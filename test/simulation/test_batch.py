@@ -1,4 +1,4 @@
-"""Many cranes at once: the same bits as one by one, whatever moves them, and mistakes told in one line."""
+"""Many cranes at once: the same bits as one by one, independent of the source; single-line errors."""
 
 from typing import Any
 
@@ -95,10 +95,10 @@ MISTAKES: dict[str, tuple[str, dict[str, Any], str]] = {
 @pytest.mark.parametrize("kind", MISTAKES)
 def test_mistakes_name_the_culprit(kind: str) -> None:
     """What cannot be a batch is refused before anything runs, in one line that names the parameter or the crane."""
-    name, parameters, told = MISTAKES[kind]
+    name, parameters, message = MISTAKES[kind]
     with pytest.raises(SceneError) as refused:
         simulate_batch(name, parameters)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

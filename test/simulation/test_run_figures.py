@@ -80,6 +80,6 @@ def test_looking_at_a_run_does_not_change_its_figures() -> None:
         plant.advance(tuple(law(plant.t, plant.q, plant.v)))
         if k % 7 == 0:
             plant.summary()
-    found, expected = plant.summary(), simulate(scene).summary
-    assert {key: found[key] for key in found} == {key: expected[key] for key in found}
-    assert 0.0 < found["energy_audit_error"] <= found["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding
+    actual, expected = plant.summary(), simulate(scene).summary
+    assert {key: actual[key] for key in actual} == {key: expected[key] for key in actual}
+    assert 0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding

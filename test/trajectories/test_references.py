@@ -40,13 +40,13 @@ def test_arcs_are_their_formulas(profile: Any, turn: float) -> None:
     """Position, velocity and acceleration on an arc are those of R e^(i a(t)), at rest before and after."""
     arc = Arc((0.2, -0.1), 1.35, 0.3, 0.3 + turn, 40.0, 10.0, profile)
     t = np.linspace(0.0, 60.0, 1201)
-    found = sample_trajectory(compile_trajectory(arc.to_polynomials()), t)
+    actual = sample_trajectory(compile_trajectory(arc.to_polynomials()), t)
     s, ds, dds = way(profile, np.clip((t - 10.0) / 40.0, 0.0, 1.0))
     rate, second = turn * ds / 40.0, turn * dds / 1600.0
     spot = 1.35 * np.exp(1j * (0.3 + turn * s))
     expected = (0.2 - 0.1j + spot, 1j * rate * spot, (1j * second - rate**2) * spot)
     for k, exact in enumerate(expected):
-        assert np.max(np.abs(found[:, k] - np.stack([exact.real, exact.imag], axis=1))) < ROUNDING
+        assert np.max(np.abs(actual[:, k] - np.stack([exact.real, exact.imag], axis=1))) < ROUNDING
 
 
 @pytest.mark.parametrize("profile", ["sine", "smooth"])
@@ -78,8 +78,8 @@ def test_higher_derivatives() -> None:
     polynomials = MinimumJerk(POINTS, TIMES).to_polynomials()
     path = compile_trajectory(polynomials)
     for t in (12.3, 27.0, 33.9, 55.0):
-        for k, found in enumerate(further(path, t)):
-            assert np.max(np.abs(np.array(found) - evaluate(polynomials, np.array([t]), 3 + k))) < ROUNDING
+        for k, actual in enumerate(further(path, t)):
+            assert np.max(np.abs(np.array(actual) - evaluate(polynomials, np.array([t]), 3 + k))) < ROUNDING
 
 
 LIMITS = [

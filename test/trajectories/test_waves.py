@@ -67,10 +67,10 @@ def test_a_response_is_interpolated_and_its_ends_are_held() -> None:
     """Amplitudes go straight between the table's rows, phases the short way round; beyond the ends both are held."""
     waves = Waves(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
     table = Response((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
-    found = apply_response(waves, table)
-    assert found.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
-    assert np.rad2deg(found.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)
-    assert np.array_equal(found.frequencies, waves.frequencies)
+    actual = apply_response(waves, table)
+    assert actual.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
+    assert np.rad2deg(actual.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)
+    assert np.array_equal(actual.frequencies, waves.frequencies)
 
 
 def scene_of(**base_motion: Any) -> crane_sim.Scene:
@@ -126,16 +126,16 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     np.savetxt(file, rows, delimiter=", ", header="time, yaw, heave", comments="", fmt="%.17g")
     base = scene_of(file=str(file)).model.base
     between = np.linspace(0.0, 2.0, 777)
-    at_rows, found = np.empty((len(t), 6, 3)), np.empty((len(between), 6, 3))
+    at_rows, actual = np.empty((len(t), 6, 3)), np.empty((len(between), 6, 3))
     motion(base, t, at_rows)
-    motion(base, between, found)
+    motion(base, between, actual)
     assert at_rows[:, 5, 0] == pytest.approx(rows[:, 1], abs=1e-12)  # the spline's equations, solved in rounding
     s, c = 0.3 * np.sin(3.0 * between), 0.3 * np.cos(3.0 * between)
     expected = np.stack([c, -3.0 * s, -9.0 * c], axis=1)
     # a quintic at steps of 25 ms: h⁶ 3⁶ of values, h⁴ 3⁶ of second derivatives
-    errors = np.max(np.abs(found[:, 2] - expected), axis=0)
+    errors = np.max(np.abs(actual[:, 2] - expected), axis=0)
     assert errors[0] < 1e-8 and errors[2] < 1e-4
-    assert not found[:, [0, 1, 3, 4]].any()
+    assert not actual[:, [0, 1, 3, 4]].any()
 
 
 @pytest.mark.parametrize(

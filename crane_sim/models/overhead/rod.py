@@ -272,11 +272,11 @@ def _(p):
 def _(p, t, x, u, rows, i, first):
     nq, _, _ = layout_of(p)
     swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p.hoist, p.cable, x)
-    fall, square = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
+    acceleration, rate_sq = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = swing.tension
     for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
-        reach = length + p.cable.nodes[DISTANCE, k - 1]
-        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (fall + reach * square)
+        distance = length + p.cable.nodes[DISTANCE, k - 1]
+        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (acceleration + distance * rate_sq)
 
 
 @system.power.register(RodCrane)

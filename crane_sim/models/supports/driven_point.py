@@ -120,9 +120,9 @@ def _(support, tau, couple):
 
 
 @drive_power.register(Point)
-def _(support, tau, pose, pull):
+def _(support, tau, pose, force):
     vx, vy, vz = pose.tip_velocity
-    return -pull[0] * vx - pull[1] * vy - pull[2] * vz
+    return -force[0] * vx - force[1] * vy - force[2] * vz
 
 
 @support_guard.register(Point)
