@@ -31,7 +31,7 @@ class DeadZone(NamedTuple):
 
 
 class Adaptation(NamedTuple):
-    """How the disturbance is learnt."""
+    """Adaptive estimation of the disturbance."""
 
     features: Number = 100  # -, number of random features
     width: Positive = 1.5  # -, of their kernel, in the units of what it is of

@@ -19,7 +19,7 @@ from crane_sim.files.types import NonNegative
 from crane_sim.laws import read_settings
 from crane_sim.numerics.jit import entry_point, kernel
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.path import Trajectory, reference_at
+from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
 MIN_HEIGHT_RATIO = 1e-6  # of the rope's length: least height difference of its ends at the start
 

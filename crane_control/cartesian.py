@@ -63,7 +63,7 @@ def compute_efforts(law, t, q, v):
 
 
 class Forward(NamedTuple):
-    """What is fed forward to the suspension point, eq. 64, and the base's motion."""
+    """Feedforward to the suspension point, eq. 64, and of the base's motion."""
 
     velocity: bool | None = None  # of the setpoint; left out: where the law estimates the disturbance's rate
     acceleration: bool = False  # of the reference

@@ -39,7 +39,7 @@ WITHOUT_CAMERA, WITH_CAMERA = TrackingDefaults(1.25, 0.65, 1.6, True), TrackingD
 
 
 class Observer(NamedTuple):
-    """How the disturbance is observed, as a swing of unknown frequency, and the rope's length beside it."""
+    """Observer of the disturbance, a sine of unknown frequency, and of the rope's length."""
 
     frequency: Positive | None = None  # rad/s, to begin with; left out: 20 % below the payload's own
     lead: NonNegative | None = None  # s, τ; left out: what the suspension point lags behind

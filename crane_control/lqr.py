@@ -28,7 +28,7 @@ from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.path import Trajectory, reference_at
+from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
 DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
 """Deviation and velocity that weigh 1, by unit of the joint."""

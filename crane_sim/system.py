@@ -185,7 +185,7 @@ def point_count(p):
 
 @generic
 def tip_index(p):
-    """Return which point of the polyline is the tip, where the cable begins: the first, unless a boom leads there."""
+    """Return the index of the tip in the polyline, where the cable begins: 0 by default."""
     return 0
 
 
@@ -236,8 +236,8 @@ MANDATORY = (
     *(acceleration, kinetic, potential, power, tensions),
     *(point_count, points, with_meter, energy_supplied),
 )
-"""What every model registers."""
+"""Functions that every model registers."""
 DERIVATIVES = rhs, rhs_into
 """The state's derivative: of a model whose state is a tuple, and of one whose state is an array."""
 SWITCHES = switching, guard, apply_reset_map, describe_event
-"""What a model registers whose equations switch or whose runs can end before their time."""
+"""Functions that a model registers whose equations switch or whose runs can end early."""

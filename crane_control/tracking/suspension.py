@@ -9,7 +9,7 @@ from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import Base, SplineBase
-from crane_sim.trajectories.path import Trajectory
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class PositionServo(NamedTuple):

@@ -11,7 +11,7 @@ from crane_sim.numerics.jit import generic, kernel
 
 
 class Servo(NamedTuple):
-    """How the suspension point is driven by a law that commands its acceleration: 26 rad/s, 0.7 of critical damping."""
+    """Servo of the suspension point, whose acceleration the law commands: 26 rad/s, 0.7 of critical damping."""
 
     kp: Positive = 676.0  # 1/s², of the suspension point
     kd: NonNegative = 36.4  # 1/s, of the suspension point

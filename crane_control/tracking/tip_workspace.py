@@ -12,9 +12,9 @@ from crane_sim.models.cables.rope import RateRope
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import Base, SplineBase
-from crane_sim.trajectories.path import Trajectory
 from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import to_piecewise_polynomial
+from crane_sim.trajectories.trajectory import Trajectory
 
 MIN_ELBOW_SINE = 0.3  # of the angle between boom and jib, singular at 0: 17 degrees, 2 cm below a full reach of 2 m
 MIN_RADIUS = 0.2  # m, distance from the tower's axis

@@ -14,7 +14,7 @@ from crane_sim.laws import with_initial_state
 from crane_sim.models.moving_base import carried_at
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.trajectories.base_motion import Base, SplineBase
-from crane_sim.trajectories.path import Trajectory, higher_derivatives_at, reference_at
+from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
 INITIAL_DAMPING = 0.2  # of critical damping, of the gains at the start of a ramp
 MIN_HEIGHT_RATIO = 0.1  # of Lz / L, its lower bound: for a horizontal cable the setpoint of the tip would be infinite

@@ -130,7 +130,7 @@ MAX_ITERATIONS = 60  # for one event; halving alone would need about 50
 
 
 class EventLog(NamedTuple):
-    """Events of an integration; once the rows are full, only the count goes on."""
+    """Events of an integration; once the rows are full, events are only counted."""
 
     total: int
     rows: Any  # (capacity, 2): time [s], number of the event

@@ -65,7 +65,7 @@ def start(p, t, x, event_log):
 
 @kernel
 def restart(integration, t, x):
-    """Return the integration that goes on from (t, x) as if it began there, with its counters and its events."""
+    """Return the integration restarted at (t, x), with its counters and its events."""
     return Integration(
         t,
         x,

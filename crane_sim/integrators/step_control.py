@@ -55,7 +55,7 @@ def _(scratch, k1, x, rtol, atol):
 
 @lean_generic
 def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
-    """Return the weighted square of what the derivative changes by in an explicit Euler step of size h."""
+    """Return the weighted square of the change of the derivative in an explicit Euler step of size h."""
     change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
     return squared_error_norm(change, x, x, rtol, atol)
 

@@ -28,7 +28,7 @@ class Pose(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """How the base moves at one instant, in the axes of the base."""
+    """Motion of the base at one instant, in the axes of the base."""
 
     velocity: Vector  # m/s, of the origin
     imposed: Vector  # m/s², acceleration of a mass at rest in the origin, gravity along z left out
@@ -37,7 +37,7 @@ class Carried(NamedTuple):
 
 
 class BaseState(NamedTuple):
-    """Where the base is and how fast, in its own axes or in ones that are turned about its z."""
+    """Velocity and height of the base, in its own axes or in axes rotated about its z."""
 
     velocity: Vector  # m/s, of the origin
     angular_velocity: Vector  # rad/s
@@ -111,7 +111,7 @@ def _(base, gravity, t):
 
 @lean_generic
 def imposed_acceleration(base, r, v):
-    """Return what the base adds to gravity along its own z (3,) [m/s²]: nothing where it rests.
+    """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
 
     Args:
         base: as of `carried_at`.

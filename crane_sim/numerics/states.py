@@ -191,7 +191,7 @@ def replace_field(record: Any, name: str, value: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def set_field(typing_context, record, name, value):
-    """Return what `replace_field` does; a value that the field's type cannot hold brings its own."""
+    """Return the result of `replace_field`; the field gets the value's type where its own cannot hold the value."""
     i, kinds = record.fields.index(name.literal_value), list(record)
     if typing_context.can_convert(value, kinds[i]) is None:
         kinds[i] = types.unliteral(value)

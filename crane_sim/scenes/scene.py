@@ -45,7 +45,7 @@ class Scene:
     sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
-    path: Any = field(compare=False)  # compiled `trajectories.path.Trajectory`, None without one
+    path: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
     seed: int
     description: str
     joint_names: tuple[str, ...]

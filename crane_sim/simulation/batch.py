@@ -98,7 +98,7 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
 
 
 def extract_drive(scene: Scene) -> Driven:
-    """Return what moves in a scene, its law with no memory of other runs."""
+    """Return method, model and source of a scene, its law with its initial state."""
     return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
 
 
@@ -138,7 +138,7 @@ Share = Callable[[int, int], None]  # simulates cranes `first` to `last` (exclud
 
 @dataclass(frozen=True, repr=False)
 class Batch:
-    """What became of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
+    """Results of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
 
     Of a crane that failed, `errors` has one line on time and reason, q, v and payload are those at the end of the
     last whole period before that, and later samples are not numbers.
@@ -162,7 +162,7 @@ class Batch:
     notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
 
     def __repr__(self) -> str:
-        """Return how many cranes there are, and how many failed, in one line."""
+        """Return the number of cranes, and of failed ones, in one line."""
         failed = sum(error is not None for error in self.errors)
         return f"<Batch of {len(self.t)} cranes: {len(self.joint_names)} joints, {failed} failed>"
 
@@ -203,7 +203,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     began, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
-    cranes = columns([extract_drive(scene) for scene in scenes])  # first: it refuses scenes that differ
+    cranes = columns([extract_drive(scene) for scene in scenes])  # first: it rejects scenes that differ
     arrays = _allocate_arrays(scenes, len(times))
     batch = cranes, grid, arrays
     alone: Share = partial(simulate_range, *batch)
@@ -268,7 +268,7 @@ def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int,
 
 
 def _end_of(counts: npt.NDArray[np.int64], reached: float) -> Integration:
-    """Return how the integration of a crane ended."""
+    """Return the status of a crane's integration."""
     status, guard = int(counts[0]), int(counts[5])
     return Integration(0.0, None, float(reached), None, 0.0, status=status, terminal_guard=guard)
 

@@ -1,4 +1,4 @@
-"""How much energy appeared from nowhere in a run: its energy less what it began with and what was supplied.
+"""Energy balance of a run: its energy less the initial one and the supplied one, which should be zero.
 
 The balance is of energies relative to the base. It sees errors that change the energy, and only those: a state that is
 wrong along the surface of its energy, such as a swing that is late, passes unseen. A small one does not prove a run.

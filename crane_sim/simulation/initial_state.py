@@ -32,7 +32,7 @@ def switch_at_start(p, integration, row):
 
 @entry_point
 def restart_within_step(method, p, u, integration, t):
-    """Return the integration that goes on from time t [s] within the last step, taken under the source u."""
+    """Return the integration restarted at time t [s] within the last step, taken under the source u."""
     return restart(integration, t, dense_output(method, p, u, integration, t))
 
 
@@ -48,7 +48,7 @@ def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
 
 
 def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at: Any) -> Any:
-    """Return the integration of the metered model that goes on from period k, where the joints are `at` (q, v)."""
+    """Return the integration of the metered model from period k on, where the joints are `at` (q, v)."""
     t = k * scene.period
     if model.meter is not None:
         return integration if scene.sampled else restart_within_step(scene.method, model, scene.source, integration, t)

@@ -1,6 +1,6 @@
 """Figures of a run, gathered block by block in constant memory, and quantities derived from joint coordinates.
 
-How well a run followed its scene's path, gathered block by block: the same bits however long the blocks are.
+Tracking error of a run, accumulated block by block: the same bits for any length of the blocks.
 """
 
 import hashlib
@@ -16,7 +16,7 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.settling import Settling
 from crane_sim.stepping.rows import split
-from crane_sim.trajectories.path import sample_trajectory
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 Array = npt.NDArray[np.float64]
 

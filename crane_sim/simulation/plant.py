@@ -20,7 +20,7 @@ from crane_sim.stepping.rows import row_width
 __all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
 
 BLOCK = 512
-SLOW = 5e-3  # rad/s or m/s, below which a joint rests: what hangs from it still bends its brake
+SLOW = 5e-3  # rad/s or m/s, below which a joint counts as at rest: a swinging payload still deflects its brake
 RESTED = 0.1  # s
 
 

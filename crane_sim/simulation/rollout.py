@@ -144,7 +144,7 @@ class Rollout:
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
     def __repr__(self) -> str:
-        """Return what was run and what came of it, in two lines; `summary` has all figures."""
+        """Return scene, law and main results in two lines; `summary` has all figures."""
         law = f"law {self.scene.law_name!r}" if self.scene.law_name else "no law of the scene's own"
         shape = f"{len(self.t)} instants up to {self.t[-1]:g} s" if len(self.t) else "no instants"
         ended = f"peak swing {self.summary['peak_swing_deg']:.3g} deg, {len(self.events)} events"

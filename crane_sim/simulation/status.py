@@ -1,4 +1,4 @@
-"""How a run ended, and what happened on the way."""
+"""Status of a run, and its events."""
 
 from typing import Any
 

@@ -55,7 +55,7 @@ class BatchArrays(NamedTuple):
     v: Any  # (n, nq)
     rows: Any  # (n, m + 1, width)
     payload: Any  # (n, m + 1, 3) m
-    reached: Any  # (n,) s, where the integration stands
+    reached: Any  # (n,) s, time of the integration
     counts: Any  # (n, 6): status, whole periods, evaluations, steps, steps rejected, terminal guard
 
 
@@ -196,7 +196,7 @@ def _(source, p, t, x):
 
 @generic
 def driving(source, efforts):
-    """Return what drives the equations: the source itself, or the efforts that are held."""
+    """Return the source of the equations: the source itself, or the efforts that are held."""
     return source
 
 

@@ -1,4 +1,4 @@
-"""How a base moves: six functions of time, with their first two derivatives.
+"""Motion of a base: six functions of time, with their first two derivatives.
 
 In the order surge, sway, heave [m], roll, pitch, yaw [rad]; `crane_sim.models.moving_base` says what they mean.
 """

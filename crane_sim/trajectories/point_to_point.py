@@ -1,4 +1,4 @@
-"""From one position to another as fast as limits allow, all coordinates together: on a straight line, done at once.
+"""From one position to another as fast as limits allow: on a straight line, all coordinates synchronised.
 
 One profile, from 0 to 1, moves all coordinates, so each keeps its own limits and the tightest one is met. It is a
 trapezium of the velocity, or with a limit of the jerk the double S of seven phases (Biagiotti and Melchiorri,
@@ -42,27 +42,31 @@ class PointToPoint(NamedTuple):
             ValueError: its limits leave it no time.
         """
         first = np.array(self.begin)
-        way = np.array(self.end) - first
-        if not np.any(way):
+        displacement = np.array(self.end) - first
+        if not np.any(displacement):
             return with_rest_at_ends(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
-        velocity, acceleration = tightest(self.velocity, way), tightest(self.acceleration, way)
+        velocity, acceleration = tightest(self.velocity, displacement), tightest(self.acceleration, displacement)
         durations, jerks, accelerations = phases(
-            velocity, acceleration, None if self.jerk is None else tightest(self.jerk, way)
+            velocity, acceleration, None if self.jerk is None else tightest(self.jerk, displacement)
         )
         times, profile = integrate_phases(durations, jerks, accelerations)
-        coefficients = profile[:, None, :] * way[None, :, None]
+        coefficients = profile[:, None, :] * displacement[None, :, None]
         coefficients[:, :, 0] += first
         return with_rest_at_ends(self.start + times, coefficients)
 
 
-def tightest(limits: float | tuple[float, ...], way: Array) -> float:
-    """Return the limit of a profile from 0 to 1 that keeps every coordinate, which goes `way` (n,), within its own."""
-    moves = way != 0.0
-    return float(np.min((np.broadcast_to(np.array(limits), way.shape) / np.where(moves, np.abs(way), 1.0))[moves]))
+def tightest(limits: float | tuple[float, ...], displacement: Array) -> float:
+    """Return the limit of a profile from 0 to 1 within the limits of all coordinates for this displacement (n,)."""
+    moves = displacement != 0.0
+    return float(
+        np.min(
+            (np.broadcast_to(np.array(limits), displacement.shape) / np.where(moves, np.abs(displacement), 1.0))[moves]
+        )
+    )
 
 
 def phases(velocity: float, acceleration: float, jerk: float | None) -> tuple[Array, Array, Array]:
-    """Return (durations [s], jerks, accelerations at the beginning) of the seven phases of the way from 0 to 1."""
+    """Return (durations [s], jerks, accelerations at the beginning) of the seven phases from 0 to 1."""
     bend = 0.0 if jerk is None else acceleration / jerk  # time in which the acceleration rises
     rise = bend + velocity / acceleration  # time in which the velocity does
     if jerk is not None and velocity * jerk < acceleration**2:  # the velocity is reached first

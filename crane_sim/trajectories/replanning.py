@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
-from crane_sim.trajectories.path import Trajectory, compile_trajectory
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, evaluate, reorder
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory
 
 
 def trajectory_of_law(law: Any) -> Trajectory | None:

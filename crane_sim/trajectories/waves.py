@@ -26,7 +26,7 @@ class Sea(NamedTuple):
 
 
 class Response(NamedTuple):
-    """How one motion of a vessel answers a wave: amplitude per metre of wave and lead in phase, over frequency."""
+    """Response of one motion of a vessel to waves: amplitude per metre of wave and phase lead, over frequency."""
 
     frequencies: tuple[float, ...]  # rad/s, increasing
     amplitudes: tuple[float, ...]  # m/m, or rad/m

@@ -12,8 +12,8 @@ from crane_sim.models.cables.rope import RateRope, RopeKinematics
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import compile_trajectory
 from crane_sim.trajectories.replanning import with_trajectory
+from crane_sim.trajectories.trajectory import compile_trajectory
 
 BOOM, JIB, LENGTH = 1.0, 0.85, 1.255
 EVERYTHING = {

@@ -3,12 +3,13 @@
 import json
 from math import cos
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import crane_sim
+from crane_sim.laws import with_initial_state
 from crane_sim.simulation.rollout import simulate
 
 CASE = next(
@@ -122,3 +123,20 @@ def test_a_law_that_misbehaves_is_told_in_one_line(law: Any, message: str) -> No
     with pytest.raises(RuntimeError) as caught:
         simulate("knuckle_setpoint", law=law, duration=0.1)
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.interpreted
+def test_a_law_with_the_old_name_of_its_reset_is_understood() -> None:
+    """A law whose method is still called `fresh` gets its initial state, with a warning that names the new name."""
+    with pytest.warns(DeprecationWarning, match="OldLaw.fresh is now called with_initial_state"):
+        assert with_initial_state(OldLaw(3)) == OldLaw(0)
+
+
+class OldLaw(NamedTuple):
+    """A law with state under the old interface."""
+
+    calls: int
+
+    def fresh(self) -> "OldLaw":
+        """Return the law with its initial state."""
+        return OldLaw(0)

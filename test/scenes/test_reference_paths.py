@@ -14,10 +14,10 @@ import crane_sim
 from crane_sim.scenes.scene import load_scene
 from crane_sim.trajectories.joint_trajectory import Waypoints
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import sample_trajectory
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate
 from crane_sim.trajectories.shaping import apply_input_shaper, impulses
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 ROUNDING = 1e-12  # of numbers of the size of one
 SWING = sqrt(9.81 / 1.255)  # rad/s

@@ -19,9 +19,9 @@ from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import Trajectory, compile_trajectory, sample_trajectory
 from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import join_trajectory, to_piecewise_polynomial, with_trajectory
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, sample_trajectory
 
 FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
 SCENE = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})

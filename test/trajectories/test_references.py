@@ -11,9 +11,9 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.obstacle import Obstacle, min_distance
-from crane_sim.trajectories.path import compile_trajectory, higher_derivatives_at, sample_trajectory
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate, max_derivatives
+from crane_sim.trajectories.trajectory import compile_trajectory, higher_derivatives_at, sample_trajectory
 
 pytestmark = pytest.mark.interpreted
 

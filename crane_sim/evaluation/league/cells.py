@@ -19,7 +19,7 @@ from crane_sim.simulation.metrics import DIFFERENCE_STEP, in_base, polyline, tip
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
-from crane_sim.trajectories.path import Array, sample_trajectory
+from crane_sim.trajectories.trajectory import Array, sample_trajectory
 
 LEVEL = 90.0  # deg: a rope that swings so far is not under control
 

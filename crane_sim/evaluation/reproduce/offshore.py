@@ -13,7 +13,7 @@ from crane_sim.evaluation.reproduce.table import Shown
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.metrics import in_base
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.trajectories.path import sample_trajectory
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 SEEDS = 30
 FEATURES, NOISE = "control.adaptation.seed", "control.vision.seed"

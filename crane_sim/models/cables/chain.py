@@ -267,7 +267,7 @@ class Joints(NamedTuple):
 
 @lean_generic
 def add_joints(joints, w, x, first):
-    """Add what the joints' moments ask of the links, with angles from x[first] on; return the force on the trolley."""
+    """Add the moments of joints to the links' right-hand sides, angles from x[first] on; return the trolley's force."""
     return 0.0
 
 

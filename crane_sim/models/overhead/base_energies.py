@@ -130,7 +130,7 @@ def base_energy_of_masses(base, gravity, mass, r, v):
 
 @generic
 def base_energy_of_rods(rods, base, w):
-    """Return what the base adds to the kinetic energy [J] of links that turn as rods; `w`: work array of `chain`."""
+    """Return the kinetic energy [J] that the base adds to links that rotate as rods; `w`: work array of `chain`."""
     return 0.0
 
 

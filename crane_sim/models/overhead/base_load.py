@@ -64,7 +64,7 @@ def imposed_gradient(base, r, v):
 
 @lean_generic
 def add_links_load(base, trolley, rods, w, x, v, rate):
-    """Add what the base imposes on the nodes of a chain in the plane to its work array w.
+    """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
 
     Args:
         base: as of `moving_base.carried_at`.

@@ -1,4 +1,4 @@
-"""Where an overhead crane's equations switch, or end: friction, limits, a slack link, a payload that changes.
+"""Switching and terminal events of an overhead crane: friction, limits, a slack link, changes of the payload.
 
 Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping), then
 the number of payload changes up to then.
@@ -23,7 +23,7 @@ from crane_sim.system import Switching
 
 
 class Switches(NamedTuple):
-    """What can switch and what ends a run; infinite where there is no limit."""
+    """Parameters of switching and terminal guards; infinite where there is no limit."""
 
     lower: tuple[float, float]  # m, of trolley and bridge
     upper: tuple[float, float]
@@ -36,7 +36,7 @@ class Switches(NamedTuple):
 
 @generic
 def switching_of(switches, forces, nq):
-    """Return what `system.switching` does for a crane with these switches.
+    """Return the result of `system.switching` for a crane with these switches.
 
     Args:
         switches: None for a crane without.

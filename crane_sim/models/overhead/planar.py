@@ -81,7 +81,7 @@ class PlanarCrane(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What state and efforts fix at one instant, beside what is in the work array."""
+    """Accelerations and forces at one instant, in addition to the work array."""
 
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
@@ -127,7 +127,7 @@ def fill_links(p, x, w):
 
 @lean_generic
 def add_node_forces(forces, t, w):
-    """Add what forces on nodes ask of the links."""
+    """Add the accelerations by forces on nodes to the links' right-hand sides."""
 
 
 @add_node_forces.register(NodeForces)
@@ -139,7 +139,7 @@ def _(forces, t, w):
 
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
-    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
+    """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
     nq, first, modes = layout_of(p)
     fill_links(p, x, w)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))

@@ -79,7 +79,7 @@ class RodCrane(NamedTuple):
 
 
 class Swing(NamedTuple):
-    """What state and efforts fix at one instant."""
+    """Accelerations and forces at one instant."""
 
     s: float  # sin α
     c: float  # cos α
@@ -152,7 +152,7 @@ def _(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
 
 @kernel
 def solve_swing(p, t, x, tau):
-    """Return what state x at time t and joint efforts tau fix."""
+    """Return accelerations and forces at time t in state x under joint efforts tau."""
     nq, _, modes = layout_of(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = hoisted_rod(p.hoist, p.cable, x)

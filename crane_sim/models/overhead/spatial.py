@@ -67,7 +67,7 @@ class SpatialCrane(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Where one evaluation keeps what it computes."""
+    """Work arrays of one evaluation."""
 
     links: Directions
     free: Any  # (N + 1, 3) m/s², accelerations of the nodes without tensions
@@ -76,7 +76,7 @@ class Work(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What state and efforts fix at one instant, beside what is in the work arrays."""
+    """Accelerations and forces at one instant, in addition to the work arrays."""
 
     top: UpperEnd
     pull: tuple[float, float]  # N, of the cable and of a moving base on trolley and bridge
@@ -145,7 +145,7 @@ def fill_links(p, x, links):
 
 @lean_routine
 def forward_dynamics(p, t, x, tau, work):
-    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
+    """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in work."""
     nq, _, modes = layout_of(p)
     links, acc, tension, ratio = work
     fill_links(p, x, links)

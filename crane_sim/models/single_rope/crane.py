@@ -2,7 +2,7 @@
 
 State x = (support state, payload state), and a third float, the energy supplied [J], when the crane is metered.
 
-What a crane shows to the outside: joint coordinates, energies, accelerations, points in the world.
+Outputs: joint coordinates, energies, accelerations, points in the world.
 """
 
 from math import cos, sin

@@ -1,4 +1,4 @@
-"""How the run of a crane with one rope ends: its guards, which look at positions alone unless the rope must pull."""
+"""Terminal guards of a crane with one rope: functions of positions alone, unless the rope must stay taut."""
 
 from crane_sim import system
 from crane_sim.models.cables.rope import rope_kinematics

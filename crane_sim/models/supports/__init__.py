@@ -138,4 +138,4 @@ MANDATORY = (
     *(support_polyline, support_polyline_size, support_kinetic, support_potential),
     *(joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row),
 )
-"""What every support registers."""
+"""Functions that every support registers."""

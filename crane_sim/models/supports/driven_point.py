@@ -63,7 +63,7 @@ class Point(NamedTuple):
 
 
 class PointPosture(NamedTuple):
-    """What the state fixes."""
+    """Kinematics of a state."""
 
     tip: Vector  # m
     tip_velocity: Vector  # m/s
@@ -132,7 +132,7 @@ def _(support, best, xs):
 
 @generic
 def box_guard(limits, best, xs):
-    """Return what `support_guard` does for a point with these limits."""
+    """Return the result of `support_guard` for a point with these limits."""
     return best
 
 

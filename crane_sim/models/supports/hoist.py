@@ -31,7 +31,7 @@ Hoist = PrescribedHoist | ForceHoist | MasslessHoist
 
 @lean_generic
 def hoist_coordinates(hoist):
-    """Return how many coordinates the hoist has."""
+    """Return the number of coordinates of the hoist."""
     return 1
 
 

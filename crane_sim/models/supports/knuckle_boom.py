@@ -64,7 +64,7 @@ class Rod(NamedTuple):
 
 
 class Tower(NamedTuple):
-    """What slews besides boom and jib."""
+    """The tower, which slews with boom and jib."""
 
     inertia: Positive  # kg m², about the vertical
     limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
@@ -85,7 +85,7 @@ class Knuckle(NamedTuple):
 
 
 class KnucklePosture(NamedTuple):
-    """What the state fixes. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
+    """Kinematics of a state. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
 
     tip: tuple[float, float, float]  # (r, 0, h)
     tip_velocity: tuple[float, float, float]  # (r', 0, h')

@@ -11,7 +11,6 @@ from crane_sim.ros.common import messages
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.reference import PLACES
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
-from crane_sim.trajectories.path import Trajectory
 from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import (
     join_trajectory,
@@ -19,6 +18,7 @@ from crane_sim.trajectories.replanning import (
     trajectory_of_law,
     with_trajectory,
 )
+from crane_sim.trajectories.trajectory import Trajectory
 
 _FORM = TypeAdapter(Waypoints)
 

@@ -18,7 +18,7 @@ from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
-from crane_sim.trajectories.path import Trajectory
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class Rope(Group):

@@ -10,7 +10,7 @@ from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_bas
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
-from crane_sim.trajectories.path import Trajectory
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class OverheadFile(OverheadCrane):

@@ -13,11 +13,11 @@ from crane_sim.trajectories.joint_trajectory import Waypoints, read_trajectory
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.obstacle import Obstacle
-from crane_sim.trajectories.path import Trajectory, compile_trajectory
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, reorder
 from crane_sim.trajectories.replanning import to_piecewise_polynomial
 from crane_sim.trajectories.shaping import Shaping, apply_input_shaper
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory
 
 KINDS: dict[str, Any] = {
     "line": Line,

@@ -11,7 +11,7 @@ from crane_sim.scenes.schema.hardware import HardwareGroups
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit
 from crane_sim.trajectories.inputs import Inputs
-from crane_sim.trajectories.path import Trajectory
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class SceneFile(HardwareGroups, ABC):
