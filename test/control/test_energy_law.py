@@ -90,7 +90,7 @@ def test_the_rate_of_v_is_that_of_every_instant() -> None:
 
 
 def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
-    """A law that believes in 1 % too much payload ends where the balance of gains and weights says."""
+    """A law whose nominal payload is 1 % too heavy ends where gains and weights balance."""
     run = simulate("knuckle_wrong_mass")
     error = np.degrees(run.q[-1, :3] - np.array(run.scene.reference[:3]))  # pyright: ignore
     # kp e = weight of the missing 10 g at the joint: 10 e = 9.81 * 5 * 0.01 cos(b), and 10 e = 9.81 * 4 * 0.01 cos(c)
@@ -118,8 +118,8 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
     ],
     ids=["not finite", "too few", "no vector", "raises"],
 )
-def test_a_law_that_misbehaves_is_told_in_one_line(law: Any, message: str) -> None:
-    """A law that raises, or whose answer is no vector of efforts, ends the run with one line that says when."""
+def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
+    """A law that raises, or returns no vector of efforts, ends the run with a single-line error with the time."""
     with pytest.raises(RuntimeError) as caught:
         simulate("knuckle_setpoint", law=law, duration=0.1)
     assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Tracking of a payload below a suspension point: what laws learn and see, their poles, and the paper's tables."""
+"""Tracking of a payload below a suspension point: adaptation, features, poles, rejected settings."""
 
 from math import exp, sqrt
 from typing import Any
@@ -22,7 +22,7 @@ E1, E2 = Y - (1.35, 0.0), DY  # the path of the scenes rests at (1.35, 0) for te
 
 
 def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
-    """Return the law of a scene, with nothing learnt yet."""
+    """Return the law of a scene with its initial state."""
     return with_initial_state(load_scene(scene, changes).law)
 
 
@@ -36,14 +36,14 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     """Features at any point have norm 1, and their products at two points are the Gaussian kernel."""
     changes = {"control.adaptation": {"features": 4000, "of": of, "time": True, "width": 0.5, "rate": 0.0}}
-    law, seen = law_of("offshore_resonant", changes), []
+    law, features = law_of("offshore_resonant", changes), []
     for t, y in ((0.0, (1.35, 0.0)), (0.3, (1.2, 0.2))):
         law(t, *hanging(y, (0.0, 0.0)))
-        seen.append(law.tracker.learner.state.values.copy())
-    assert [feature @ feature for feature in seen] == pytest.approx([1.0, 1.0], abs=1e-12)
+        features.append(law.tracker.learner.state.values.copy())
+    assert [feature @ feature for feature in features] == pytest.approx([1.0, 1.0], abs=1e-12)
     distance = 0.15**2 + 0.2**2 + 0.3**2  # m² and s²: velocities and the reference stay
     # the mean of 4000 cosines, each of variance below 1/2: four standard deviations
-    assert seen[0] @ seen[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
+    assert features[0] @ features[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
 
 
 @pytest.mark.interpreted
@@ -53,19 +53,19 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}})
     state, c, h = law.tracker.learner.state, 0.5, 0.004
     law(0.0, Q, V)
-    assert not np.any(state.weights)  # no time has passed
+    assert not np.any(state.weights)  # zero elapsed time
     effort = law(h, Q, V)
     angles = law.tracker.learner.features.frequencies @ Y
     psi = np.column_stack([np.cos(angles), np.sin(angles)]).ravel() / sqrt(20)
     p = np.array([[KP + (KD - c + c) * c, c], [c, 1.0]])
     size = 0.5 * sum(np.array([E1[i], E2[i]]) @ p @ (E1[i], E2[i]) for i in range(2))
-    share_by_hand = (size - 0.001) / 0.1
-    assert 0.1 < share_by_hand < 0.9  # on the slope of the dead zone
-    weights = -9.0 * share_by_hand * h * np.outer(psi, c * E1 + E2)
+    factor = (size - 0.001) / 0.1
+    assert 0.1 < factor < 0.9  # on the slope of the dead zone
+    weights = -9.0 * factor * h * np.outer(psi, c * E1 + E2)
     assert np.allclose(state.weights, weights, rtol=1e-12, atol=0.0)
     w = -KD * E2 - KP * E1 + weights.T @ psi
-    demand = Y + w / (G * -Q[5] / LENGTH)
-    assert effort == pytest.approx(tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - demand)), rel=1e-11)
+    setpoint = Y + w / (G * -Q[5] / LENGTH)
+    assert effort == pytest.approx(tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - setpoint)), rel=1e-11)
 
 
 def test_the_dead_zone_is_piecewise_linear() -> None:
@@ -78,15 +78,15 @@ def test_the_dead_zone_is_piecewise_linear() -> None:
     assert learning_factor(None, 0.0) == 1.0
 
 
-def lyapunov(learner: Any, truth: Any, e: Any, de: Any, zone: bool) -> float:
-    """Return V of equations 92 and 100 for the errors e, de (2,) and what is left to learn."""
+def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> float:
+    """Return V of equations 92 and 100 for the errors e, de (2,) and the error of the weights."""
     kc, c = KD - learner.c, learner.c
     size = 0.5 * (KP + (kc + c) * c) * e @ e + c * e @ de + 0.5 * de @ de
     if zone:
         low, mu = learner.zone
         size = 0.0 if size <= low else (size - low) ** 2 / (4 * mu) if size < low + 2 * mu else size - low - mu
-    rest = learner.state.weights - truth
-    return size + 0.5 * float(np.sum(rest**2)) / learner.rate
+    weight_error = learner.state.weights - true_weights
+    return size + 0.5 * float(np.sum(weight_error**2)) / learner.rate
 
 
 @pytest.mark.parametrize("zone", [False, True])
@@ -95,19 +95,19 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
     settings = {"features": 30, "dead_zone": {"cutoff": 0.002, "smoothing": 0.004} if zone else None}
     law, h = law_of("offshore_resonant", {"control.adaptation": settings}), 1e-3
     learner, c, kc = law.tracker.learner, 0.5, KD - 0.5
-    truth = np.random.default_rng(1).normal(0.0, 0.05, (60, 2))
-    e, de, values, owed = np.array([0.1, -0.05]), np.array([0.0, 0.1]), [], 0.0
+    true_weights = np.random.default_rng(1).normal(0.0, 0.05, (60, 2))
+    e, de, values, expected_decrease = np.array([0.1, -0.05]), np.array([0.0, 0.1]), [], 0.0
     for k in range(8000):  # eight seconds, the reference rests at (1.35, 0)
         law(k * h, *hanging(e + (1.35, 0.0), de))
-        values.append(lyapunov(learner, truth, e, de, zone))
+        values.append(lyapunov(learner, true_weights, e, de, zone))
         size = values[0] if not zone else 0.5 * (KP + KD * c) * e @ e + c * e @ de + 0.5 * de @ de
-        owed += h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
-        dde = -KP * e - KD * de + (learner.state.weights - truth).T @ learner.state.values
+        expected_decrease += h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
+        dde = -KP * e - KD * de + (learner.state.weights - true_weights).T @ learner.state.values
         de = de + h * dde
         e = e + h * de
     # a step of length h errs by about h / 2 of what V falls by, and by h² w0² of V where it stands still
     assert np.max(np.diff(values)) < h**2 * KP * values[0]
-    assert values[0] - values[-1] == pytest.approx(owed, rel=0.02)
+    assert values[0] - values[-1] == pytest.approx(expected_decrease, rel=0.02)
     assert values[0] - values[-1] > 0.1 * values[0]
 
 
@@ -153,7 +153,7 @@ def test_runs_begin_with_nothing_learnt() -> None:
 
 SERVO = {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}
 ALONG_X = {"control.law": "angular", "initial.direction": [1.0, 0.0, 0.0]}
-REFUSED: list[tuple[dict[str, Any], str]] = [
+REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"control.law": "cartesian", "reference": {"q": [1.0, 0.0]}}, "reference.path: .* needs one of the payload"),
     ({"control.law": "cartesian", "suspension.height": "driven"}, "suspension.height: fixed"),
     ({"control.law": "cartesian", "gravity": 0.0}, "gravity = 0: .* needs some"),
@@ -174,9 +174,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "message"), REFUSED, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
 def test_what_does_not_fit_is_refused_in_one_line(changes: dict[str, Any], message: str) -> None:
-    """A law that does not fit its scene, or its settings, says so in one line that names the culprit."""
+    """A law that does not fit its scene, or its settings, is rejected by a single-line error with the key."""
     with pytest.raises(SceneError, match=message) as caught:
         load_scene("offshore_resonant", changes)
     assert "\n" not in str(caught.value)

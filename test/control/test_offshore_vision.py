@@ -25,13 +25,13 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 @pytest.mark.parametrize("law", ["adaptive", "harmonic"])
-def test_a_law_asked_twice_at_one_time_learns_once(law: str) -> None:
+def test_a_law_called_twice_at_one_time_learns_once(law: str) -> None:
     """A second question at the same time gets the same answer, and later answers do not depend on it."""
     changes = {"control": {"law": law, "period": 0.004, "vision": {"rate": 30.0, "latency": 0.05}}}
     answers = []
     for times in (1, 2):
-        asked = law_of("offshore_resonant", changes)
-        answers.append([[asked(k * 0.004, Q, V) for _ in range(times)][-1] for k in range(60)])
+        law_of_run = law_of("offshore_resonant", changes)
+        answers.append([[law_of_run(k * 0.004, Q, V) for _ in range(times)][-1] for k in range(60)])
     assert answers[0] == answers[1]
 
 

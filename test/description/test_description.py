@@ -1,4 +1,4 @@
-"""The URDF of a crane says the same about geometry and inertia as the model."""
+"""Geometry and inertia of a crane's URDF are those of the model."""
 
 from math import cos, sin
 from xml.etree import ElementTree
@@ -97,7 +97,7 @@ def test_links_make_one_tree(scene: Scene) -> None:
 
 
 def test_masses_and_inertias_are_the_models() -> None:
-    """Rods and payload weigh what the scene says, and every inertia is one that a rigid body can have."""
+    """Masses of rods and payload are the scene's, and every inertia is one that a rigid body can have."""
     robot = ElementTree.fromstring(urdf(SCENE))
     inertials = {link.attrib["name"]: link.find("inertial") for link in robot.iter("link")}
     support = SCENE.model.support
@@ -161,7 +161,7 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
 
 
 def test_elastic_nodes_are_where_their_joints_say() -> None:
-    """Nodes whose coordinates are positions slide from the world, in the plane and in space."""
+    """Nodes whose coordinates are positions have prismatic joints from the world, in the plane and in space."""
     cable, box = (
         SuspendedCable((1.0, 1.0), (1.0, 1.0)),
         BoundingBox((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), 2.0, spatial=True),

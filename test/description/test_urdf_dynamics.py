@@ -1,4 +1,4 @@
-"""What a URDF says of masses, inertias and limits is what is simulated: nothing in it is invented."""
+"""Masses, inertias and limits of a URDF are the simulated ones."""
 
 from xml.etree import ElementTree
 

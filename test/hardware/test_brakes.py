@@ -23,8 +23,8 @@ def stored(plant: Plant) -> float:
     """Return the energy [J] in the spring of the first brake, and beyond its capacity what the slip will take."""
     hardware: Any = plant._hardware
     drive = hardware.state.drives[0]
-    stretch, reach = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
-    inner = min(stretch, reach)
+    stretch, max_stretch = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
+    inner = min(stretch, max_stretch)
     return drive.stiffness * inner * (0.5 * inner + stretch - inner)
 
 
@@ -60,7 +60,7 @@ def test_a_boom_stays_and_a_payload_swings() -> None:
 
 
 def test_a_brake_slips_at_its_capacity() -> None:
-    """A brake that slips pulls with its capacity: a trolley stops in the way that half m v² / F says."""
+    """A brake that slips acts with its capacity: a trolley stops within the distance m v² / (2 F)."""
     light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}
     plant = Plant(load_scene(ROD | light))
     brake(plant, 190)

@@ -43,7 +43,7 @@ def test_noise_is_drawn_by_seed_signal_and_step() -> None:
 
 
 def test_noise_is_normal_unbiased_and_repeats() -> None:
-    """Noise has the deviation and the bias that the scene says, a normal distribution, and is the same every time."""
+    """Noise has the scene's deviation and bias, a normal distribution, and is the same every time."""
     scene = rod(seed=3, sensors={"all": {"noise": 0.01, "bias": [0.5, -0.25]}})
     true, shown, _ = history(scene, 3000)
     noise = (shown - true - [0.5, 0.5, -0.25, -0.25]) / 0.01
@@ -60,7 +60,7 @@ def test_noise_is_normal_unbiased_and_repeats() -> None:
 
 
 def test_digits_and_delay_are_exact() -> None:
-    """A sensor shows the multiple of its step next to the truth, and the truth of so many periods ago, to the bit."""
+    """A sensor shows the nearest multiple of its step, and the truth delayed by whole periods, to the bit."""
     sensors = {"trolley": {"quantisation": [0.003, 0.01]}, "swing_1": {"delay": 0.04}}
     true, shown, _ = history(rod(sensors=sensors), 60)
     for j, step in ((0, 0.003), (2, 0.01)):
@@ -173,7 +173,7 @@ def test_limit_deadband_and_delay() -> None:
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
 def test_mistakes_are_told_in_one_line(groups: dict[str, Any], message: str) -> None:
-    """A mistake in a group of hardware is one line that names the culprit."""
+    """A mistake in a group of hardware is a single-line error with the key."""
     with pytest.raises(ValueError) as caught:
         rod(**groups)
     assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Looking for events: what a step is asked at, what that costs, and that a short stay beyond a guard is seen."""
+"""Event detection: sample times within a step, evaluations, and guards that are negative for a short time."""
 
 from typing import Any, NamedTuple
 
@@ -112,5 +112,5 @@ def test_only_guards_of_forces_solve_for_them(groups: dict[str, Any], each: int)
     """A crane that travel limits alone can stop costs no evaluation more per step than one that nothing can."""
     changes = {"duration": 0.5, "integrator": {"method": "rk8", "step": 0.05}}
     stats = simulate(crane_sim.load_scene("overhead_swing", changes | groups)).stats
-    at_start = int(each > 12)  # where guards are asked before the first step
+    at_start = int(each > 12)  # where guards are evaluated before the first step
     assert stats["steps"] > 0 and stats["rhs_evaluations"] == stats["steps"] * each + at_start

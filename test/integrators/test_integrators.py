@@ -136,7 +136,7 @@ def test_a_fixed_step_fills_the_way_evenly() -> None:
 @pytest.mark.parametrize("method", [DOP853, DOPRI5])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
 def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
-    """The global error stays within a small multiple of the tolerance that was asked for."""
+    """The global error stays within a small multiple of the specified tolerance."""
     integration = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
     # local errors add up over about 20 time units; error per step is controlled, and the estimate is cautious
     assert np.max(np.abs(np.subtract(integration.x, exact(20.0, 0.7)))) < 20.0 * rtol

@@ -104,7 +104,7 @@ def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
 
 
 def test_rows_sum_to_nodes_and_drifts() -> None:
-    """Stages lie where their rows say, and the derivative in time has the weights that it needs."""
+    """Nodes are the sums of their rows, and the derivative in time has consistent weights."""
     alpha, gamma, _ = classical()
     assert np.allclose(alpha.sum(axis=1), rodas.NODES, rtol=0, atol=1e-13)
     assert np.allclose(gamma.sum(axis=1), rodas.DRIFTS, rtol=0, atol=1e-13)
@@ -176,7 +176,7 @@ def test_linear_systems() -> None:
 
 
 def test_a_model_of_tuples_is_refused() -> None:
-    """A scene whose model keeps its state in tuples says in one line that this method is not for it."""
+    """A scene whose model keeps its state in tuples is rejected by a single-line error."""
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene("knuckle_setpoint", {"integrator": {"method": "rodas"}})
     assert "integrator.method = 'rodas'" in str(caught.value) and "\n" not in str(caught.value)

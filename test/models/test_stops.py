@@ -110,16 +110,16 @@ PULLED = {"drum": {"inertia": 5.0}, "massless winch": {}}
 
 def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
     """Return (scene, changes) of all runs of this file, by name."""
-    asked: dict[str, tuple[Any, dict[str, Any]]] = {}
-    asked |= {f"point {name}": ("pendulum_free", PUSHED | changes) for name, (changes, _) in POINT.items()}
-    asked |= {f"knuckle {name}": case[:2] for name, case in KNUCKLE.items()}
-    asked |= {f"winding {name}": case for name, case in WINDING.items()}
+    runs_by_name: dict[str, tuple[Any, dict[str, Any]]] = {}
+    runs_by_name |= {f"point {name}": ("pendulum_free", PUSHED | changes) for name, (changes, _) in POINT.items()}
+    runs_by_name |= {f"knuckle {name}": case[:2] for name, case in KNUCKLE.items()}
+    runs_by_name |= {f"winding {name}": case for name, case in WINDING.items()}
     for name, (scene, changes, key) in PUSHING.items():
-        asked |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
-    asked |= {f"law {name}": case[:2] for name, case in LAWS.items()}
+        runs_by_name |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
+    runs_by_name |= {f"law {name}": case[:2] for name, case in LAWS.items()}
     for name, hoist in PULLED.items():
-        asked |= {f"pulled {name} {push}": (hoisted(500.0, **hoist, push=push), {}) for push in (False, True)}
-    return asked
+        runs_by_name |= {f"pulled {name} {push}": (hoisted(500.0, **hoist, push=push), {}) for push in (False, True)}
+    return runs_by_name
 
 
 class Run:
@@ -192,7 +192,7 @@ def test_a_rigid_rope_pushes_only_where_it_may(runs: dict[str, Run], name: str) 
 
 
 def test_a_rope_goes_slack_when_mechanics_say_so(runs: dict[str, Run]) -> None:
-    """A pendulum thrown to the side, and a load that drops faster than it falls, go slack when a closed form says."""
+    """A pendulum thrown to the side, and a load that drops faster than it falls, go slack at a closed form's time."""
     g, length, rate = 9.81, 1.255, 4.0  # tension 0: cos = (2 - rate² l / g) / 3
     top = np.arccos((2.0 - rate**2 * length / g) / 3.0)
     expected = quad(lambda a: 1.0 / np.sqrt(rate**2 - 2.0 * g / length * (1.0 - np.cos(a))), 0.0, top)[0]
@@ -254,7 +254,7 @@ def test_chains_see_every_link(name: str, hoist: str) -> None:
 
 
 def test_batches_end_at_stops() -> None:
-    """A batch says which crane reached its limit and when, by the line that a run alone ends with."""
+    """A batch reports which crane reached its limit and when, with the error of a single run."""
     scene = load_scene("pendulum_free", PUSHED)
     batch = simulate_batch(scene, {"inputs.tip_x.value": [0.1, 1.0, 4.0]})
     errors = batch.errors
@@ -307,6 +307,6 @@ def test_what_is_absent_costs_nothing() -> None:
     ],
 )
 def test_bad_limits_are_refused_by_name(name: str, changes: dict[str, Any], message: str) -> None:
-    """Limits that the start or the target does not keep, or that belong to nothing, are refused in one line."""
+    """Limits that the start or the target does not keep, or that belong to nothing: single-line errors."""
     with pytest.raises(SceneError, match=re.escape(message)):
         load_scene(name, changes)

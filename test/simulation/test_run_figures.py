@@ -72,7 +72,7 @@ def test_the_largest_error_of_the_balance_is_kept() -> None:
 
 
 def test_looking_at_a_run_does_not_change_its_figures() -> None:
-    """A plant whose summary is asked for now and then ends with the figures of `simulate`, to the last bit."""
+    """A plant whose summary is read several times ends with the figures of `simulate`, to the last bit."""
     scene = load_scene("knuckle_setpoint", {"duration": 1.0})
     law, plant = scene.law, Plant(scene)
     assert law is not None
