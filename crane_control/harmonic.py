@@ -131,8 +131,10 @@ def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicO
     theta = 0.64 * own if settings.frequency is None else settings.frequency**2
     deviation = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.deviation)
     noise = np.array([1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0])
-    start = np.array([deviation**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
-    ekf = Filter((deviation**2, settings.noise_rate**2), theta, start, noise, (0.01 * own, 9.0 * own), initial_state())
+    initial_variance = np.array([deviation**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
+    ekf = Filter(
+        (deviation**2, settings.noise_rate**2), theta, initial_variance, noise, (0.01 * own, 9.0 * own), initial_state()
+    )
     return HarmonicObserver(
         lag if settings.lead is None else settings.lead, tracker.gains.ramp, tracker.camera is None, ekf
     )

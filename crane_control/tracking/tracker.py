@@ -76,7 +76,7 @@ class Estimate(NamedTuple):
     u: tuple[float, float]  # m/s², compensation of the disturbance
     du: tuple[float, float]  # m/s³, its rate of change, 0 where unknown
     d: tuple[float, float]  # m/s², the estimated disturbance
-    rope: tuple[float, float]  # nominal length over the estimated one, axis by axis
+    length_ratio: tuple[float, float]  # nominal length over the estimated one, axis by axis
 
 
 @generic
@@ -118,8 +118,8 @@ def compute_tip_setpoint(tracker, t, tip, y, dy):
     estimates = estimate(tracker.learner, tracker.pendulum, Sample(t, tip, goal), measurement)
     gravity, base_acc = base_acceleration(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
-    omega_sq0 = pendulum_omega_sq(length / estimates.rope[0], gravity, estimates.y, tip)
-    omega_sq1 = pendulum_omega_sq(length / estimates.rope[1], gravity, estimates.y, tip)
+    omega_sq0 = pendulum_omega_sq(length / estimates.length_ratio[0], gravity, estimates.y, tip)
+    omega_sq1 = pendulum_omega_sq(length / estimates.length_ratio[1], gravity, estimates.y, tip)
     x0, v0 = axis_setpoint(tracker.gains, t, omega_sq0, estimates, tip, goal, jerk, base_acc, 0)
     x1, v1 = axis_setpoint(tracker.gains, t, omega_sq1, estimates, tip, goal, jerk, base_acc, 1)
     forward = tracker.gains.acceleration
