@@ -70,7 +70,7 @@ class AdaptiveEnergyLaw(NamedTuple):
         """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
         nominal, winch = self.nominal, self.parameters.winch
         boom, jib = nominal.support.boom, nominal.support.jib
-        assert winch is not None  # `build` refuses a rope without a force-driven winch
+        assert winch is not None  # `build` rejects a rope without a force-driven winch
         value, _ = compute_lyapunov(
             EnergyLaw(self.parameters, nominal._replace(load=nominal.load._replace(mass=mass))), t, q, v
         )

@@ -1,4 +1,4 @@
-"""The node `tracker`: the slow half of a law, which publishes setpoints of the tip servo for the states of its instants."""
+"""The node `tracker`: the slow half of a law; publishes setpoints of the tip servo for the states of its instants."""
 
 import sys
 from types import SimpleNamespace

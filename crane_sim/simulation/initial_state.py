@@ -80,7 +80,7 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
 def _without_slack_guard(model: Any) -> Any:
     """Return the model without the guard of a slack rope.
 
-    Without efforts a boom may accelerate faster than its falling load.
+    Without efforts a boom may accelerate faster than its falling payload.
     """
     stops = getattr(model, "stops", None)
     return model if stops is None else model._replace(stops=stops._replace(taut=0.0))

@@ -187,8 +187,8 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
-def test_what_the_boom_cannot_reach_is_refused_in_one_line(changes: dict[str, Any], message: str) -> None:
-    """A start or a path that needs a posture from which the tip cannot be moved freely is refused in one line."""
+def test_what_the_boom_cannot_reach_is_a_single_line_error(changes: dict[str, Any], message: str) -> None:
+    """A start or a path that needs a singular posture is rejected by a single-line error."""
     with pytest.raises(SceneError, match=message) as caught:
         load_scene("knuckle_tracking", changes)
     assert "\n" not in str(caught.value)

@@ -100,7 +100,7 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
 
 
 @pytest.mark.interpreted
-def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
+def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
     """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
     with pytest.raises(crane_sim.SceneError, match=r"a motion of 2\.56 rad/s .* stays: no effort damps it$"):

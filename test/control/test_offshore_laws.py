@@ -175,7 +175,7 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
-def test_what_does_not_fit_is_refused_in_one_line(changes: dict[str, Any], message: str) -> None:
+def test_what_does_not_fit_is_a_single_line_error(changes: dict[str, Any], message: str) -> None:
     """A law that does not fit its scene, or its settings, is rejected by a single-line error with the key."""
     with pytest.raises(SceneError, match=message) as caught:
         load_scene("offshore_resonant", changes)

@@ -231,7 +231,7 @@ FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_what_a_law_cannot_do_is_refused_in_one_line(groups: dict[str, Any], message: str) -> None:
+def test_what_a_law_cannot_do_is_a_single_line_error(groups: dict[str, Any], message: str) -> None:
     """Targets that cannot be held or reached, and settings that do not fit: single-line errors with the key."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(**groups)

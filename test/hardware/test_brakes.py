@@ -159,7 +159,7 @@ def test_releasing_and_restarting() -> None:
 
 
 def test_a_run_goes_on_from_any_state() -> None:
-    """A restart from another state is a run that begins there, and what the crane cannot be in is refused."""
+    """A restart from another state is a run that begins there, and what the crane cannot be in is rejected."""
     plant = Plant(load_scene(ROD))
     plant.reset((1.0, -0.2), (0.1, 0.3))
     other = Plant(load_scene(ROD | {"initial": {"x": 1.0, "v": 0.1, "angles": -0.2, "rates": 0.3}}))

@@ -175,7 +175,7 @@ def test_linear_systems() -> None:
     assert np.allclose(right, expected, rtol=0, atol=1e-13)  # diagonally dominant: rounding alone
 
 
-def test_a_model_of_tuples_is_refused() -> None:
+def test_a_model_of_tuples_is_rejected() -> None:
     """A scene whose model keeps its state in tuples is rejected by a single-line error."""
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene("knuckle_setpoint", {"integrator": {"method": "rodas"}})

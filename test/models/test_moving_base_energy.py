@@ -173,7 +173,7 @@ def test_a_run_gives_both_energies() -> None:
     assert float(np.ptp(more)) > 5.0  # J
 
 
-def test_an_unknown_frame_is_refused() -> None:
+def test_an_unknown_frame_is_rejected() -> None:
     """A frame that does not exist is named with those that do."""
     scene, q, v, _ = pendulum()
     with pytest.raises(crane_sim.SceneError, match=r"frame = 'ship': possible: world, base"):

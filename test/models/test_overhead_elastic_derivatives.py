@@ -116,7 +116,7 @@ def test_links_start_where_axes_and_hoist_are() -> None:
     ],
     ids=lambda case: str(case)[:30],
 )
-def test_a_bad_scene_is_refused_in_one_line(cable: Any, groups: Any, message: str) -> None:
+def test_a_bad_scene_is_a_single_line_error(cable: Any, groups: Any, message: str) -> None:
     """Keys that an elastic cable lacks or cannot have are named."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of([1.0], [1.0], 1e3, {}, cable=cable, **groups)

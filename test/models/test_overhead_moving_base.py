@@ -132,8 +132,8 @@ def test_an_accelerated_heave_is_gravity() -> None:
     ],
     ids=["plane", "straight"],
 )
-def test_what_a_moving_base_cannot_carry_is_refused_in_one_line(groups: Any, message: str) -> None:
-    """Motions that leave the plane, and straight cables, are refused with what to do instead."""
+def test_what_a_moving_base_cannot_carry_is_a_single_line_error(groups: Any, message: str) -> None:
+    """Motions that leave the plane, and straight cables, are rejected with what to do instead."""
     document = {
         "crane": "overhead",
         "duration": 1.0,

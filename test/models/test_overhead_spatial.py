@@ -108,7 +108,7 @@ def test_unit_vectors_stay_on_the_sphere(long_run: Rollout) -> None:
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_a_bad_scene_is_refused_in_one_line(groups: dict[str, Any], message: str) -> None:
+def test_a_bad_scene_is_a_single_line_error(groups: dict[str, Any], message: str) -> None:
     """What has no meaning in space is rejected, with the key."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of([1.0], [1.0], [[0.0, 0.0, -1.0]], **groups)

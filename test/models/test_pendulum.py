@@ -212,8 +212,8 @@ def test_joint_states_place_the_payload() -> None:
         ({"reference": {"q": [1.0, 2.0, 3.0]}}, "reference.q: has 3 values"),
     ],
 )
-def test_a_scene_that_is_not_possible_is_refused_in_one_line(group: dict[str, Any], message: str) -> None:
+def test_a_scene_that_is_not_possible_is_a_single_line_error(group: dict[str, Any], message: str) -> None:
     """Every setting that contradicts another is named with its value."""
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as caught:
         scene_of(**group)
-    assert message in str(refused.value) and "\n" not in str(refused.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -306,7 +306,7 @@ def test_what_is_absent_costs_nothing() -> None:
         ("overhead_hoist", {"hoist.push": True}, "hoist.push = True: belongs to a drive by force, here it is 'prescri"),
     ],
 )
-def test_bad_limits_are_refused_by_name(name: str, changes: dict[str, Any], message: str) -> None:
+def test_bad_limits_are_rejected_by_name(name: str, changes: dict[str, Any], message: str) -> None:
     """Limits that the start or the target does not keep, or that belong to nothing: single-line errors."""
     with pytest.raises(SceneError, match=re.escape(message)):
         load_scene(name, changes)

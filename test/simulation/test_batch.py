@@ -96,14 +96,14 @@ REJECTED: dict[str, tuple[str, dict[str, Any], str]] = {
 def test_mistakes_name_the_culprit(kind: str) -> None:
     """What cannot be a batch is rejected before any run, by a single-line error with the parameter or the crane."""
     name, parameters, message = REJECTED[kind]
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as caught:
         simulate_batch(name, parameters)
-    assert message in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
-def test_a_law_without_compiled_form_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A law that only Python can ask is refused by name: in a batch it could not run."""
+def test_a_law_without_compiled_form_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A law that is not compiled is rejected with its name: in a batch it could not run."""
 
     class Still:
         def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:

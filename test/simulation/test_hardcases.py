@@ -86,7 +86,7 @@ def test_a_bent_cable_is_not_taken_for_a_rod() -> None:
     assert bent.notes["model"] == heavy.notes["model"] == "rigid"
 
 
-def test_a_step_that_the_stiffest_motion_cannot_bear_is_refused() -> None:
+def test_a_step_that_the_stiffest_motion_cannot_bear_is_rejected() -> None:
     """A fixed step beyond the safe one is an error that names it; the safe one itself runs and stays finite."""
     with pytest.raises(crane_sim.SceneError, match="too large for the stiffest motion, .* safe step") as caught:
         crane_sim.load_scene("overhead_chain", {"integrator": {"method": "rk4", "step": 0.01}})

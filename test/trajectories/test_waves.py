@@ -155,7 +155,7 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     ],
     ids=lambda text: str(text)[:30].replace("\n", " "),
 )
-def test_a_bad_file_is_refused_in_one_line(text: str, message: str, tmp_path: Path) -> None:
+def test_a_bad_file_is_a_single_line_error(text: str, message: str, tmp_path: Path) -> None:
     """Errors in a file have its name, the row and the possible values."""
     file = tmp_path / "motion.csv"
     file.write_text(text)
@@ -191,7 +191,7 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_a_bad_motion_is_refused_in_one_line(groups: Any, message: str) -> None:
+def test_a_bad_motion_is_a_single_line_error(groups: Any, message: str) -> None:
     """Errors in the group have the key, its value and the possible values."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(**groups)

@@ -1,4 +1,4 @@
-"""A crane: support x cable x load and their effects, put together.
+"""A crane: support x cable x payload and their effects, put together.
 
 State x = (support state, payload state), and a third float, the energy supplied [J], when the crane is metered.
 

@@ -71,13 +71,13 @@ def support_polyline(support, xs):
 
 @generic
 def support_kinetic(support, pose):
-    """Return the support's kinetic energy [J], without rope and load."""
+    """Return the support's kinetic energy [J], without rope and payload."""
     raise NotImplementedError
 
 
 @generic
 def support_potential(support, pose, gravity):
-    """Return the support's potential energy [J] of gravity and joint springs, without rope and load."""
+    """Return the support's potential energy [J] of gravity and joint springs, without rope and payload."""
     raise NotImplementedError
 
 
