@@ -256,7 +256,7 @@ def _compiled_error_square(h, row, ks, x, y, rtol, atol):
 
 
 @overload(add_weighted, jit_options=LEAN)
-def _compiled_moved(x, h, row, ks, out):
+def _compiled_add_weighted(x, h, row, ks, out):
     if isinstance(x, types.Array):
         return lambda x, h, row, ks, out: move_rows(x, h, dense(row), ks.rows, out)
     return lambda x, h, row, ks, out: add_floats(x, combine_floats(h, row, ks))

@@ -19,7 +19,7 @@ def brake(plant: Plant, periods: int) -> None:
         plant.advance((0.0,) * len(plant.scene.actuated))
 
 
-def stored(plant: Plant) -> float:
+def stored_energy(plant: Plant) -> float:
     """Return the energy [J] in the spring of the first brake, and beyond its capacity what the slip will take."""
     hardware: Any = plant._hardware
     drive = hardware.state.drives[0]
@@ -130,9 +130,9 @@ def test_a_brake_gives_no_energy(capacity: float) -> None:
     plant = Plant(scene)
     brake(plant, 1)
     for _ in range(400):
-        before = energy(scene, plant) + stored(plant)
+        before = energy(scene, plant) + stored_energy(plant)
         plant.advance((0.0,))
-        after = energy(scene, plant) + stored(plant)
+        after = energy(scene, plant) + stored_energy(plant)
         assert after <= before + 1e-6  # J of some 15: the method's own error in a period
     assert after < before - 1e-9 or plant.at_rest
 

@@ -14,7 +14,7 @@ from crane_sim.simulation.rollout import simulate
 WORD = 2**64
 
 
-def mixed(z: int) -> int:
+def mix(z: int) -> int:
     """Return SplitMix64's output for a state, in whole numbers."""
     z = (z + 0x9E3779B97F4A7C15) % WORD
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % WORD
@@ -24,7 +24,7 @@ def mixed(z: int) -> int:
 
 def uniform(seed: int, stream: int, k: int) -> float:
     """Return the uniform number of a stream and a counter."""
-    return (mixed(mixed(mixed(seed) ^ stream) ^ k) >> 11) * 2.0**-53
+    return (mix(mix(mix(seed) ^ stream) ^ k) >> 11) * 2.0**-53
 
 
 def normal(seed: int, stream: int, k: int) -> float:

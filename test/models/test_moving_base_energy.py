@@ -32,8 +32,8 @@ def of_masses(masses: Array, place: Callable[[float], Array], base: Any = SHIP) 
     """Return the kinetic and potential energy [J] of masses (n,), whose points of the base are `place` from TIME on."""
 
     def world(s: float) -> Array:
-        turned, origin = pose(base, TIME + s)
-        return origin[0] + place(s) @ turned[0].T
+        rotate, origin = pose(base, TIME + s)
+        return origin[0] + place(s) @ rotate[0].T
 
     return float(0.5 * masses @ np.sum(rate(world) ** 2, axis=1) + G * masses @ world(0.0)[:, 2])
 
@@ -74,8 +74,8 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
 
     def axes(s: float) -> Array:  # the tower's first two, in the world: its inertia is about its third one
         a = q[0] + s * v[0]
-        turned = pose(SHIP, TIME + s)[0][0]
-        return np.array([[np.cos(a), np.sin(a), 0.0], [-np.sin(a), np.cos(a), 0.0]]) @ turned.T
+        rotate = pose(SHIP, TIME + s)[0][0]
+        return np.array([[np.cos(a), np.sin(a), 0.0], [-np.sin(a), np.cos(a), 0.0]]) @ rotate.T
 
     turning = rate(axes)[0] @ axes(0.0)[1]
     return crane_sim.load_scene(document), q, v, actual + 0.5 * TOWER * float(turning) ** 2
@@ -105,11 +105,11 @@ def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
         start = np.array([q[0] + s * v[0], 0.0, 0.0])
         return start + np.cumsum(np.vstack([np.zeros(3), np.array(LENGTHS)[:, None] * links(s)]), axis=0)
 
-    def turned(s: float) -> Array:
+    def rotate(s: float) -> Array:
         return links(s) @ pose(PLANE, TIME + s)[0][0].T
 
     actual = of_masses(np.array([trolley, *MASSES]), place, PLANE)
-    return scene, q, v, actual + 0.5 * inertia * float(np.sum(rate(turned) ** 2))
+    return scene, q, v, actual + 0.5 * inertia * float(np.sum(rate(rotate) ** 2))
 
 
 def on_a_bridge(local: Array, moves: Array) -> float:

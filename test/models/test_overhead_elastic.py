@@ -56,7 +56,7 @@ def scene_of_case(spec: Any) -> crane_sim.Scene:
 
 
 @entry_point
-def passed(method, p, q, v, u, times, nodes):
+def integrate_case(method, p, q, v, u, times, nodes):
     """Return (last integration, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
     x = system.state(p, 0.0, q, v)
     integration = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, make_event_log(system.switching(p))))
@@ -77,7 +77,7 @@ def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarra
     nodes = np.empty((len(times), system.point_count(scene.model), 3))
     model, efforts = scene.model._replace(meter=Meter()), (0.0,) * len(scene.actuated)
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
-    integration, lost = passed(method, model, q, v, efforts, np.array(times), nodes)
+    integration, lost = integrate_case(method, model, q, v, efforts, np.array(times), nodes)
     return integration, nodes[:, 1:], lost
 
 

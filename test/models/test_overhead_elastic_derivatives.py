@@ -60,7 +60,7 @@ def derivative(p, x, u):
 
 
 @entry_point
-def solved(p, x, u, shift, b):
+def solve_shifted_system(p, x, u, shift, b):
     """Overwrite b with the solution of (shift I - J) y = b at t = 0.37 s."""
     system.solve_shifted(p, system.factor_shifted(p, system.compute_jacobian(p, 0.37, x, u), shift), b)
 
@@ -85,7 +85,7 @@ def test_derivatives_are_exact(groups: Any) -> None:
     for shift in (3.0, 300.0):
         b = np.append(rng.normal(size=n), np.zeros(len(x) - n))
         expected = np.linalg.solve(shift * np.eye(n) - jacobian, b[:n])
-        solved(p, x, u, shift, b)
+        solve_shifted_system(p, x, u, shift, b)
         # differences of h = 1e-5 are right to about 1e-9 of a derivative
         assert np.max(np.abs(b[:n] - expected)) < 1e-7 * np.max(np.abs(expected))
     change = (derivative(p, x + h * slope, u)[2] - derivative(p, x - h * slope, u)[2]) / (2.0 * h)

@@ -41,7 +41,7 @@ def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[
     return np.concatenate([q, units.ravel()]), np.concatenate([v, rates.ravel()])
 
 
-def aligned(q: Array, v: Array, n: int) -> tuple[Array, Array]:
+def align_links(q: Array, v: Array, n: int) -> tuple[Array, Array]:
     """Return unit vectors and rates (n, 3) in many digits, the rounding of the given ones taken out."""
     units, rates = (exactly(part[-3 * n :]).reshape(n, 3) for part in (q, v))
     units = units / exactly([mpmath.sqrt(square) for square in np.sum(units * units, axis=1)])[:, None]
@@ -58,7 +58,7 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         hoist: the same of the first length, a mass 0 allowed; None where there is none.
     """
     with mpmath.workdps(60):
-        n, (units, rates) = len(m), aligned(q, v, len(m))
+        n, (units, rates) = len(m), align_links(q, v, len(m))
         span, pace = exactly(lengths), exactly(np.zeros(n))
         if hoist is not None:
             span[0], pace[0] = mpmath.mpf(q[2]), mpmath.mpf(v[2])

@@ -50,7 +50,7 @@ def ship(t: Any, only: tuple[str, ...] = AXES) -> list[Any]:
     ]
 
 
-def turned(roll: Any, pitch: Any, yaw: Any) -> sp.Matrix:
+def rotation_matrix(roll: Any, pitch: Any, yaw: Any) -> sp.Matrix:
     """Return Rz(yaw) Ry(pitch) Rx(roll)."""
     return sp.rot_ccw_axis3(yaw) * sp.rot_ccw_axis2(pitch) * sp.rot_ccw_axis1(roll)
 
@@ -59,7 +59,7 @@ def in_world(r: Any) -> Callable[[float], Any]:
     """Return a function of time: position, velocity, acceleration (3, 3) in the world of a point r (3,) of the ship."""
     t = sp.Symbol("t")
     surge = ship(t)
-    at = sp.Matrix(surge[:3]) + turned(*surge[3:]) * sp.Matrix(r)
+    at = sp.Matrix(surge[:3]) + rotation_matrix(*surge[3:]) * sp.Matrix(r)
     derivatives = sp.lambdify(t, sp.Matrix.hstack(at, at.diff(t), at.diff(t, 2)), cse=True)
     return lambda now: np.array(derivatives(now)).T
 

@@ -71,7 +71,7 @@ DROP = {"kind": "smooth", "from": 2.0, "to": 20.0, "start": 0.0, "duration": 1.0
 DROPPED = ROD | {"hoist": {"drive": "prescribed", "profile": DROP}}
 
 
-def hoisted(effort: float, **hoist: Any) -> dict[str, Any]:
+def hoist_scene(effort: float, **hoist: Any) -> dict[str, Any]:
     """Return a scene whose hoist is driven by a force."""
     return ROD | {"hoist": {"drive": "force"} | hoist, "inputs": {"hoist": {"kind": "constant", "value": effort}}}
 
@@ -82,8 +82,8 @@ WINDING: dict[str, tuple[Any, dict[str, Any]]] = {
     "rate, long steps": ("knuckle_winch", WOUND | {"rope": {"drive": "rate"}, "integrator": {"method": "dop853"}}),
     "lagging rate": ("knuckle_winch", WOUND | {"rope": {"drive": "rate", "time_constant": 0.1}, "duration": 6.0}),
     "force": ("knuckle_winch", HAULED | {"rope": {"drive": "force", "limits": [0.0, 5.0]}}),
-    "drum": (hoisted(-300.0, inertia=5.0), {}),
-    "massless winch": (hoisted(-300.0), {}),
+    "drum": (hoist_scene(-300.0, inertia=5.0), {}),
+    "massless winch": (hoist_scene(-300.0), {}),
 }
 SWUNG = {"integrator": FIXED, "initial": {"direction_rate": [4.0, 0.0, 0.0]}, "duration": 1.0}
 RUNNING_OUT = {"integrator": FIXED, "duration": 0.5, "inputs": {"rope": {"kind": "constant", "value": 12.0}}}
@@ -118,7 +118,9 @@ def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
         runs_by_name |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
     runs_by_name |= {f"law {name}": case[:2] for name, case in LAWS.items()}
     for name, hoist in PULLED.items():
-        runs_by_name |= {f"pulled {name} {push}": (hoisted(500.0, **hoist, push=push), {}) for push in (False, True)}
+        runs_by_name |= {
+            f"pulled {name} {push}": (hoist_scene(500.0, **hoist, push=push), {}) for push in (False, True)
+        }
     return runs_by_name
 
 
@@ -137,7 +139,7 @@ class Run:
         return float(match[1])
 
 
-def ended(scene: Any, changes: dict[str, Any]) -> Run:
+def run_to_end(scene: Any, changes: dict[str, Any]) -> Run:
     """Run a scene to its end, early or not."""
     try:
         run, error = crane_sim.simulate(load_scene(scene, changes)), ""
@@ -149,7 +151,7 @@ def ended(scene: Any, changes: dict[str, Any]) -> Run:
 @pytest.fixture(scope="module")
 def runs() -> dict[str, Run]:
     """Return all runs: `test_jit` proves that compiled code moves the same way."""
-    return {name: ended(*case) for name, case in questions().items()}
+    return {name: run_to_end(*case) for name, case in questions().items()}
 
 
 @pytest.mark.parametrize("name", POINT)
@@ -262,9 +264,9 @@ def test_batches_end_at_stops() -> None:
     for t, error in zip((1.0, 0.5), errors[1:], strict=True):
         match = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
         assert match and float(match[1]) == pytest.approx(t, abs=DIGITS)
-    with pytest.raises(SimulationError) as ended:
+    with pytest.raises(SimulationError) as run_to_end:
         crane_sim.simulate(scene)
-    assert str(ended.value) == errors[1] and ended.value.run.summary["event_count"] == 1
+    assert str(run_to_end.value) == errors[1] and run_to_end.value.run.summary["event_count"] == 1
 
 
 def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:

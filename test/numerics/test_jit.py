@@ -127,7 +127,7 @@ def test_state_algebra_is_the_same_in_python() -> None:
 
 
 @jit.entry_point
-def dragged(drag, force, velocity):
+def apply_drag(drag, force, velocity):
     """Compiled `add_drag`."""
     return add_drag(drag, force, velocity)
 
@@ -135,9 +135,9 @@ def dragged(drag, force, velocity):
 def test_a_generic_function_chooses_by_type() -> None:
     """The body is chosen by the type of the first argument, in Python and compiled; None takes the default."""
     force, velocity = (1.0, 2.0, 3.0), (3.0, 0.0, 4.0)
-    assert dragged(None, force, velocity) == add_drag(None, force, velocity) == force
+    assert apply_drag(None, force, velocity) == add_drag(None, force, velocity) == force
     expected = (1.0 - 7.5, 2.0, 3.0 - 10.0)
-    assert dragged(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
+    assert apply_drag(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
     assert add_drag.has_body(PayloadDrag) and not add_drag.has_body(int)
 
 
