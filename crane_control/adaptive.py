@@ -31,13 +31,13 @@ class DeadZone(NamedTuple):
 
 
 class Adaptation(NamedTuple):
-    """How the disturbance is learnt."""
+    """Adaptive estimation of the disturbance."""
 
     features: Number = 100  # -, number of random features
     width: Positive = 1.5  # -, of their kernel, in the units of what it is of
     rate: NonNegative = 9.0  # -, γ of learning
     c: Positive = 0.5  # 1/s, weight of the error beside its rate; below kd
-    of: Of = "y"  # what the disturbance is a function of: the payload's place, its place and velocity, or the error
+    of: Of = "y"  # what the disturbance is a function of: the payload's position, position and velocity, or error
     time: bool = False  # whether it is a function of time, too
     dead_zone: DeadZone | None = None  # errors too small to learn from; left out: none
     seed: Seed = 0  # -, of the features
@@ -47,41 +47,41 @@ SETTINGS = {"control": Settings, "control.adaptation": Adaptation}
 
 
 class Weights(NamedTuple):
-    """What has been learnt, and where it is computed."""
+    """Learnt weights, and work arrays."""
 
     weights: Any  # (2 d, 2), α of both axes
     values: Any  # (2 d,), ψ
     entries: Any  # (9,): y, y', e, e', t
-    clock: Any  # (1,) s, of the last lesson
+    last_time: Any  # (1,) s, of the last update
 
 
 class Learner(NamedTuple):
-    """A disturbance that is learnt."""
+    """Adaptive estimator of a disturbance."""
 
     features: Features
     rate: float
     c: float  # 1/s
     stiffness: float  # 1/s², kp + kd c: the paper's kp + (kc + c) c, its kc being kd - c
     zone: DeadZone | None
-    knowledge: Weights
+    state: Weights
 
-    def fresh(self) -> "Learner":
-        """Return the learner before it has learnt anything."""
-        return self._replace(knowledge=initial_weights(len(self.features.frequencies)))
+    def with_initial_state(self) -> "Learner":
+        """Return the learner with zero weights."""
+        return self._replace(state=initial_weights(len(self.features.frequencies)))
 
 
 def initial_weights(d: int) -> Weights:
-    """Return the knowledge of nothing yet, with d frequencies."""
+    """Return zero weights for d frequencies."""
     return Weights(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.zeros(1))
 
 
 @generic
-def share(zone, q):
-    """Return F(Q), eq. 97: how much is learnt from an error of size Q [m²/s²]; everything without a dead zone."""
+def learning_factor(zone, q):
+    """Return F(Q), eq. 97: factor of the learning rate at an error of size Q [m²/s²]; 1 without a dead zone."""
     return 1.0
 
 
-@share.register(DeadZone)
+@learning_factor.register(DeadZone)
 def _(zone, q):
     return min(max((q - zone.cutoff) / (2.0 * zone.smoothing), 0.0), 1.0)
 
@@ -97,9 +97,9 @@ def error_size(learner, entries):
 @routine
 def adaptation_step(learner, elapsed):
     """Learn for `elapsed` seconds from the entries, eq. 99, and return u (2,) [m/s²], eq. 81."""
-    weights, values, entries, _ = learner.knowledge
+    weights, values, entries, _ = learner.state
     write_features(learner.features, entries, values)
-    gain = elapsed * learner.rate * share(learner.zone, error_size(learner, entries))
+    gain = elapsed * learner.rate * learning_factor(learner.zone, error_size(learner, entries))
     sx, sy = learner.c * entries[4] + entries[6], learner.c * entries[5] + entries[7]
     ux, uy = 0.0, 0.0
     for j in range(len(values)):
@@ -112,20 +112,20 @@ def adaptation_step(learner, elapsed):
 
 @estimate.register(Learner)
 def _(learner, pendulum, sample, measurement):
-    entries, clock = learner.knowledge.entries, learner.knowledge.clock
+    entries, last_time = learner.state.entries, learner.state.last_time
     for i in range(2):
         entries[i], entries[2 + i] = measurement.y[i], measurement.dy[i]
         entries[4 + i], entries[6 + i] = measurement.y[i] - sample.goal[0][i], measurement.dy[i] - sample.goal[1][i]
     entries[8] = sample.t
-    elapsed = sample.t - clock[0]
-    clock[0] = sample.t
+    elapsed = sample.t - last_time[0]
+    last_time[0] = sample.t
     return Estimate(
         measurement.y, measurement.dy, adaptation_step(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0)
     )
 
 
-def learner_of(settings: Adaptation, gains: Gains) -> Learner:
-    """Return the learner beside these gains.
+def make_learner(settings: Adaptation, gains: Gains) -> Learner:
+    """Return the learner for a tracker with these gains.
 
     Raises:
         SceneError: c is not below kd, so that Q would not decrease.
@@ -143,7 +143,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    own, rest = read_group(Adaptation, settings, "adaptation")
+    own, remaining = read_group(Adaptation, settings, "adaptation")
     return tracking_law(
-        "adaptive", rest, nominal, lambda tracker, _: learner_of(own, tracker.gains), TrackingDefaults()
+        "adaptive", remaining, nominal, lambda tracker, _: make_learner(own, tracker.gains), TrackingDefaults()
     )

@@ -11,17 +11,17 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.drives import compute_drive_efforts, estimate_cable
-from crane_control.tracking.suspension import Positioned, drive_of, pendulum_of
+from crane_control.tracking.suspension import PositionServo, make_tip_servo, nominal_pendulum
+from crane_control.tracking.tip_servo import efforts_for_acceleration, estimate_cable
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
 from crane_sim.laws import read_settings
-from crane_sim.numerics.jit import entry, kernel
+from crane_sim.numerics.jit import entry_point, kernel
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.path import Path, reference_at
+from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
-FLAT = 1e-6  # of the rope's length, the least height of its upper end above or below the payload at the start
+MIN_HEIGHT_RATIO = 1e-6  # of the rope's length: least height difference of its ends at the start
 
 
 class Settings(NamedTuple):
@@ -41,16 +41,16 @@ class AngularLaw(NamedTuple):
     """The law and its nominal cable."""
 
     length: float  # m
-    path: Path
+    trajectory: Trajectory
     damping: float
     kp: float
     kd: float
     velocity: float  # 1: fed forward, 0: not
     acceleration: float
-    drive: Any  # what carries the suspension point
+    servo: Any  # of the suspension point, see `tracking.tip_servo`
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at time t [s], joint positions q (nq,) and velocities v (nq,)."""
+        """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self, t, q, v)
 
 
@@ -77,16 +77,16 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
-    goal, cable = reference_at(law.path, t), estimate_cable(law.drive, law.length, q, v)
+    goal, cable = reference_at(law.trajectory, t), estimate_cable(law.servo, law.length, q, v)
     ax, ay = compute_damping(law.length, law.damping, cable.n, cable.dn)
     a = (
         ax + compute_tracking(law, goal, cable.tip, cable.dtip, 0),
         ay + compute_tracking(law, goal, cable.tip, cable.dtip, 1),
     )
-    return compute_drive_efforts(law.drive, t, cable, a)
+    return efforts_for_acceleration(law.servo, t, cable, a)
 
 
-@entry
+@entry_point
 def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return system.command(law, t, q, v)
@@ -96,7 +96,7 @@ def _check_start(nominal: Scene) -> None:
     """Raise SceneError when the rope lies horizontally at the start, along the base's x for one."""
     boom, rope = nominal.crane == "knuckle", nominal.initial_q[3:6]
     down = cos(rope[1]) * cos(rope[2]) if boom else -rope[2]
-    if abs(down) < FLAT:
+    if abs(down) < MIN_HEIGHT_RATIO:
         where = f"initial.q[4:] = {list(rope[1:])}" if boom else f"initial.direction = {list(rope)}"
         raise SceneError(f"{where}: the rope is horizontal, where the angular law's swing angles are not defined")
 
@@ -108,10 +108,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     options = read_settings(Settings, settings)
-    pendulum, path = pendulum_of("angular", nominal)
-    drive = drive_of("angular", None, nominal, None)
-    if isinstance(drive, Positioned):
+    pendulum, trajectory = nominal_pendulum("angular", nominal)
+    servo = make_tip_servo("angular", None, nominal, None)
+    if isinstance(servo, PositionServo):
         raise SceneError("suspension.drive = 'servo': the angular law commands accelerations; take drive: acceleration")
     _check_start(nominal)
     forward = float(options.velocity), float(options.acceleration)
-    return AngularLaw(pendulum.length, path, options.damping, options.kp, options.kd, *forward, drive)
+    return AngularLaw(pendulum.length, trajectory, options.damping, options.kp, options.kd, *forward, servo)

@@ -4,7 +4,7 @@ Proportional-derivative action on the actuated joints, plus the efforts that car
 It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, e the error of
 an actuated joint, whose derivative is -Σ kd q'² less what friction and drag take out.
 
-The slew alone may have a reach r, which bounds the pull of a far target and hence the swing that its start excites:
+The position error of the slew may saturate at r (`reach`), which limits the swing that a far target excites:
 kp e / √(1 + (e/r)²) in place of kp e, and kp e² / (1 + √(1 + (e/r)²)) in place of ½ kp e² in V.
 """
 
@@ -18,17 +18,17 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.models.cables.rope import RateRope, add_rope_energy, span
+from crane_sim.models.cables.rope import RateRope, add_rope_energy, rope_kinematics
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics, support_potential
-from crane_sim.numerics.jit import entry, generic, kernel
+from crane_sim.numerics.jit import entry_point, generic, kernel
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=3, max_length=4)]
 
 
 class Winch(NamedTuple):
-    """What the law does on a force-driven rope."""
+    """Control of a force-driven rope."""
 
     kp: float  # N/m
     kd: float  # N s/m
@@ -42,9 +42,9 @@ class ControlParameters(NamedTuple):
     kp: tuple[float, float, float]  # N m/rad
     kd: tuple[float, float, float]  # N m s/rad
     target: tuple[float, float, float]  # rad
-    moments: tuple[float, float]  # N m, of what boom and jib carry when they are horizontal
+    moments: tuple[float, float]  # N m, of the weight on boom and jib when they are horizontal
     winch: Winch | None
-    reach: float | None  # rad, of the slew; None: a linear spring
+    saturation: float | None  # rad, of the slew's position error; None: linear
 
 
 class EnergyLaw(NamedTuple):
@@ -54,7 +54,7 @@ class EnergyLaw(NamedTuple):
     nominal: Crane
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
+        """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self.parameters, q, v)
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
@@ -63,35 +63,35 @@ class EnergyLaw(NamedTuple):
 
 
 @generic
-def stretch(reach, error):
-    """Return (pull, energy) per stiffness of a spring, which pulls no harder than at `reach` where that is given."""
+def saturated_spring(saturation, error):
+    """Return (error, energy) per stiffness of a spring, the error saturated at `saturation` if that is given."""
     return error, 0.5 * error**2
 
 
-@stretch.register(float)
-def _(reach, error):
-    root = sqrt(1.0 + (error / reach) ** 2)
+@saturated_spring.register(float)
+def _(saturation, error):
+    root = sqrt(1.0 + (error / saturation) ** 2)
     return error / root, error * error / (1.0 + root)
 
 
 @generic
-def with_winch(winch, tau, q, v):
-    """Return the efforts tau with the winch's appended, where the rope takes one."""
+def append_winch_effort(winch, tau, q, v):
+    """Return the efforts tau plus the winch's, where the rope is force-driven."""
     return tau
 
 
-@with_winch.register(Winch)
+@append_winch_effort.register(Winch)
 def _(winch, tau, q, v):
     return (*tau, winch.kp * (winch.target - q[3]) - winch.kd * v[3] - winch.weight)
 
 
 @generic
-def winch_share(winch, q, v):
-    """Return what the winch's action adds to (V, dV/dt)."""
+def winch_lyapunov_terms(winch, q, v):
+    """Return the terms of the winch in (V, dV/dt)."""
     return 0.0, 0.0
 
 
-@winch_share.register(Winch)
+@winch_lyapunov_terms.register(Winch)
 def _(winch, q, v):
     return 0.5 * winch.kp * (winch.target - q[3]) ** 2, -winch.kd * v[3] * v[3]
 
@@ -100,10 +100,10 @@ def _(winch, q, v):
 def control_action(parameters, q, v):
     """Return the efforts (nu,) of the law."""
     kp, kd, target = parameters.kp, parameters.kd, parameters.target
-    slew = kp[0] * stretch(parameters.reach, target[0] - q[0])[0] - kd[0] * v[0]
-    luff = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.moments[0] * cos(q[1])
-    knuckle = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.moments[1] * cos(q[2])
-    return with_winch(parameters.winch, (slew, luff, knuckle), q, v)
+    slew = kp[0] * saturated_spring(parameters.saturation, target[0] - q[0])[0] - kd[0] * v[0]
+    boom = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.moments[0] * cos(q[1])
+    jib = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.moments[1] * cos(q[2])
+    return append_winch_effort(parameters.winch, (slew, boom, jib), q, v)
 
 
 @system.command.register(EnergyLaw)
@@ -117,23 +117,27 @@ def _(u, p, t, x):
     return system.saturate(p, control_action(u.parameters, q, v))
 
 
-@entry
+@entry_point
 def compute_efforts(parameters, q, v):
     """Compiled `control_action` for calls from Python."""
     return control_action(parameters, q, v)
 
 
-@entry
+@entry_point
 def compute_lyapunov(law, t, q, v):
     """Return (V, dV/dt) of the shaped energy at time t [s]."""
     p, parameters = law.nominal, law.parameters
     x = system.state(p, t, q, v)
     pose = forward_kinematics(p.support, x[0])
-    line = span(pose, x[1])
-    value, rate = winch_share(parameters.winch, q, v)
-    value = value + system.kinetic(p, x) + p.load.mass * p.gravity * (line.length + line.n[2] * line.length)
-    value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), line.length)
-    value = value + parameters.kp[0] * stretch(parameters.reach, parameters.target[0] - q[0])[1]
+    rope_state = rope_kinematics(pose, x[1])
+    value, rate = winch_lyapunov_terms(parameters.winch, q, v)
+    value = (
+        value
+        + system.kinetic(p, x)
+        + p.load.mass * p.gravity * (rope_state.length + rope_state.n[2] * rope_state.length)
+    )
+    value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), rope_state.length)
+    value = value + parameters.kp[0] * saturated_spring(parameters.saturation, parameters.target[0] - q[0])[1]
     for i in range(1, 3):
         value = value + 0.5 * parameters.kp[i] * (parameters.target[i] - q[i]) ** 2
     for i in range(3):

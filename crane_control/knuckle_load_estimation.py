@@ -1,4 +1,4 @@
-"""The energy law for the knuckle crane with a load of unknown mass, which it estimates from the rope's tension.
+"""The energy law for the knuckle crane with a payload of unknown mass, which it estimates from the rope's tension.
 
 Vertical motion of the payload: m (z'' + g) = -T n_z, n the unit vector from tip to payload, z its height, T the
 tension, computed from the winch's effort. Two equal low-pass filters of rate λ, a of z'' + g and p of -T n_z, begin at
@@ -16,8 +16,8 @@ continuous), with V of the plain law for the true m, B = lB²/kdβ + lJ²/kdγ +
    boom, jib and rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂ - m)².
 3. W' ≤ B (m̂ - m)² (¼ g² - a²), which is not positive while a > ½ g. Where it stays zero, m̂ = m and q' = 0, and the
    crane is at rest at its target, as under the plain law.
-While a ≤ ½ g, as in free fall, the tension is too small for an estimate, which stays as it is. A rope cannot push: the
-estimate takes the effort limited to tension, and V' holds for a winch whose demand is a tension.
+While a ≤ ½ g, as in free fall, the tension is too small for an estimate, which stays as it is. A rope transmits tension
+only: the estimate takes the effort limited to tension, and V' holds for a winch whose command is a tension.
 """
 
 from collections.abc import Mapping
@@ -31,11 +31,11 @@ from crane_control.knuckle_energy import ControlParameters, EnergyLaw, Settings,
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import read_settings
-from crane_sim.models.cables.rope import span
+from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.effects import add_spring
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics
-from crane_sim.numerics.jit import entry, kernel, routine
+from crane_sim.numerics.jit import entry_point, kernel, routine
 from crane_sim.scenes.scene import Scene
 
 MIN_ACCELERATION = 0.5  # of g: the estimate is updated above it only, by step 3 of the proof
@@ -59,10 +59,10 @@ class AdaptiveEnergyLaw(NamedTuple):
     estimator: MassEstimator
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
+        """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self, t, q, v)
 
-    def fresh(self) -> "AdaptiveEnergyLaw":
+    def with_initial_state(self) -> "AdaptiveEnergyLaw":
         """Return the law with an estimator at its initial state."""
         return self._replace(estimator=make_estimator(self.nominal))
 
@@ -70,7 +70,7 @@ class AdaptiveEnergyLaw(NamedTuple):
         """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
         nominal, winch = self.nominal, self.parameters.winch
         boom, jib = nominal.support.boom, nominal.support.jib
-        assert winch is not None  # `build` refuses a rope without a force-driven winch
+        assert winch is not None  # `build` rejects a rope without a force-driven winch
         value, _ = compute_lyapunov(
             EnergyLaw(self.parameters, nominal._replace(load=nominal.load._replace(mass=mass))), t, q, v
         )
@@ -89,14 +89,14 @@ def make_estimator(nominal: Crane) -> MassEstimator:
 
 @routine
 def update_estimate(law, t, q, v):
-    """Filter acceleration and pull since the last command, and return the estimated mass [kg]."""
+    """Filter acceleration and tension since the last command, and return the estimated mass [kg]."""
     p, (filters, previous, winch_effort, mass) = law.nominal, law.estimator
     x = system.state(p, t, q, v)
-    rope = span(forward_kinematics(p.support, x[0]), x[1])
-    elapsed, rate, up = t - previous[0], x[1][5], -rope.n[2]
+    rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
+    elapsed, rate, up = t - previous[0], x[1][5], -rope_state.n[2]
     if elapsed > 0.0:
         gain = 1.0 - exp(-law.rate * elapsed)
-        tension = -add_spring(p.cable.spring, winch_effort[0], rope.length)
+        tension = -add_spring(p.cable.spring, winch_effort[0], rope_state.length)
         filters[0] += gain * ((rate - previous[1]) / elapsed + p.gravity - filters[0])
         filters[1] += gain * (0.5 * (previous[2] + up) * tension - filters[1])
     if filters[0] > MIN_ACCELERATION * p.gravity:
@@ -114,24 +114,24 @@ def with_payload(parameters, p, mass):
         parameters.moments[1] + extra_weight * p.support.jib.length,
     )
     rope = Winch(winch.kp, winch.kd, winch.target, winch.weight + extra_weight)
-    return ControlParameters(parameters.kp, parameters.kd, parameters.target, moments, rope, parameters.reach)
+    return ControlParameters(parameters.kp, parameters.kd, parameters.target, moments, rope, parameters.saturation)
 
 
 @system.command.register(AdaptiveEnergyLaw)
 def _(law, t, q, v):
     efforts = control_action(with_payload(law.parameters, law.nominal, update_estimate(law, t, q, v)), q, v)
-    law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope cannot push
+    law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope transmits tension only
     return efforts
 
 
-@entry
+@entry_point
 def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return system.command(law, t, q, v)
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEnergyLaw:
-    """Return the energy law for its nominal scene, one that estimates the load's mass if `adaptation` is given.
+    """Return the energy law for its nominal scene, one that estimates the payload's mass if `adaptation` is given.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

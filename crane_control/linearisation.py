@@ -20,21 +20,21 @@ Array = npt.NDArray[np.float64]
 Poles = npt.NDArray[np.complex128]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
 ZERO_ACCELERATION = 1e-9  # m/s² or rad/s²: accelerations that count as none
-SLOWEST = 1e-6  # 1/s: poles nearer to the border of stability count as on it, their error is that of the differences
+STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it; error of the differences
 
 
 def without_dry_friction(scene: Scene) -> Scene:
     """Return the scene with viscous friction only: dry friction jumps where the equations are to be linearised."""
     document = scene.to_dict()
-    rubbing = document.get("friction")
-    if not rubbing:
+    friction = document.get("friction")
+    if not friction:
         return scene
-    document["friction"] = {axis: given | {"coulomb": 0.0, "static": 0.0} for axis, given in rubbing.items() if given}
+    document["friction"] = {axis: group | {"coulomb": 0.0, "static": 0.0} for axis, group in friction.items() if group}
     return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
 
 
 def equilibrium(scene: Scene) -> tuple[Array, Array]:
-    """Return (joint positions (nq,), efforts (nu,)) that hold the actuated joints at the reference, the rest hanging.
+    """Return (joint positions (nq,), efforts (nu,)) that hold the actuated joints at the reference, the others hanging.
 
     Raises:
         SceneError: there is no target, or no joint to command, or Newton's method finds nothing that stays at rest.
@@ -45,14 +45,14 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     q, u = _hanging_positions(scene, target), np.zeros(len(scene.actuated))
     n, free = len(q), [i for i, name in enumerate(scene.joint_names) if name not in scene.actuated]
     for _ in range(20):
-        moved = acceleration(scene, q, np.zeros(n), u)
-        if not np.all(np.isfinite(moved)):
+        qdd = acceleration(scene, q, np.zeros(n), u)
+        if not np.all(np.isfinite(qdd)):
             break
         a, b = linearise(scene, q, u)
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
-        if np.max(np.abs(moved)) < ZERO_ACCELERATION + rounding:
+        if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
-        step = np.linalg.lstsq(np.hstack([a[n:, free], b[n:]]), -moved)[0]
+        step = np.linalg.lstsq(np.hstack([a[n:, free], b[n:]]), -qdd)[0]
         q[free] += step[: len(free)]
         u += step[len(free) :]
     raise SceneError(f"reference.q = {list(target)}: no efforts hold the crane at rest there")
@@ -99,19 +99,21 @@ def regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> t
     """
     n, nu = b.shape
     if period is not None:
-        flow = np.asarray(expm(period * np.block([[a, b], [np.zeros((nu, n + nu))]])), np.float64)
-        a, b = flow[:n, :n], flow[:n, n:]
+        transition = np.asarray(expm(period * np.block([[a, b], [np.zeros((nu, n + nu))]])), np.float64)
+        a, b = transition[:n, :n], transition[:n, n:]
     try:
         p: Any = (solve_continuous_are if period is None else solve_discrete_are)(a, b, np.diag(q), np.diag(r))
     except LinAlgError:
         p = np.zeros((n, n))  # no solution: nothing would change
-    weighed = np.diag(r) + (0.0 if period is None else b.T @ p @ b)
-    gain = np.asarray(np.linalg.solve(weighed, b.T @ p @ (a if period is not None else np.eye(n))), np.float64)
+    hessian = np.diag(r) + (0.0 if period is None else b.T @ p @ b)
+    gain = np.asarray(np.linalg.solve(hessian, b.T @ p @ (a if period is not None else np.eye(n))), np.float64)
     poles = np.linalg.eigvals(a - b @ gain).astype(np.complex128)
     exponents = poles if period is None else np.log(poles) / period
-    stays = exponents[exponents.real.argmax()]
-    if stays.real > -SLOWEST or not np.any(p):
+    slowest = exponents[exponents.real.argmax()]
+    if slowest.real > -STABILITY_TOLERANCE or not np.any(p):
         # where everything is weighed, the best law damps all that efforts reach
-        line = "no effort damps it" if np.all(q > 0.0) else "no effort damps it, or no weight asks for it"
-        raise SceneError(f"control.law = 'lqr': a motion of {abs(stays.imag):.3g} rad/s about the target stays: {line}")
+        reason = "no effort damps it" if np.all(q > 0.0) else "no effort damps it, or no weight asks for it"
+        raise SceneError(
+            f"control.law = 'lqr': a motion of {abs(slowest.imag):.3g} rad/s about the target stays: {reason}"
+        )
     return gain, poles

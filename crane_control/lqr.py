@@ -26,9 +26,9 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.numerics.jit import entry, generic, routine
+from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.path import Path, reference_at
+from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
 DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
 """Deviation and velocity that weigh 1, by unit of the joint."""
@@ -39,7 +39,7 @@ class Channel(NamedTuple):
 
     effort: float  # at the target
     gain: Any  # (2 nq,), of positions, then of velocities
-    rest: "Channel | None"
+    tail: "Channel | None"
 
 
 class LqrLaw(NamedTuple):
@@ -47,23 +47,23 @@ class LqrLaw(NamedTuple):
 
     channels: Channel | None
     target: Any  # (nq,)
-    path: Path | None  # of the actuated joints, to the target
+    trajectory: Trajectory | None  # of the actuated joints, to the target
     poles: Any  # closed-loop eigenvalues (complex): s [1/s] of a continuous law, z of a sampled one
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at joint positions q and velocities v, nq or more."""
+        """Return the effort commands (nu,) at joint positions q and velocities v, nq or more."""
         return compute_efforts(self, t, np.array(q), np.array(v))
 
 
 @generic
-def move_target(path, effort, gain, target, t):
-    """Return the effort with the target moved along a path at time t [s]; as it is without one."""
+def move_target(trajectory, effort, gain, target, t):
+    """Return the effort with the target moved along a trajectory at time t [s]; as it is without one."""
     return effort
 
 
-@move_target.register(Path)
-def _(path, effort, gain, target, t):
-    (x, rate, _), n = reference_at(path, t), len(target)
+@move_target.register(Trajectory)
+def _(trajectory, effort, gain, target, t):
+    (x, rate, _), n = reference_at(trajectory, t), len(target)
     for i in range(len(x)):
         effort = effort + gain[i] * (x[i] - target[i]) + gain[n + i] * rate[i]
     return effort
@@ -78,12 +78,12 @@ def feedback(channel, law, t, q, v):
 @feedback.register(Channel)
 def _(channel, law, t, q, v):
     target, n = law.target, len(law.target)
-    effort = move_target(law.path, channel.effort, channel.gain, target, t)
+    effort = move_target(law.trajectory, channel.effort, channel.gain, target, t)
     for i in range(n):
         effort = (
             effort - channel.gain[i] * (get_or_zero(q, i, n) - target[i]) - channel.gain[n + i] * get_or_zero(v, i, n)
         )
-    return (effort, *feedback(channel.rest, law, t, q, v))
+    return (effort, *feedback(channel.tail, law, t, q, v))
 
 
 @system.command.register(LqrLaw)
@@ -103,7 +103,7 @@ def evaluate_law(law, p, t, x):
     return system.saturate(p, feedback(law.channels, law, t, q, v))
 
 
-@entry
+@entry_point
 def compute_efforts(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return feedback(law.channels, law, t, q, v)

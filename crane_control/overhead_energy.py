@@ -1,11 +1,11 @@
-"""Energy-based law for the overhead crane: the drive makes the trolley feel as light as the payload likes it.
+"""Energy-based law for the overhead crane: damping of the swing by a trolley of small apparent mass.
 
-Damping of the trolley alone hardly reaches the swing below a heavy trolley, which does not feel the rope. So the law
-shapes kinetic energy too: with the pull T sin α of the rope on the trolley, computed from what is measured, it drives
+Damping of the trolley alone hardly damps the swing below a heavy trolley, on which the rope's force has little effect.
+So the law shapes kinetic energy too: with the force T sin α of the rope on the trolley, computed from measured joints,
 
     F = M/μ f + (M/μ - 1) T sin α,   f = kp e / √(1 + (e/r)²) - kd x',   F_hoist = kp_h e_h - kd_h l' - m g,
 
-e, e_h the errors. Then the trolley of mass M moves as one of the apparent mass μ that the force f drives.
+e, e_h the errors. Then the trolley of mass M moves as one of the apparent mass μ under the force f.
 
 Proof that V never rises (planar crane, one rigid taut link, nominal parameters, continuous law), V = energy of payload
 and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)) + ½ kp_h e_h²:
@@ -14,12 +14,12 @@ and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)
 3. The springs of V take away f's and F_hoist's positional parts, and m g l balances the payload's weight on the hoist:
    V' = -kd x'² - kd_h l'².
    Friction R on the rail, on which the law does not act, takes R x' (μ/M + (1 - μ/M) k): the rope's tension is then not
-   the computed one. k = sin²α / (sin²α + M/m + M/J), J the drum's inertia; without a hoist M/J is 0.
+   the computed one. k = sin²α / (sin²α + M/m + M/J), J the reflected mass of the hoist; without a hoist M/J is 0.
 V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
 
 Default gains: linearised, trolley and swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of ω = √(g/l), with
 d = kd / (μ ω), p = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω; the hoist's two are there too.
-The reach r bounds the pull of a far target, hence the speed, to about r ω / 4.
+The saturation r (`reach`) of the position error limits the speed to about r ω / 4.
 """
 
 from collections.abc import Mapping
@@ -37,7 +37,7 @@ from crane_sim.laws import read_settings
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.rails import ForceAxis, Friction, friction_force
-from crane_sim.numerics.jit import entry, generic, kernel
+from crane_sim.numerics.jit import entry_point, generic, kernel
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=2)]
@@ -50,12 +50,12 @@ class Rope(NamedTuple):
 
 
 class Hoist(NamedTuple):
-    """What the law does on a force-driven hoist."""
+    """Control of a force-driven hoist."""
 
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
-    inertia: float  # kg, of the drum
+    reflected_mass: float  # kg, of drum and drive at the cable
 
 
 class OverheadEnergyLaw(NamedTuple):
@@ -64,7 +64,7 @@ class OverheadEnergyLaw(NamedTuple):
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
-    reach: float  # m
+    saturation: float  # m, of the position error
     apparent_mass: float  # kg
     trolley_mass: float  # kg
     payload_mass: float  # kg
@@ -73,7 +73,7 @@ class OverheadEnergyLaw(NamedTuple):
     friction: Friction | None = None  # of the trolley, which the law does not act on
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at joint positions q (nq,) and velocities v (nq,)."""
+        """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self, np.array(q), np.array(v))
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
@@ -94,7 +94,7 @@ def _(rope, q, v):
 
 @generic
 def hoist_control(rope, q, v, weight):
-    """Return (the hoist's effort as a tuple, compliance [1/kg], free acceleration [m/s²], its share of V and dV/dt)."""
+    """Return (efforts of the hoist as a tuple, inverse mass [1/kg], free acceleration [m/s²], terms in (V, dV/dt))."""
     return (), 0.0, 0.0, (0.0, 0.0)
 
 
@@ -102,8 +102,8 @@ def hoist_control(rope, q, v, weight):
 def _(rope, q, v, weight):
     error, rate = rope.target - q[1], v[1]
     force = rope.kp * error - rope.kd * rate - weight
-    value = 0.5 * rope.kp * error * error + 0.5 * rope.inertia * rate * rate
-    return (force,), 1.0 / rope.inertia, force / rope.inertia, (value, -rope.kd * rate * rate)
+    value = 0.5 * rope.kp * error * error + 0.5 * rope.reflected_mass * rate * rate
+    return (force,), 1.0 / rope.reflected_mass, force / rope.reflected_mass, (value, -rope.kd * rate * rate)
 
 
 @kernel
@@ -112,12 +112,12 @@ def control_action(law, q, v):
     m, mu = law.payload_mass, law.apparent_mass
     (length, _, n), error = cable_state(law.rope, q, v), law.target - q[0]
     s, c, rate = sin(get_or_zero(q, n - 1, n)), cos(get_or_zero(q, n - 1, n)), get_or_zero(v, n - 1, n)
-    push = law.kp * error / sqrt(1.0 + (error / law.reach) ** 2) - law.kd * v[0]
-    efforts, give, run, _ = hoist_control(law.rope, q, v, m * law.gravity)
-    pull = length * rate * rate + law.gravity * c - s * push / mu - run
-    tension = pull / (1.0 / m + s * s / mu + give)
+    force = law.kp * error / sqrt(1.0 + (error / law.saturation) ** 2) - law.kd * v[0]
+    efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
+    relative_acc = length * rate * rate + law.gravity * c - s * force / mu - hoist_acc
+    tension = relative_acc / (1.0 / m + s * s / mu + inverse_mass)
     ratio = law.trolley_mass / mu
-    return (ratio * push + (ratio - 1.0) * tension * s, *efforts)
+    return (ratio * force + (ratio - 1.0) * tension * s, *efforts)
 
 
 @system.command.register(OverheadEnergyLaw)
@@ -131,32 +131,32 @@ def _(u, p, t, x):
     return system.saturate(p, control_action(u, q, v))
 
 
-@entry
+@entry_point
 def compute_efforts(law, q, v):
     """Compiled `control_action` for calls from Python."""
     return control_action(law, q, v)
 
 
 @kernel
-def compute_friction_loss(law, s, give, v):
-    """Return the power [W] by which friction on the rail lowers V, at sine s, a hoist's compliance and velocity v."""
-    share, square = law.apparent_mass / law.trolley_mass, s * s
-    k = square / (square + law.trolley_mass / law.payload_mass + law.trolley_mass * give)
-    return (share + (1.0 - share) * k) * friction_force(law.friction, v) * v
+def compute_friction_loss(law, s, inverse_mass, v):
+    """Return the power [W] by which friction on the rail lowers V, at sine s, a hoist's inverse mass and velocity v."""
+    ratio, sine_sq = law.apparent_mass / law.trolley_mass, s * s
+    k = sine_sq / (sine_sq + law.trolley_mass / law.payload_mass + law.trolley_mass * inverse_mass)
+    return (ratio + (1.0 - ratio) * k) * friction_force(law.friction, v) * v
 
 
-@entry
+@entry_point
 def compute_lyapunov(law, q, v):
     """Compiled `lyapunov`."""
-    length, paid, n = cable_state(law.rope, q, v)
+    length, length_rate, n = cable_state(law.rope, q, v)
     swing, rate = get_or_zero(q, n - 1, n), get_or_zero(v, n - 1, n)
-    _, give, _, (value, falls) = hoist_control(law.rope, q, v, 0.0)
+    _, inverse_mass, _, (value, value_rate) = hoist_control(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
-    across, up = v[0] + paid * s + length * c * rate, -paid * c + length * s * rate
+    across, up = v[0] + length_rate * s + length * c * rate, -length_rate * c + length * s * rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
-    value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.reach) ** 2))
-    return value, falls - law.kd * v[0] * v[0] - compute_friction_loss(law, s, give, v[0])
+    value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.saturation) ** 2))
+    return value, value_rate - law.kd * v[0] * v[0] - compute_friction_loss(law, s, inverse_mass, v[0])
 
 
 class Settings(NamedTuple):
@@ -180,10 +180,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     rising = len(target) == 2
     length = target[1] if rising else model.cable.length
     omega = sqrt(model.gravity / length)
-    moved = m + model.hoist.inertia if rising else 0.0
+    moved = m + model.hoist.reflected_mass if rising else 0.0
     kp = _gains("kp", options.kp, (0.25 * m * omega**2, moved * omega**2), len(target))
     kd = _gains("kd", options.kd, (m * omega, 2.0 * moved * omega), len(target))
-    rope = Hoist(kp[1], kd[1], length, model.hoist.inertia) if rising else Rope(length)
+    rope = Hoist(kp[1], kd[1], length, model.hoist.reflected_mass) if rising else Rope(length)
     masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
     action = kp[0], kd[0], target[0], options.reach
     return OverheadEnergyLaw(*action, *masses, model.gravity, rope, model.trolley.friction)
@@ -195,7 +195,9 @@ def _read_target(nominal: Scene) -> tuple[float, ...]:
     if target is None:
         raise SceneError("reference: is missing, the energy law needs a target")
     if not isinstance(model, RodCrane) or model.cable.nodes.shape[1] > 1:
-        raise SceneError("cable: the energy law believes in one rigid link in the plane; see control.nominal")
+        raise SceneError(
+            "cable: the energy law needs a nominal cable of one rigid link in the plane; see control.nominal"
+        )
     if not isinstance(model.trolley, ForceAxis) or not isinstance(model.hoist, ForceHoist | None):
         raise SceneError("trolley, hoist: the energy law drives both by force (hoist: with inertia, or absent)")
     if model.gravity == 0.0:

@@ -11,7 +11,7 @@ def get_or_zero(values, i, n):
     that is, to first order, the payload's direction seen from the trolley, in which the cable's own waves hardly show:
     they stay as they are. Growth of waves in linearised loops of LQR and energy law (two and ten undamped links, 2 to
     1000 kg of payload, continuous or 10 ms): at most 0.02 1/s with the mean, and that only where the cable, which the
-    law knows nothing of, is as heavy as the payload; up to 7 1/s with the first link's angle (LQR, heavy payloads; for
+    law does not model, is as heavy as the payload; up to 7 1/s with the first link's angle (LQR, heavy payloads; for
     light ones it damps waves); up to 7 1/s with the last link's (both laws, most cranes).
     """
     if i < n - 1:

@@ -1,4 +1,4 @@
-"""Control laws: what one is, and how its name leads to it.
+"""Control laws: their interface, and their lookup by name.
 
 A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by naming a function
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
@@ -7,6 +7,7 @@ A module that has `SETTINGS`, the NamedTuples that its settings are read into by
 in the page of the scene format.
 """
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -35,7 +36,7 @@ class Law(Protocol):
     """Efforts from time and joint coordinates. A NamedTuple with a registered `system.command` runs compiled."""
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the efforts (nu,) demanded at time t [s], joint positions q (nq,) and velocities v (nq,)."""
+        """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
         ...
 
 
@@ -45,14 +46,14 @@ class EnergyShaping(Protocol):
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) at time t [s], joint positions q (nq,) and velocities v (nq,).
 
-        dV/dt is that of the law's nominal crane, under efforts that are demanded continuously: motions,
-        forces and limits that `control.nominal` keeps from the law are not in it.
+        dV/dt is that of the law's nominal crane, under commands that are evaluated continuously; motions,
+        forces and limits that `control.nominal` leaves out of it do not count.
         """
         ...
 
 
 class AboutLaw(NamedTuple):
-    """What a law's module says of it."""
+    """Description of a law, from its module."""
 
     about: str  # the first paragraph of its docstring
     settings: Mapping[str, Any]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
@@ -64,7 +65,7 @@ def law_names() -> list[str]:
 
 
 def law_of(name: str) -> AboutLaw:
-    """Return what the module of an installed law says of it."""
+    """Return the description of an installed law, from its module."""
     entry = next(entry for entry in entry_points(group=GROUP) if entry.name == name)
     module = import_module(entry.module)
     about = cleandoc(module.__doc__ or "").partition("\n\n")[0]
@@ -94,29 +95,29 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
 
 
 class SlowHalf(Protocol):
-    """The half of a law that is asked less often: in a process of its own it makes demands on the fast half."""
+    """The half of a law that is sampled less often, maybe in another process: computes the fast half's setpoints."""
 
     @property
     def interval(self) -> float:
-        """Time between two instants at which it is asked [s]."""
+        """Sampling interval [s]."""
         ...
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the n coordinates that it makes demands on."""
+        """Names of the n coordinates of its setpoint."""
         ...
 
     @property
     def demand(self) -> tuple[float, ...]:
-        """What it wants of them (3 n,): positions, velocities, accelerations."""
+        """Setpoint (3 n,): positions, velocities, accelerations."""
         ...
 
     def due(self, t: float) -> bool:
-        """Return whether the state at time t [s], which is new to the law, asks for a new demand."""
+        """Return whether it is sampled at the state at time t [s], which is new to the law."""
         ...
 
     def take(self, demand: tuple[float, ...]) -> None:
-        """Follow a demand that another process has made."""
+        """Hold a setpoint that another process has computed."""
         ...
 
 
@@ -126,19 +127,19 @@ def slow_half(law: Any) -> SlowHalf | None:
 
 
 def fast_half(law: Any) -> Any:
-    """Return the law with nothing but room for demands as its slow half; the law itself where it is not in halves."""
+    """Return the law whose slow half only holds received setpoints; the law itself where it has no slow half."""
     return law if slow_half(law) is None else law.fast_half()
 
 
 class LawError(RuntimeError):
-    """A law that failed, or gave something that is not a vector of efforts; one line."""
+    """A law that raised, or returned no vector of efforts; one line."""
 
 
-def ask_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
-    """Return the efforts (nu,) that the law demands; arguments as of `Law`.
+def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
+    """Return the effort commands (nu,) of the law; arguments as of `Law`.
 
     Raises:
-        LawError: the law raised, or its answer is not nu finite numbers.
+        LawError: the law raised, or did not return nu finite numbers.
     """
     try:
         answer = law(t, q, v)
@@ -152,27 +153,30 @@ def ask_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: 
     return efforts
 
 
-def fresh(law: Any) -> Any:
-    """Return the law as it is before its first state: one that learns has a method `fresh`, others have no memory."""
-    renewed = getattr(law, "fresh", None)
-    return law if renewed is None else renewed()
+def with_initial_state(law: Any) -> Any:
+    """Return a law with its initial state: by its method of this name, or the law itself where it is stateless."""
+    reset = getattr(law, "with_initial_state", None)
+    if reset is None and hasattr(law, "fresh"):
+        warnings.warn(f"{type(law).__name__}.fresh is now called with_initial_state", DeprecationWarning, stacklevel=2)
+        reset = law.fresh
+    return law if reset is None else reset()
 
 
-class Rest(dict[str, Any]):
-    """Settings without some groups that were read already, which the law has nevertheless."""
+class RemainingSettings(dict[str, Any]):
+    """Settings of a law that remain after some groups were read."""
 
-    beside: tuple[str, ...] = ()
+    read_groups: tuple[str, ...] = ()
 
 
-def read_group(kind: type[T], settings: Mapping[str, Any], group: str) -> tuple[T, Rest]:
+def read_group(kind: type[T], settings: Mapping[str, Any], group: str) -> tuple[T, RemainingSettings]:
     """Return (one group of the law's settings, read into the NamedTuple `kind`, and the settings without it).
 
     Raises:
         SceneError: the group is none, or a key in it is unknown or a value out of range.
     """
-    rest = Rest({key: value for key, value in settings.items() if key != group})
-    rest.beside = (*getattr(settings, "beside", ()), group)
-    return read_settings(kind, settings.get(group, {}), (group,)), rest
+    remaining = RemainingSettings({key: value for key, value in settings.items() if key != group})
+    remaining.read_groups = (*getattr(settings, "read_groups", ()), group)
+    return read_settings(kind, settings.get(group, {}), (group,)), remaining
 
 
 def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> T:
@@ -190,4 +194,4 @@ def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> 
         key = foreign_key(error)
         if key is None or group:
             raise SceneError(one_line(error, kind, ("control", *group))) from None
-        raise ForeignSetting(key, (*names, *getattr(settings, "beside", ()))) from None
+        raise ForeignSetting(key, (*names, *getattr(settings, "read_groups", ()))) from None

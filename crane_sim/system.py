@@ -1,4 +1,4 @@
-"""What a model answers: the generic functions that integrators, laws and outputs ask of it.
+"""Interface of a model: the generic functions that integrators, laws and outputs call.
 
 A model registers all of `MANDATORY`, one of `DERIVATIVES`, and all of `SWITCHES` where its `switching` is not None.
 Everything else has a default, which its docstring says. Sources of efforts register `effort`, laws `command`.
@@ -23,8 +23,10 @@ _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the 
 class Switching(NamedTuple):
     """The model's equations switch."""
 
-    capacity: int = 1000  # so many events are kept
-    positions: int = 0  # guards need t and so many positions, which stand in x before their rates; 0: all of x
+    capacity: int = 1000  # number of events that are kept
+    positions: int = (
+        0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
+    )
 
 
 @stage_generic
@@ -37,7 +39,7 @@ def rhs(p, t, x, u):
 
 @generic
 def workspace(p):
-    """Return what `rhs_into` keeps its intermediate results in, made once for many evaluations: nothing, by default."""
+    """Return the work arrays of `rhs_into`, allocated once for many evaluations; None by default."""
     return None
 
 
@@ -84,19 +86,19 @@ def solve_shifted(p, factors, b):
 
 @generic
 def project(p, x):
-    """Return the state put back on what the model holds exactly, an array in place; integrators do so after steps."""
+    """Return the state projected onto the model's constraints, an array in place; integrators do so after steps."""
     return x
 
 
 @generic
 def effort(u, p, t, x):
-    """Return the efforts (nu,) that the source u demands of model p at (t, x). A tuple demands itself."""
+    """Return the efforts (nu,) of the source u for model p at (t, x). A tuple is held as it is."""
     return u
 
 
 @generic
 def command(law, t, q, v):
-    """Return the efforts (nu,) that a law demands; q and v begin with the actuated joints."""
+    """Return the effort commands (nu,) of a law; q and v begin with the actuated joints."""
     raise NotImplementedError
 
 
@@ -126,7 +128,7 @@ def actuated_joints(p, x):
 
 @generic
 def saturate(p, u):
-    """Return the efforts (nu,) that the actuators can apply when u is demanded: u, unless the model limits it."""
+    """Return the efforts (nu,) that the actuators apply for a command u: u, unless the model limits it."""
     return u
 
 
@@ -164,7 +166,7 @@ def link_count(p):
 def tensions(p, t, x, u, rows, i, first):
     """Write the tension of every link, from the top to the payload, into row i of `rows` from column `first` on [N].
 
-    A link that pulls has a positive one. The place comes as for `store`: a slice of the row would slow the whole loop.
+    Tension is positive. The row and column are passed as in `store`: a slice of the row would slow the whole loop.
     """
     raise NotImplementedError
 
@@ -183,7 +185,7 @@ def point_count(p):
 
 @generic
 def tip_index(p):
-    """Return which point of the polyline is the tip, where the cable begins: the first, unless a boom leads there."""
+    """Return the index of the tip in the polyline, where the cable begins: 0 by default."""
     return 0
 
 
@@ -234,8 +236,8 @@ MANDATORY = (
     *(acceleration, kinetic, potential, power, tensions),
     *(point_count, points, with_meter, energy_supplied),
 )
-"""What every model registers."""
+"""Functions that every model registers."""
 DERIVATIVES = rhs, rhs_into
 """The state's derivative: of a model whose state is a tuple, and of one whose state is an array."""
 SWITCHES = switching, guard, apply_reset_map, describe_event
-"""What a model registers whose equations switch or whose runs can end before their time."""
+"""Functions that a model registers whose equations switch or whose runs can end early."""

@@ -13,7 +13,7 @@ from crane_sim.numerics.jit import routine
 
 Of = Literal["y", "state", "error"]
 COLUMNS: dict[Of, tuple[int, ...]] = {"y": (0, 1), "state": (0, 1, 2, 3), "error": (4, 5, 6, 7)}
-"""What features may be of, as entries of (y, y', e, e', t), e the error of y."""
+"""Possible arguments of the features, as entries of (y, y', e, e', t), e the error of y."""
 TIME = 8
 
 

@@ -1,8 +1,8 @@
 """An extended Kalman filter of one swinging payload and a disturbance at an unknown frequency, axis by axis.
 
-The state of an axis is [y, y', d, d', θ, b, λ]: y'' = Oz² (tip - y) + d + b, d'' = -θ d; θ, b and λ are constant but
-for their noise. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. What is measured is the direction of the cable, and what is
-seen of y is the place on a cable of the nominal length: tip + λ (y - tip), λ the nominal length over the true one.
+The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, ω the pendulum frequency; θ, b
+and λ are random walks. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. The cable's direction is measured, so the measured y
+is that on a cable of the nominal length: tip + λ (y - tip), λ the nominal length over the true one.
 """
 
 from math import cos, sin, sqrt
@@ -12,89 +12,90 @@ import numpy as np
 
 from crane_sim.numerics.jit import kernel, routine
 
-Y, V, D, RATE, THETA, BIAS, ROPE = range(7)
+Y, V, D, DISTURBANCE_RATE, THETA, BIAS, LENGTH_RATIO = range(7)
 N = 7
 MIN_LENGTH_RATIO, MAX_LENGTH_RATIO = 0.5, 2.0  # bounds of λ
 
 
-class Trace(NamedTuple):
-    """What the filter knows; both axes."""
+class FilterState(NamedTuple):
+    """EKF state of both axes: estimate, covariance, work arrays, last prediction."""
 
     x: Any  # (2, 7)
     covariance: Any  # (2, 7, 7)
     work: Any  # (2, 7, 7)
-    clock: Any  # (3,) time [s] of the last prediction, and the tip then [m]; the time is negative before the first
+    last_time: Any  # (1,) s, of the last prediction; negative before the first
+    last_tip: Any  # (2,) m, tip at that time
 
 
 class Filter(NamedTuple):
     """The filter of both axes."""
 
-    variances: tuple[float, float]  # m² of a position, m²/s² of a velocity that is seen
-    theta: float  # 1/s², at first
-    start: Any  # (7,) variance of the state at first
-    noise: Any  # (7,) variance that the state gains per second
+    variances: tuple[float, float]  # m² of a measured position, m²/s² of a measured velocity
+    theta: float  # 1/s², initial
+    initial_variance: Any  # (7,) of the state
+    noise: Any  # (7,) process noise: variance per second
     bounds: tuple[float, float]  # 1/s², of θ
-    trace: Trace
+    state: FilterState
 
-    def fresh(self) -> "Filter":
-        """Return the filter before it has seen anything."""
-        return self._replace(trace=blank())
+    def with_initial_state(self) -> "Filter":
+        """Return the filter before its first measurement."""
+        return self._replace(state=initial_state())
 
 
-def blank() -> Trace:
-    """Return the trace of nothing yet."""
-    return Trace(np.zeros((2, N)), np.zeros((2, N, N)), np.zeros((2, N, N)), np.array([-1.0, 0.0, 0.0]))
+def initial_state() -> FilterState:
+    """Return the state before the first measurement."""
+    return FilterState(np.zeros((2, N)), np.zeros((2, N, N)), np.zeros((2, N, N)), np.array([-1.0]), np.zeros(2))
 
 
 @kernel
 def begin_filter(ekf, t, y, dy, tip):
-    """Begin at time t [s] with the payload at y, dy (2,) and the tip at `tip` (2,)."""
-    x, p, _, clock = ekf.trace
+    """Initialise the filter at time t [s] with the payload at y, dy (2,) and the tip at `tip` (2,)."""
+    x, p, _, last_time, last_tip = ekf.state
     for i in range(2):
-        x[i, Y], x[i, V], x[i, THETA], x[i, ROPE] = y[i], dy[i], ekf.theta, 1.0
+        x[i, Y], x[i, V], x[i, THETA], x[i, LENGTH_RATIO] = y[i], dy[i], ekf.theta, 1.0
         for k in range(N):
-            p[i, k, k] = ekf.start[k]
-        clock[1 + i] = tip[i]
-    clock[0] = t
+            p[i, k, k] = ekf.initial_variance[k]
+        last_tip[i] = tip[i]
+    last_time[0] = t
 
 
 @routine
-def predict(ekf, i, square, tip, h):
-    """Pass h seconds of axis i, through which the tip was at `tip` [m] on the average."""
-    x, p, f = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[0]
-    half, theta, d = 0.5 * h * h, x[THETA], x[D]
+def predict(ekf, i, omega_sq, tip, h):
+    """Predict axis i over h seconds; tip: mean tip position over the step [m]; omega_sq: ω² [1/s²]."""
+    x, p, f = ekf.state.x[i], ekf.state.covariance[i], ekf.state.work[0]
+    half_h2, theta, d = 0.5 * h * h, x[THETA], x[D]
     w = sqrt(theta)
     c, s = cos(w * h), sin(w * h) / w
-    transition(f, square, theta, d, h)
-    later = d * c + x[RATE] * s
-    push = square * (tip - x[Y]) + 0.5 * (d + later) + x[BIAS]
-    y = x[Y] + h * x[V] + half * push
-    x[V] += h * (push - 0.5 * square * (y - x[Y]))
+    write_transition(f, omega_sq, theta, d, h)
+    d_next = d * c + x[DISTURBANCE_RATE] * s
+    acceleration = omega_sq * (tip - x[Y]) + 0.5 * (d + d_next) + x[BIAS]
+    y = x[Y] + h * x[V] + half_h2 * acceleration
+    x[V] += h * (acceleration - 0.5 * omega_sq * (y - x[Y]))
     x[Y] = y
-    x[D], x[RATE] = later, x[RATE] * c - theta * d * s
-    propagate_covariance(p, f, ekf.trace.work[1])
+    x[D], x[DISTURBANCE_RATE] = d_next, x[DISTURBANCE_RATE] * c - theta * d * s
+    propagate_covariance(p, f, ekf.state.work[1])
     for k in range(N):
         p[k, k] += h * ekf.noise[k]
 
 
 @kernel
-def transition(f, square, theta, d, h):
+def write_transition(f, omega_sq, theta, d, h):
     """Write exp(A h) to second order in h into f (7, 7), A the Jacobian of the model.
 
-    What λ does to Oz² is left out of it: a disturbance at the payload's own frequency does the same.
+    The Jacobian neglects dω²/dλ: its effect equals that of a disturbance at the pendulum frequency.
     """
-    half = 0.5 * h * h
+    half_h2 = 0.5 * h * h
     for j in range(N):
         for k in range(N):
             f[j, k] = 1.0 if j == k else 0.0
-    f[Y, Y] = f[V, V] = 1.0 - half * square
-    f[Y, V], f[V, Y] = h, -h * square
-    f[Y, D] = f[Y, BIAS] = half
+    f[Y, Y] = f[V, V] = 1.0 - half_h2 * omega_sq
+    f[Y, V], f[V, Y] = h, -h * omega_sq
+    f[Y, D] = f[Y, BIAS] = half_h2
     f[V, D] = f[V, BIAS] = h
-    f[V, RATE] = half
-    f[D, D] = f[RATE, RATE] = 1.0 - half * theta
-    f[D, RATE], f[RATE, D] = h, -h * theta
-    f[D, THETA], f[RATE, THETA] = -half * d, -h * d
+    f[V, DISTURBANCE_RATE] = half_h2
+    f[D, D] = f[DISTURBANCE_RATE, DISTURBANCE_RATE] = 1.0 - half_h2 * theta
+    f[D, DISTURBANCE_RATE], f[DISTURBANCE_RATE, D] = h, -h * theta
+    f[D, THETA], f[DISTURBANCE_RATE, THETA] = -half_h2 * d, -h * d
 
 
 @kernel
@@ -115,31 +116,37 @@ def propagate_covariance(p, f, product):
 
 
 @kernel
-def measurement_model(ekf, i, entry, square, tip, tip_rate, age):
-    """Return (H, what should be seen): of entry Y of axis i `age` seconds ago, to second order, or of entry V now.
+def measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age):
+    """Return (H, predicted measurement) of the position delayed by `age` [s] (2nd-order Taylor) or of the velocity now.
 
-    H (7,) is that of the state now and is written into the filter's work; tip [m] and its rate [m/s] are those of now.
+    `component` is Y or V. H (7,), the Jacobian with respect to the present state, is written into the filter's work;
+    tip [m] and its rate [m/s] are the present ones.
     """
-    x, row, half = ekf.trace.x[i], ekf.trace.work[1, 2], 0.5 * age * age
-    rope, push = x[ROPE], square * (tip - x[Y]) + x[D] + x[BIAS]
+    x, row, half_age2 = ekf.state.x[i], ekf.state.work[1, 2], 0.5 * age * age
+    ratio, acceleration = x[LENGTH_RATIO], omega_sq * (tip - x[Y]) + x[D] + x[BIAS]
     for k in range(N):
         row[k] = 0.0
-    if entry == Y:
-        apart = x[Y] - age * x[V] + half * push - tip
-        row[Y], row[V], row[D], row[BIAS] = rope * (1.0 - half * square), -rope * age, rope * half, rope * half
-        row[ROPE] = apart
-        return row, tip + rope * apart
-    row[V], row[ROPE] = rope, x[V] - tip_rate
-    return row, tip_rate + rope * row[ROPE]
+    if component == Y:
+        offset = x[Y] - age * x[V] + half_age2 * acceleration - tip
+        row[Y], row[V], row[D], row[BIAS] = (
+            ratio * (1.0 - half_age2 * omega_sq),
+            -ratio * age,
+            ratio * half_age2,
+            ratio * half_age2,
+        )
+        row[LENGTH_RATIO] = offset
+        return row, tip + ratio * offset
+    row[V], row[LENGTH_RATIO] = ratio, x[V] - tip_rate
+    return row, tip_rate + ratio * row[LENGTH_RATIO]
 
 
 @routine
-def correct(ekf, i, entry, measured, square, tip, tip_rate, age):
-    """Correct axis i by a measured entry Y or V of its state, `age` seconds old; the rest as of `measurement_model`."""
-    x, p, work = ekf.trace.x[i], ekf.trace.covariance[i], ekf.trace.work[1]
+def correct(ekf, i, component, measured, omega_sq, tip, tip_rate, age):
+    """Correct axis i by a measured component Y or V of its state, `age` seconds old; see `measurement_model`."""
+    x, p, work = ekf.state.x[i], ekf.state.covariance[i], ekf.state.work[1]
     gain, row = work[0], work[1]
-    sensitivity, expected = measurement_model(ekf, i, entry, square, tip, tip_rate, age)
-    innovation, variance = measured - expected, ekf.variances[entry]
+    sensitivity, expected = measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age)
+    innovation, variance = measured - expected, ekf.variances[component]
     for k in range(N):
         row[k] = 0.0
         for m in range(N):
@@ -153,4 +160,4 @@ def correct(ekf, i, entry, measured, square, tip, tip_rate, age):
         for k in range(N):
             p[j, k] -= gain[j] * row[k]
     x[THETA] = min(max(x[THETA], ekf.bounds[0]), ekf.bounds[1])
-    x[ROPE] = min(max(x[ROPE], MIN_LENGTH_RATIO), MAX_LENGTH_RATIO)
+    x[LENGTH_RATIO] = min(max(x[LENGTH_RATIO], MIN_LENGTH_RATIO), MAX_LENGTH_RATIO)

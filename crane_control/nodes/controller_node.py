@@ -1,6 +1,6 @@
 """The node `controller`: answers every joint state with the command of its law, stamped like the state.
 
-Of a law with a slow half it runs the fast one, which carries out the demands of the node `tracker`.
+Of a law with a slow half it runs the fast one, which follows the setpoints of the node `tracker`.
 """
 
 import sys

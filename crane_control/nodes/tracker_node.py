@@ -1,4 +1,4 @@
-"""The node `tracker`: the slow half of a law, which answers the states of its instants with demands on the servo."""
+"""The node `tracker`: the slow half of a law; publishes setpoints of the tip servo for the states of its instants."""
 
 import sys
 from types import SimpleNamespace
@@ -31,7 +31,7 @@ class TwoRateLaw(NamedTuple):
 
 
 class TrackerNode(LawNode):
-    """The whole law, evaluated only where its slow half is due, and only for the demands of that."""
+    """The whole law, evaluated only where its slow half is due, and only for its setpoints."""
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """See `LawNode`."""

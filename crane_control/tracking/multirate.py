@@ -1,43 +1,43 @@
-"""A tracker that works slower than the servo below it: it is asked at a rate of its own, and its demand holds between.
+"""A tracker that is sampled more slowly than the servo below it; its setpoint is held in between (zero-order hold).
 
-The two need not be one process: the servo's half is the same law with its tracker left out, which takes the demands
-that another process has found.
+The two need not be one process: the fast half is the same law without its tracker, which receives the setpoints that
+another process computes.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_control.tracking.tracker import Demand, Pendulum, Tracker, demanded_tip
+from crane_control.tracking.tracker import Pendulum, TipSetpoint, Tracker, compute_tip_setpoint
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.numerics.jit import generic, kernel
 
-EARLY = 1e-9  # of an interval: rounding of the times
+TIME_TOLERANCE = 1e-9  # of an interval: rounding of the times
 
 
-class Memory(NamedTuple):
-    """What holds until the tracker is asked again."""
+class HeldSetpoint(NamedTuple):
+    """State of the hold: the setpoint until the tracker is sampled again."""
 
-    due: Any  # (1,) s, when that is
-    demand: Any  # (6,) x, y of the position [m], the velocity [m/s] and the acceleration [m/s²]
+    due: Any  # (1,) s, when the tracker is sampled next
+    setpoint: Any  # (6,) x, y of the position [m], the velocity [m/s] and the acceleration [m/s²]
 
 
 class MultirateTracker(NamedTuple):
-    """A tracker with a rate of its own: it is asked at the first control step of every interval."""
+    """A tracker with a rate of its own, sampled at the first control step of every interval."""
 
     tracker: Tracker | None  # None: in another process
     pendulum: Pendulum
     interval: float  # s
-    memory: Memory
+    held: HeldSetpoint
 
-    def fresh(self) -> "MultirateTracker":
-        """Return it before the first state."""
-        return self._replace(tracker=fresh(self.tracker), memory=_nothing())
+    def with_initial_state(self) -> "MultirateTracker":
+        """Return the tracker with its initial state."""
+        return self._replace(tracker=with_initial_state(self.tracker), held=_initial_setpoint())
 
     def due(self, t: float) -> bool:
-        """Return whether the state at t [s] asks for a new demand."""
-        return bool(t >= self.memory.due[0])
+        """Return whether the tracker is sampled at t [s]."""
+        return bool(t >= self.held.due[0])
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -46,66 +46,66 @@ class MultirateTracker(NamedTuple):
 
     @property
     def demand(self) -> tuple[float, ...]:
-        """The demand (6,) that holds."""
-        return tuple(self.memory.demand.tolist())
+        """The setpoint (6,) that is held."""
+        return tuple(self.held.setpoint.tolist())
 
     def take(self, demand: tuple[float, ...]) -> None:
-        """Let a demand (6,) hold."""
-        self.memory.demand[:] = demand
+        """Hold a setpoint (6,)."""
+        self.held.setpoint[:] = demand
 
 
 def make_multirate(tracker: Tracker, rate: float | None, period: float) -> Tracker | MultirateTracker:
-    """Return the tracker, asked `rate` times a second, or in every control period [s] where `rate` is None.
+    """Return the tracker, sampled `rate` times a second, or in every control period [s] where `rate` is None.
 
     Raises:
-        SceneError: states do not come that often.
+        SceneError: the rate is above that of the control periods.
     """
     if rate is None:
         return tracker
-    if rate * period > 1.0 + EARLY:
+    if rate * period > 1.0 + TIME_TOLERANCE:
         raise SceneError(f"control.tracker_rate = {rate:g}: must be at most 1 / period = {1.0 / period:g} Hz")
-    return MultirateTracker(tracker, tracker.pendulum, 1.0 / rate, _nothing())
+    return MultirateTracker(tracker, tracker.pendulum, 1.0 / rate, _initial_setpoint())
 
 
-def _nothing() -> Memory:
-    return Memory(np.zeros(1), np.zeros(6))
+def _initial_setpoint() -> HeldSetpoint:
+    return HeldSetpoint(np.zeros(1), np.zeros(6))
 
 
 @generic
-def tip_demand(tracker, t, tip, y, dy):
-    """Return the Demand on the suspension point at `tip` (2,) for the payload at y, dy (2,), now or from before."""
-    return demanded_tip(tracker, t, tip, y, dy)
+def tip_setpoint(tracker, t, tip, y, dy):
+    """Return the TipSetpoint at `tip` (2,) and payload y, dy (2,): a new one, or the one that is held."""
+    return compute_tip_setpoint(tracker, t, tip, y, dy)
 
 
-@tip_demand.register(MultirateTracker)
+@tip_setpoint.register(MultirateTracker)
 def _(tracker, t, tip, y, dy):
-    demand = read_memory(tracker.memory.demand)
-    if t >= tracker.memory.due[0]:
-        demand = renew_demand(tracker.tracker, demand, t, tip, y, dy)
-        remember(tracker.memory.demand, demand)
-        tracker.memory.due[0] = (int(t / tracker.interval + EARLY) + 1 - EARLY) * tracker.interval
-    return demand
+    setpoint = read_setpoint(tracker.held.setpoint)
+    if t >= tracker.held.due[0]:
+        setpoint = renew_setpoint(tracker.tracker, setpoint, t, tip, y, dy)
+        store_setpoint(tracker.held.setpoint, setpoint)
+        tracker.held.due[0] = (int(t / tracker.interval + TIME_TOLERANCE) + 1 - TIME_TOLERANCE) * tracker.interval
+    return setpoint
 
 
 @generic
-def renew_demand(tracker, demand, t, tip, y, dy):
-    """Return the Demand that holds from t [s] on: the one that is there, where the tracker is in another process."""
-    return demand
+def renew_setpoint(tracker, setpoint, t, tip, y, dy):
+    """Return the TipSetpoint from t [s] on: the held one where the tracker is in another process."""
+    return setpoint
 
 
-@renew_demand.register(Tracker)
-def _(tracker, demand, t, tip, y, dy):
-    return demanded_tip(tracker, t, tip, y, dy)
-
-
-@kernel
-def read_memory(memory):
-    """Return the numbers (6,) as a Demand."""
-    return Demand((memory[0], memory[1]), (memory[2], memory[3]), (memory[4], memory[5]))
+@renew_setpoint.register(Tracker)
+def _(tracker, setpoint, t, tip, y, dy):
+    return compute_tip_setpoint(tracker, t, tip, y, dy)
 
 
 @kernel
-def remember(memory, demand):
-    """Write a Demand into the numbers (6,)."""
+def read_setpoint(values):
+    """Return the numbers (6,) as a TipSetpoint."""
+    return TipSetpoint((values[0], values[1]), (values[2], values[3]), (values[4], values[5]))
+
+
+@kernel
+def store_setpoint(values, setpoint):
+    """Write a TipSetpoint into the numbers (6,)."""
     for i in range(2):
-        memory[i], memory[2 + i], memory[4 + i] = demand.x[i], demand.v[i], demand.a[i]
+        values[i], values[2 + i], values[4 + i] = setpoint.x[i], setpoint.v[i], setpoint.a[i]

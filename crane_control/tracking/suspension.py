@@ -1,36 +1,36 @@
-"""Which cranes tracking laws drive: a pendulum whose suspension point is driven, or a knuckle boom with a rope."""
+"""Cranes that tracking laws accept: a pendulum whose suspension point is driven, or a knuckle boom with a rope."""
 
 from typing import NamedTuple
 
-from crane_control.tracking.drives import Servo, suspension_effort
-from crane_control.tracking.knuckle_boom import Boom
-from crane_control.tracking.reach import boom_of
+from crane_control.tracking.knuckle_boom import BoomServo
+from crane_control.tracking.tip_servo import Servo, suspension_effort
+from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import Base, SplineBase
-from crane_sim.trajectories.path import Path
+from crane_sim.trajectories.trajectory import Trajectory
 
 
-class Positioned(NamedTuple):
-    """The gains of a plant that is commanded the position of its suspension point."""
+class PositionServo(NamedTuple):
+    """Gains of a plant whose suspension point is commanded by position: the servo is in the plant."""
 
     kp: float  # 1/s²
     kd: float  # 1/s
 
 
-@suspension_effort.register(Positioned)
-def _(drive, t, demand, cable):
-    x, v, a = demand
-    lead, gain = drive.kd / drive.kp, 1.0 / drive.kp
+@suspension_effort.register(PositionServo)
+def _(servo, t, setpoint, cable):
+    x, v, a = setpoint
+    lead, gain = servo.kd / servo.kp, 1.0 / servo.kp
     return x[0] + lead * v[0] + gain * a[0], x[1] + lead * v[1] + gain * a[1]
 
 
-def pendulum_of(name: str, nominal: Scene) -> tuple[Pendulum, Path]:
-    """Return the nominal payload of the law called `name`, and the payload's path.
+def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
+    """Return (nominal pendulum of the law called `name`, trajectory of the payload).
 
     Raises:
-        SceneError: it is no law for the scene.
+        SceneError: the law does not fit the scene.
     """
     law = f"control.law = {name!r}"
     if nominal.crane not in ("pendulum", "knuckle"):
@@ -40,30 +40,30 @@ def pendulum_of(name: str, nominal: Scene) -> tuple[Pendulum, Path]:
     if nominal.model.gravity <= 0.0:
         raise SceneError(f"gravity = {nominal.model.gravity:g}: {law} needs some, or the payload follows nothing")
     path = nominal.path
-    if path is None or path.of_joints or path.coordinates.rest is None:
+    if path is None or path.of_joints or path.coordinates.tail is None:
         raise SceneError(f"reference.path: {law} needs one of the payload's x and y")
     length = nominal.initial_q[3] if nominal.crane == "knuckle" else nominal.model.cable.length
     return Pendulum(length, nominal.model.gravity), path
 
 
-def drive_of(
+def make_tip_servo(
     name: str, servo: Servo | None, nominal: Scene, base: Base | SplineBase | None
-) -> Servo | Positioned | Boom:
-    """Return what carries the suspension point: the law's own servo, that of a plant that takes positions, or a boom.
+) -> Servo | PositionServo | BoomServo:
+    """Return the tip servo: the law's own, that of a plant that takes positions, or that of a knuckle boom.
 
     Args:
         name, nominal: of the law, its nominal scene.
-        servo: that of the law's settings, None where they leave it out.
+        servo: of the law's settings, None where they leave it out.
         base: the base's motion, if that is measured.
 
     Raises:
-        SceneError: the law has been given a servo beside the plant's, or the boom cannot follow the path.
+        SceneError: both the law and the plant have a servo, or the boom cannot follow the trajectory.
     """
     if nominal.crane == "knuckle":
-        return boom_of(name, servo or Servo(), nominal, base)
-    its_own = nominal.model.support.servo
-    if its_own is None:
+        return make_boom_servo(name, servo or Servo(), nominal, base)
+    plant_servo = nominal.model.support.servo
+    if plant_servo is None:
         return servo or Servo()
     if servo is not None:
         raise SceneError("control.servo: the suspension has one itself; leave it out, or take drive: acceleration")
-    return Positioned(its_own.kp, its_own.kd)
+    return PositionServo(plant_servo.kp, plant_servo.kd)

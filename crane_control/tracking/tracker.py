@@ -1,23 +1,23 @@
 """Cartesian tracking of a payload that hangs on a suspension point (Smith & Egeland, eq. 64, 67, 74).
 
 Horizontal coordinates relative to the base: y of the payload, tip of the suspension point, L the cable's length. For
-small accelerations of the tip y'' = Oz² (tip - y), Oz² = g Lz / L², Lz the height of the tip above the payload, so the
-tip is sent to tip_d = y + w / Oz², where w is the acceleration that the payload should have:
-w = yd'' - kd (y' - yd') - kp (y - yd) + u, u what is learnt of a disturbance.
+small accelerations of the tip y'' = ω² (tip - y), ω the pendulum frequency (Oz in the paper), ω² = g Lz / L², Lz the
+height of the tip above the payload, so the tip's setpoint is y + w / ω², w the desired acceleration of the payload:
+w = yd'' - kd (y' - yd') - kp (y - yd) + u, u the compensation of an estimated disturbance.
 """
 
 from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_control.tracking.vision import measure
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.models.moving_base import carried_at
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.trajectories.base_motion import Base, SplineBase
-from crane_sim.trajectories.path import Path, further_at, reference_at
+from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
-SOFT = 0.2  # of critical damping, of the gains before a ramp
-LOWEST = 0.1  # of Lz / L: no cable nearer to the horizontal is believed in, whose tip would be sent to infinity
+INITIAL_DAMPING = 0.2  # of critical damping, of the gains at the start of a ramp
+MIN_HEIGHT_RATIO = 0.1  # of Lz / L, its lower bound: for a horizontal cable the setpoint of the tip would be infinite
 
 
 class Pendulum(NamedTuple):
@@ -32,28 +32,28 @@ class Gains(NamedTuple):
 
     kp: float  # 1/s²
     kd: float  # 1/s
-    velocity: float  # 1: the demanded position's velocity is fed forward, 0: it is not
+    velocity: float  # 1: the setpoint's velocity is fed forward, 0: it is not
     acceleration: float  # likewise the reference's acceleration
-    ramp: float  # s, in which kp and kd come in, from those of a pendulum whose tip stays above the path
+    ramp: float  # s, in which kp and kd rise to their values, from those of a pendulum whose tip stays above the path
 
 
 class Tracker(NamedTuple):
-    """The law up to the suspension point, whatever carries that."""
+    """The outer loop: from the payload's error to the setpoint of the suspension point."""
 
     pendulum: Pendulum
     gains: Gains
-    path: Path
-    eye: Any  # a camera, or None: the payload is seen as it is
+    trajectory: Trajectory
+    camera: Any  # None: the payload is measured exactly
     learner: Any  # of a disturbance, or None
     base: Any  # the base's motion, if that is measured and fed forward, or None
 
-    def fresh(self) -> "Tracker":
-        """Return the law before its first state."""
-        return self._replace(eye=fresh(self.eye), learner=fresh(self.learner))
+    def with_initial_state(self) -> "Tracker":
+        """Return the tracker with its initial state."""
+        return self._replace(camera=with_initial_state(self.camera), learner=with_initial_state(self.learner))
 
 
-class Demand(NamedTuple):
-    """What the suspension point should do: horizontal position [m], velocity [m/s], acceleration [m/s²]."""
+class TipSetpoint(NamedTuple):
+    """Setpoint of the suspension point: horizontal position [m], velocity [m/s], acceleration [m/s²]."""
 
     x: tuple[float, float]
     v: tuple[float, float]
@@ -73,10 +73,10 @@ class Estimate(NamedTuple):
 
     y: tuple[float, float]  # m
     dy: tuple[float, float]  # m/s
-    u: tuple[float, float]  # m/s², against the disturbance
-    du: tuple[float, float]  # m/s³, its rate of change, as far as it is known
+    u: tuple[float, float]  # m/s², compensation of the disturbance
+    du: tuple[float, float]  # m/s³, its rate of change, 0 where unknown
     d: tuple[float, float]  # m/s², the estimated disturbance
-    rope: tuple[float, float]  # nominal length over the estimated one, axis by axis
+    length_ratio: tuple[float, float]  # nominal length over the estimated one, axis by axis
 
 
 @generic
@@ -86,49 +86,49 @@ def estimate(learner, pendulum, sample, measurement):
 
 
 @generic
-def heave_and_push(base, gravity, t):
-    """Return (gravity that the payload feels, horizontal push of the base (2,)) [m/s²], of a base that is measured.
+def base_acceleration(base, gravity, t):
+    """Return (apparent gravity, horizontal inertial acceleration (2,)) [m/s²] of a payload on a measured base.
 
-    What a turning base adds to the push away from its origin is left out.
+    What a rotating base adds away from its origin is neglected.
     """
     return gravity, (0.0, 0.0)
 
 
-@heave_and_push.register(Base)
-@heave_and_push.register(SplineBase)
+@base_acceleration.register(Base)
+@base_acceleration.register(SplineBase)
 def _(base, gravity, t):
     x, y, z = carried_at(base, gravity, t).imposed
     return gravity - z, (x, y)
 
 
 @kernel
-def stiffness(length, gravity, y, tip):
-    """Return Oz² [1/s²] of a payload at y [m] on a cable of this length [m] below the tip [m]."""
+def pendulum_omega_sq(length, gravity, y, tip):
+    """Return ω² [1/s²] of a payload at y [m] on a cable of this length [m] below the tip [m]."""
     rx, ry = y[0] - tip[0], y[1] - tip[1]
-    height = sqrt(max(length * length - rx * rx - ry * ry, (LOWEST * length) ** 2))
+    height = sqrt(max(length * length - rx * rx - ry * ry, (MIN_HEIGHT_RATIO * length) ** 2))
     return gravity * height / (length * length)
 
 
 @routine
-def demanded_tip(tracker, t, tip, y, dy):
-    """Return the Demand on the suspension point at `tip` (2,) for the payload at y, dy (2,); the law may learn."""
-    (x, v, a), (jerk, _) = reference_at(tracker.path, t), further_at(tracker.path, t)
+def compute_tip_setpoint(tracker, t, tip, y, dy):
+    """Return the TipSetpoint at tip `tip` (2,) and payload y, dy (2,); updates the state of camera and learner."""
+    (x, v, a), (jerk, _) = reference_at(tracker.trajectory, t), higher_derivatives_at(tracker.trajectory, t)
     goal = ((x[0], x[1]), (v[0], v[1]), (a[0], a[1]))
-    measurement = measure(tracker.eye, t, y, dy)
+    measurement = measure(tracker.camera, t, y, dy)
     estimates = estimate(tracker.learner, tracker.pendulum, Sample(t, tip, goal), measurement)
-    gravity, push = heave_and_push(tracker.base, tracker.pendulum.gravity, t)
+    gravity, base_acc = base_acceleration(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
-    square0 = stiffness(length / estimates.rope[0], gravity, estimates.y, tip)
-    square1 = stiffness(length / estimates.rope[1], gravity, estimates.y, tip)
-    x0, v0 = axis_demand(tracker.gains, t, square0, estimates, tip, goal, jerk, push, 0)
-    x1, v1 = axis_demand(tracker.gains, t, square1, estimates, tip, goal, jerk, push, 1)
+    omega_sq0 = pendulum_omega_sq(length / estimates.length_ratio[0], gravity, estimates.y, tip)
+    omega_sq1 = pendulum_omega_sq(length / estimates.length_ratio[1], gravity, estimates.y, tip)
+    x0, v0 = axis_setpoint(tracker.gains, t, omega_sq0, estimates, tip, goal, jerk, base_acc, 0)
+    x1, v1 = axis_setpoint(tracker.gains, t, omega_sq1, estimates, tip, goal, jerk, base_acc, 1)
     forward = tracker.gains.acceleration
-    return Demand((x0, x1), (v0, v1), (forward * a[0], forward * a[1]))
+    return TipSetpoint((x0, x1), (v0, v1), (forward * a[0], forward * a[1]))
 
 
 @kernel
 def compute_ramp(ramp, t):
-    """Return (share of what comes in within `ramp` [s], at time t [s], its rate [1/s]), smooth at both ends."""
+    """Return (factor at time t [s] that rises from 0 to 1 within `ramp` [s], its rate [1/s]), smooth at both ends."""
     if t >= ramp:
         return 1.0, 0.0
     s = t / ramp
@@ -136,16 +136,16 @@ def compute_ramp(ramp, t):
 
 
 @kernel
-def axis_demand(gains, t, square, estimates, tip, goal, jerk, push, i):
-    """Return (position, velocity to feed forward) that are demanded of the tip along axis i, eq. 67 and 74.
+def axis_setpoint(gains, t, omega_sq, estimates, tip, goal, jerk, base_acc, i):
+    """Return (position, feedforward velocity) of the tip's setpoint along axis i, eq. 67 and 74.
 
-    The velocity leaves out how Oz² changes; the payload's acceleration in it is that of the model.
+    The velocity neglects the rate of ω²; the payload's acceleration in it is that of the model.
     """
-    acceleration = square * (tip[i] - estimates.y[i]) + estimates.d[i]
+    acceleration = omega_sq * (tip[i] - estimates.y[i]) + estimates.d[i]
     e, de = estimates.y[i] - goal[0][i], estimates.dy[i] - goal[1][i]
-    (share, rising), soft = compute_ramp(gains.ramp, t), 2.0 * SOFT * sqrt(square)
-    kp, kd = share * gains.kp + (1.0 - share) * square, share * gains.kd + (1.0 - share) * soft
-    w = goal[2][i] - kd * de - kp * e + estimates.u[i] - push[i]
+    (factor, factor_rate), initial_kd = compute_ramp(gains.ramp, t), 2.0 * INITIAL_DAMPING * sqrt(omega_sq)
+    kp, kd = factor * gains.kp + (1.0 - factor) * omega_sq, factor * gains.kd + (1.0 - factor) * initial_kd
+    w = goal[2][i] - kd * de - kp * e + estimates.u[i] - base_acc[i]
     rate = jerk[i] + estimates.du[i] - kd * (acceleration - goal[2][i]) - kp * de
-    rate -= rising * ((gains.kd - soft) * de + (gains.kp - square) * e)
-    return estimates.y[i] + w / square, gains.velocity * (estimates.dy[i] + rate / square)
+    rate -= factor_rate * ((gains.kd - initial_kd) * de + (gains.kp - omega_sq) * e)
+    return estimates.y[i] + w / omega_sq, gains.velocity * (estimates.dy[i] + rate / omega_sq)

@@ -18,7 +18,7 @@ MAX_FRAMES = 10_000_000
 
 
 class Vision(NamedTuple):
-    """A camera that looks at the payload: late, noisy, filtered frames; velocities by backward difference."""
+    """A camera that measures the payload: late, noisy, filtered frames; velocities by backward difference."""
 
     rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which everything is held
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
@@ -27,10 +27,10 @@ class Vision(NamedTuple):
     seed: Seed = 0  # -, of the noise
 
 
-class Memory(NamedTuple):
+class CameraState(NamedTuple):
     """State of the camera; times in s, from the start of the run."""
 
-    counts: Any  # (3,) int64: frames taken, frames used, the instant of the next one in intervals
+    counts: Any  # (3,) int64: frames taken, frames used, time of the next one in intervals
     queue: Any  # (n, 3): time taken, x, y of frames on their way, a ring
     newest: Any  # (3,) of the last frame used
     filtered: Any  # (4,) x, y [m], their rates [m/s]
@@ -44,11 +44,11 @@ class Camera(NamedTuple):
     corner: float  # 1/s, of the filter; infinite where there is none
     deviation: float  # m, of the noise
     noise: Any  # (frames, 2) m, drawn
-    memory: Memory
+    state: CameraState
 
-    def fresh(self) -> "Camera":
+    def with_initial_state(self) -> "Camera":
         """Return the camera before its first frame."""
-        return self._replace(memory=_empty(len(self.memory.queue)))
+        return self._replace(state=_empty(len(self.state.queue)))
 
 
 class Measurement(NamedTuple):
@@ -61,8 +61,8 @@ class Measurement(NamedTuple):
     new: bool  # whether `raw` is new since the last call
 
 
-def camera(settings: Vision | None, nominal: Scene) -> Camera | None:
-    """Return the camera for a run of the nominal scene, None where the law sees everything as it is.
+def make_camera(settings: Vision | None, nominal: Scene) -> Camera | None:
+    """Return the camera for a run of the nominal scene, None where the law measures the payload exactly.
 
     Raises:
         SceneError: the run would take too many frames.
@@ -80,51 +80,53 @@ def camera(settings: Vision | None, nominal: Scene) -> Camera | None:
     return Camera(1.0 / settings.rate, settings.latency, corner, settings.noise, noise, _empty(size))
 
 
-def _empty(size: int) -> Memory:
-    return Memory(np.zeros(3, np.int64), np.zeros((size, 3)), np.zeros(3), np.zeros(4))
+def _empty(size: int) -> CameraState:
+    return CameraState(np.zeros(3, np.int64), np.zeros((size, 3)), np.zeros(3), np.zeros(4))
 
 
 @generic
-def measure(eye, t, y, dy):
+def measure(camera, t, y, dy):
     """Return the Measurement at time t [s] of a payload at y (2,) [m] with velocity dy (2,) [m/s]."""
     return Measurement(y, dy, y, 0.0 * t, True)
 
 
 @measure.register(Camera)
-def _(eye, t, y, dy):
-    return take_frame(eye, t, y)
+def _(camera, t, y, dy):
+    return take_frame(camera, t, y)
 
 
 @routine
-def take_frame(eye, t, y):
-    """Return the Measurement of a camera, which takes a frame when it is time and uses the frames that have arrived."""
-    counts, queue, newest, kept = eye.memory
-    late = 1e-9 * eye.interval  # rounding of the times
-    if t >= counts[2] * eye.interval - late:
-        row, noise = counts[0] % len(queue), eye.noise[counts[0] % len(eye.noise)]
+def take_frame(camera, t, y):
+    """Return the Measurement of a camera: takes a frame if one is due, and filters the frames that have arrived."""
+    counts, queue, newest, filtered = camera.state
+    tolerance = 1e-9 * camera.interval  # rounding of the times
+    if t >= counts[2] * camera.interval - tolerance:
+        row, noise = counts[0] % len(queue), camera.noise[counts[0] % len(camera.noise)]
         queue[row, 0], queue[row, 1], queue[row, 2] = t, y[0] + noise[0], y[1] + noise[1]
-        if counts[0] == 0:  # the camera has looked at the load before the run: the law knows where it was
-            use(eye, queue[row])
+        if counts[0] == 0:  # a first frame without latency: the payload's position before the run is known
+            filter_frame(camera, queue[row])
         counts[0] += 1
-        counts[2] = int(t / eye.interval + 1e-9) + 1
+        counts[2] = int(t / camera.interval + 1e-9) + 1
     new = False
-    while counts[1] < counts[0] and t >= queue[counts[1] % len(queue), 0] + eye.latency - late:
-        use(eye, queue[counts[1] % len(queue)])
+    while counts[1] < counts[0] and t >= queue[counts[1] % len(queue), 0] + camera.latency - tolerance:
+        filter_frame(camera, queue[counts[1] % len(queue)])
         counts[1] += 1
         new = True
-    return Measurement((kept[0], kept[1]), (kept[2], kept[3]), (newest[1], newest[2]), t - newest[0], new)
+    return Measurement(
+        (filtered[0], filtered[1]), (filtered[2], filtered[3]), (newest[1], newest[2]), t - newest[0], new
+    )
 
 
 @routine
-def use(eye, frame):
-    """Take a frame (time, x, y) into the filter."""
-    newest, kept = eye.memory.newest, eye.memory.filtered
-    first = eye.memory.counts[1] == 0
-    elapsed = eye.interval if first else frame[0] - newest[0]
-    share = 1.0 - exp(-eye.corner * elapsed)
+def filter_frame(camera, frame):
+    """Update the filter with a frame (time, x, y)."""
+    newest, filtered = camera.state.newest, camera.state.filtered
+    first = camera.state.counts[1] == 0
+    elapsed = camera.interval if first else frame[0] - newest[0]
+    gain = 1.0 - exp(-camera.corner * elapsed)
     for i in range(2):
-        before = frame[1 + i] if first else kept[i]
-        kept[i] = before + share * (frame[1 + i] - before)
-        kept[2 + i] = (kept[i] - before) / elapsed
+        previous = frame[1 + i] if first else filtered[i]
+        filtered[i] = previous + gain * (frame[1 + i] - previous)
+        filtered[2 + i] = (filtered[i] - previous) / elapsed
     for i in range(3):
         newest[i] = frame[i]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 ABOUT = (
     "masses, centres and inertias are those that are simulated; links without an inertial have none",
-    "every visual is a drawing: its size, shape and place say nothing about the simulated crane",
+    "every visual is a drawing: its size, shape and position are not those of the simulated crane",
     f"lengths and limits are the scene's; {UNBOUNDED:g} stands for no limit, since a URDF takes no infinity",
 )
 

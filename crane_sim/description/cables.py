@@ -1,10 +1,10 @@
-"""The joints of an overhead crane's cable, in the coordinates that the scene has, so that joint states alone place it.
+"""URDF joints of an overhead crane's cable, in the scene's coordinates, so that joint states determine its pose.
 
-- Angles are absolute in the model, while a URDF joint is relative to its parent: every node's frame is level again,
-  by a joint `level_k` that turns back by the link's angle.
-- Components of a link's unit vector are three sliding joints; three more, `reach_k_*`, follow them and stretch the unit
-  vector to the link's length. There is no angle, hence no singular posture.
-- Positions of the nodes are sliding joints from the world.
+- Angles are absolute in the model, while a URDF joint is relative to its parent: the frame of every node is kept
+  level by a joint `level_k` that mimics the link's angle with the multiplier -1.
+- Components of a link's unit vector are three prismatic joints; three more, `reach_k_*`, mimic them and scale the
+  unit vector to the link's length. There is no angle, hence no singular posture.
+- Positions of the nodes are prismatic joints from the world.
 """
 
 from __future__ import annotations
@@ -17,135 +17,139 @@ import numpy as np
 from crane_sim.description import gantry
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RAISE, UP, add_joint, add_link
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
-from crane_sim.description.workspace import form_of
+from crane_sim.description.workspace import validated_scene_file
 from crane_sim.scenes.schema.overhead_cable import fill_list
 from crane_sim.simulation.metrics import polyline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from crane_sim.description.workspace import Room
+    from crane_sim.description.workspace import BoundingBox
     from crane_sim.scenes.scene import Scene
 
 ALONG = {"x": FORWARD, "y": LEFT, "z": UP}
 
 
-class Hang(NamedTuple):
-    """What hangs on the trolley, from the top; lengths are those at the start."""
+class SuspendedCable(NamedTuple):
+    """Cable and payload below the trolley, from the top; lengths are the initial ones."""
 
     lengths: tuple[float, ...]  # (N,) m
     masses: tuple[float, ...]  # (N,) kg
-    inertias: tuple[float, ...] = ()  # (N,) kg m², of links that turn as rods, about their swing; none of others
+    inertias: tuple[float, ...] = ()  # (N,) kg m², about the swing axis, of links that rotate as rods; else empty
 
     @classmethod
-    def of(cls, scene: Scene) -> Hang:
-        """Return what hangs on a scene's trolley."""
+    def of(cls, scene: Scene) -> SuspendedCable:
+        """Return the suspended cable of a scene."""
         nodes, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
         lengths = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
-        form = form_of(scene)
-        inertias = fill_list(form.cable.inertia, len(lengths), "cable.inertia") if form.cable.inertia else ()
-        return cls(tuple(map(float, lengths)), form.parts.masses, inertias)
+        file = validated_scene_file(scene)
+        inertias = fill_list(file.cable.inertia, len(lengths), "cable.inertia") if file.cable.inertia else ()
+        return cls(tuple(map(float, lengths)), file.parts.masses, inertias)
 
     @property
-    def ends(self) -> list[str]:
-        """Return the names of the links (N,) at the lower ends of the pieces of cable."""
+    def end_link_names(self) -> list[str]:
+        """Return the names of the links (N,) at the lower ends of the cable's links."""
         return [*(f"node_{k}" for k in range(1, len(self.lengths))), "payload_link"]
 
 
-def add_cable(robot: ElementTree.Element, joints: Sequence[str], hang: Hang, room: Room) -> None:
-    """Add the joints between `trolley_link` (or `world`) and the ends of the hang; the ends are up to the caller."""
+def add_cable(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable, box: BoundingBox) -> None:
+    """Add the joints between `trolley_link` (or `world`) and the end links, which the caller adds."""
     hoisted = "hoist" in joints
     if "node_1_x" in joints:
-        _free(robot, joints, hang)
-        if hoisted:  # the first piece's length at rest, a frame that nothing hangs on
-            _slide(robot, "hoist", ("trolley_link", "hoist_link"), DOWN)
+        _add_free_nodes(robot, joints, cable)
+        if hoisted:  # the unstretched length of the first link; a frame without children
+            _add_prismatic_joint(robot, "hoist", ("trolley_link", "hoist_link"), DOWN)
     elif "link_1_x" in joints:
-        add_directed(robot, hang, hoisted)
+        add_directed(robot, cable, hoisted)
     elif "swing_2" in joints:
-        _turning(robot, hang, hoisted, room)
+        _add_revolute_chain(robot, cable, hoisted, box)
     else:
-        _add_straight_cable(robot, hang, hoisted, room)
+        _add_straight_cable(robot, cable, hoisted, box)
 
 
-def _turning(robot: ElementTree.Element, hang: Hang, hoisted: bool, room: Room) -> None:
-    above = "trolley_link"
-    for k, (end, length) in enumerate(zip(hang.ends, hang.lengths, strict=True), start=1):
+def _add_revolute_chain(robot: ElementTree.Element, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
+    parent = "trolley_link"
+    for k, (end, length) in enumerate(zip(cable.end_link_names, cable.lengths, strict=True), start=1):
         link, at = f"link_{k}", (0.0, 0.0, -length)
         winch = hoisted and k == 1
-        inertia = hang.inertias[k - 1] if hang.inertias else 0.0
+        inertia = cable.inertias[k - 1] if cable.inertias else 0.0
         rod = Body(0.0, ORIGIN, (inertia, inertia, 0.0)) if inertia else None
-        add_link(robot, link, [] if winch else _strand(length, room), rod)
-        add_joint(robot, "revolute", f"swing_{k}", (above, link), axis=RAISE)
+        add_link(robot, link, [] if winch else _cable_visual(length, box), rod)
+        add_joint(robot, "revolute", f"swing_{k}", (parent, link), axis=RAISE)
         if winch:
-            _slide(robot, "hoist", (link, "hoist_link"), DOWN)
+            _add_prismatic_joint(robot, "hoist", (link, "hoist_link"), DOWN)
             link, at = "hoist_link", ORIGIN
-        if end == "payload_link":  # it turns with its link
+        if end == "payload_link":  # it rotates with its link
             add_joint(robot, "fixed", "hook", (link, end), at)
         else:
-            add_joint(robot, "revolute", f"level_{k}", (link, end), at, RAISE, follows=f"swing_{k}")
-        above = end
+            add_joint(robot, "revolute", f"level_{k}", (link, end), at, RAISE, mimic=f"swing_{k}")
+        parent = end
 
 
-def _add_straight_cable(robot: ElementTree.Element, hang: Hang, hoisted: bool, room: Room) -> None:
+def _add_straight_cable(robot: ElementTree.Element, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
     """Add a cable that stays straight: all nodes are fixed to the only link."""
-    above, below = "link_1", np.cumsum(hang.lengths)
-    add_link(robot, above, [] if hoisted else _strand(float(below[-1]), room))
-    add_joint(robot, "revolute", "swing_1", ("trolley_link", above), axis=RAISE)
-    if hoisted:  # the length of the first piece
-        _slide(robot, "hoist", (above, "hoist_link"), DOWN)
-        above, below = "hoist_link", below - below[0]
-    for k, (end, depth) in enumerate(zip(hang.ends, below, strict=True), start=1):
-        add_joint(robot, "fixed", f"end_{k}", (above, end), (0.0, 0.0, -float(depth)))
+    parent, depths = "link_1", np.cumsum(cable.lengths)
+    add_link(robot, parent, [] if hoisted else _cable_visual(float(depths[-1]), box))
+    add_joint(robot, "revolute", "swing_1", ("trolley_link", parent), axis=RAISE)
+    if hoisted:  # the length of the first link
+        _add_prismatic_joint(robot, "hoist", (parent, "hoist_link"), DOWN)
+        parent, depths = "hoist_link", depths - depths[0]
+    for k, (end, depth) in enumerate(zip(cable.end_link_names, depths, strict=True), start=1):
+        add_joint(robot, "fixed", f"end_{k}", (parent, end), (0.0, 0.0, -float(depth)))
 
 
-def add_directed(robot: ElementTree.Element, hang: Hang, hoisted: bool, above: str = "trolley_link") -> None:
-    """Add links along unit vectors, the first below the link `above`.
+def add_directed(
+    robot: ElementTree.Element, cable: SuspendedCable, hoisted: bool, parent: str = "trolley_link"
+) -> None:
+    """Add links along unit vectors, the first below the link `parent`.
 
     With a hoist the first link's vector is a product of two coordinates, which no joint of a URDF can be. The hoist
     then moves the cable's lower end straight down, which is exact where the first link is vertical.
     """
-    for k, (end, length) in enumerate(zip(hang.ends, hang.lengths, strict=True), start=1):
+    for k, (end, length) in enumerate(zip(cable.end_link_names, cable.lengths, strict=True), start=1):
         winch = hoisted and k == 1
         for axis in ALONG:
-            _slide(robot, f"link_{k}_{axis}", (above, f"unit_{k}_{axis}"), ALONG[axis], (-1.0, 1.0))
-            above = f"unit_{k}_{axis}"
+            _add_prismatic_joint(robot, f"link_{k}_{axis}", (parent, f"unit_{k}_{axis}"), ALONG[axis], (-1.0, 1.0))
+            parent = f"unit_{k}_{axis}"
         for axis in ALONG:
             child = end if axis == "z" and not winch else f"scaled_{k}_{axis}"
-            span = (-length, length)
-            follow = (f"link_{k}_{axis}", length - 1.0)
-            _slide(robot, f"reach_{k}_{axis}", (above, child), ALONG[axis], span, follow, made=child != end)
-            above = child
+            limits = (-length, length)
+            mimic = (f"link_{k}_{axis}", length - 1.0)
+            _add_prismatic_joint(
+                robot, f"reach_{k}_{axis}", (parent, child), ALONG[axis], limits, mimic, create_child=child != end
+            )
+            parent = child
         if winch:
-            add_joint(robot, "prismatic", "hoist", (above, end), (0.0, 0.0, length), DOWN)
-            above = end
+            add_joint(robot, "prismatic", "hoist", (parent, end), (0.0, 0.0, length), DOWN)
+            parent = end
 
 
-def _free(robot: ElementTree.Element, joints: Sequence[str], hang: Hang) -> None:
-    """Add nodes that slide from the world."""
+def _add_free_nodes(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable) -> None:
+    """Add nodes with prismatic joints from the world."""
     axes = [axis for axis in ALONG if f"node_1_{axis}" in joints]
-    for k, end in enumerate(hang.ends, start=1):
-        above = "world"
+    for k, end in enumerate(cable.end_link_names, start=1):
+        parent = "world"
         for axis in axes:
             child = end if axis == axes[-1] else f"place_{k}_{axis}"
-            _slide(robot, f"node_{k}_{axis}", (above, child), ALONG[axis], made=child != end)
-            above = child
+            _add_prismatic_joint(robot, f"node_{k}_{axis}", (parent, child), ALONG[axis], create_child=child != end)
+            parent = child
 
 
-def _slide(
+def _add_prismatic_joint(
     robot: ElementTree.Element,
     name: str,
     links: tuple[str, str],
     axis: tuple[float, float, float],
-    span: tuple[float, float] | None = None,
-    follow: tuple[str, float] | None = None,
-    made: bool = True,
+    limits: tuple[float, float] | None = None,
+    mimic: tuple[str, float] | None = None,
+    create_child: bool = True,
 ) -> None:
-    """Add a sliding joint that may follow another one by a factor, and, if so wished, its bare child link."""
-    if made:
+    """Add a prismatic joint, which may mimic another one (name, multiplier), and its empty child link."""
+    if create_child:
         ElementTree.SubElement(robot, "link", name=links[1])
-    joint, factor = follow or (None, -1.0)
-    add_joint(robot, "prismatic", name, links, ORIGIN, axis, span, joint, factor)
+    joint, multiplier = mimic or (None, -1.0)
+    add_joint(robot, "prismatic", name, links, ORIGIN, axis, limits, joint, multiplier)
 
 
-def _strand(length: float, room: Room) -> list[Shape]:
-    return [Shape((gantry.STRAND * room.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]
+def _cable_visual(length: float, box: BoundingBox) -> list[Shape]:
+    return [Shape((gantry.STRAND * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]

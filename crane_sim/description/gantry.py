@@ -1,6 +1,6 @@
-"""What an overhead crane looks like: rails on legs, a bridge between them, a trolley, a cable with its load.
+"""Visuals of an overhead crane: rails on legs, a bridge between them, a trolley, a cable with its payload.
 
-Everything is a function of the room, so that a rail can be drawn as long as its trolley's way. Proportions are those of
+All is a function of the bounding box, so that a rail is as long as its trolley's travel. Proportions are those of
 a 6 m cable, whose unit is 1 m.
 """
 
@@ -12,30 +12,30 @@ from typing import TYPE_CHECKING
 from crane_sim.description.solids import ACROSS, DARK, GREY, ORIGIN, STEEL, YELLOW, Shape, crate
 
 if TYPE_CHECKING:
-    from crane_sim.description.workspace import Room
+    from crane_sim.description.workspace import BoundingBox
 
 LOAD_DENSITY, NODE_DENSITY = 2400.0, 7800.0  # kg/m³, of concrete and of steel
 STRAND = 0.0035  # radius of the cable, of the depth
 
 
-def base(room: Room) -> list[Shape]:
+def base(box: BoundingBox) -> list[Shape]:
     """Return what stands still: a beam on two trestles or, below a bridge, two runways on four columns."""
-    return _runways(room) if room.spatial else _portal(room)
+    return _runways(box) if box.spatial else _portal(box)
 
 
-def bridge(room: Room) -> list[Shape]:
+def bridge(box: BoundingBox) -> list[Shape]:
     """Return the girder along x that carries the trolley, with an end carriage on either runway, at y = 0."""
-    unit = room.unit
-    left, right = room.rail(0)
+    unit = box.unit
+    left, right = box.rail(0)
     shapes = _girder(left - 0.3 * unit, right + 0.3 * unit, unit)
     for end in (left, right):
         shapes.append(Shape((0.3 * unit, 1.6 * unit, 0.3 * unit), (end, 0.0, 0.02 * unit), DARK))
     return shapes
 
 
-def trolley(room: Room) -> list[Shape]:
+def trolley(box: BoundingBox) -> list[Shape]:
     """Return two cheeks that embrace the beam's lower flange, four wheels on it, a sheave where the cable begins."""
-    unit = room.unit
+    unit = box.unit
     shapes = [Shape((0.13 * unit, 0.3 * unit), ORIGIN, STEEL, ACROSS)]
     for side in (1.0, -1.0):
         shapes.append(Shape((0.9 * unit, 0.05 * unit, 0.5 * unit), (0.0, side * 0.23 * unit, 0.2 * unit), GREY))
@@ -44,19 +44,19 @@ def trolley(room: Room) -> list[Shape]:
     return [*shapes, Shape((0.7 * unit, 0.5 * unit, 0.08 * unit), (0.0, 0.0, 0.1 * unit), DARK)]
 
 
-def payload_edge(mass: float, room: Room) -> float:
+def payload_edge(mass: float, box: BoundingBox) -> float:
     """Return the edge [m] of the payload's crate: that of a block of concrete, but neither a dot nor a house."""
-    return min(max(cbrt(mass / LOAD_DENSITY), 0.045 * room.depth), 0.13 * room.depth)
+    return min(max(cbrt(mass / LOAD_DENSITY), 0.045 * box.depth), 0.13 * box.depth)
 
 
-def payload(mass: float, room: Room) -> list[Shape]:
+def payload(mass: float, box: BoundingBox) -> list[Shape]:
     """Return the payload."""
-    return crate(payload_edge(mass, room))
+    return crate(payload_edge(mass, box))
 
 
-def node_radius(mass: float, link: float, room: Room) -> float:
+def node_radius(mass: float, link: float, box: BoundingBox) -> float:
     """Return the radius [m] of the ball that marks a node below a link of this length [m]: that of a ball of steel."""
-    return min(max(cbrt(0.75 * mass / (3.1416 * NODE_DENSITY)), 0.008 * room.depth), 0.02 * room.depth, 0.3 * link)
+    return min(max(cbrt(0.75 * mass / (3.1416 * NODE_DENSITY)), 0.008 * box.depth), 0.02 * box.depth, 0.3 * link)
 
 
 def node(radius: float) -> Shape:
@@ -66,21 +66,21 @@ def node(radius: float) -> Shape:
 
 def _girder(left: float, right: float, unit: float) -> list[Shape]:
     """Return an I-beam along x; its lower edge is where the trolley's wheels expect it."""
-    middle, span = 0.5 * (left + right), right - left
+    middle, length = 0.5 * (left + right), right - left
     return [
-        Shape((span, 0.36 * unit, 0.07 * unit), (middle, 0.0, 0.22 * unit), YELLOW),
-        Shape((span, 0.1 * unit, 0.5 * unit), (middle, 0.0, 0.48 * unit), YELLOW),
-        Shape((span, 0.36 * unit, 0.07 * unit), (middle, 0.0, 0.74 * unit), YELLOW),
+        Shape((length, 0.36 * unit, 0.07 * unit), (middle, 0.0, 0.22 * unit), YELLOW),
+        Shape((length, 0.1 * unit, 0.5 * unit), (middle, 0.0, 0.48 * unit), YELLOW),
+        Shape((length, 0.36 * unit, 0.07 * unit), (middle, 0.0, 0.74 * unit), YELLOW),
     ]
 
 
-def _portal(room: Room) -> list[Shape]:
-    unit = room.unit
-    left, right = room.rail(0)
+def _portal(box: BoundingBox) -> list[Shape]:
+    unit = box.unit
+    left, right = box.rail(0)
     shapes = _girder(left, right, unit)
     for end in (left, right):
         shapes.append(Shape((0.24 * unit, 0.75 * unit, 0.7 * unit), (end, 0.0, 0.48 * unit), DARK))
-        shapes += _trestle(end, 0.74 * unit, room.floor, max(unit, room.depth / 8.0))
+        shapes += _trestle(end, 0.74 * unit, box.floor, max(unit, box.depth / 8.0))
     return shapes
 
 
@@ -96,14 +96,14 @@ def _trestle(x: float, top: float, floor: float, unit: float) -> list[Shape]:
     return shapes
 
 
-def _runways(room: Room) -> list[Shape]:
-    unit, (near, far) = room.unit, room.rail(1)
-    top, span = -0.13 * unit, far - near + 1.6 * unit
+def _runways(box: BoundingBox) -> list[Shape]:
+    unit, (near, far) = box.unit, box.rail(1)
+    top, length = -0.13 * unit, far - near + 1.6 * unit
     shapes = []
-    for x in room.rail(0):
-        shapes.append(Shape((0.24 * unit, span, 0.4 * unit), (x, 0.5 * (near + far), top - 0.2 * unit), GREY))
+    for x in box.rail(0):
+        shapes.append(Shape((0.24 * unit, length, 0.4 * unit), (x, 0.5 * (near + far), top - 0.2 * unit), GREY))
         for y in (near, far):
-            height = top - 0.4 * unit - room.floor
-            shapes.append(Shape((0.24 * unit, 0.24 * unit, height), (x, y, room.floor + 0.5 * height), GREY))
-            shapes.append(Shape((0.6 * unit, 0.6 * unit, 0.1 * unit), (x, y, room.floor + 0.05 * unit), DARK))
+            height = top - 0.4 * unit - box.floor
+            shapes.append(Shape((0.24 * unit, 0.24 * unit, height), (x, y, box.floor + 0.5 * height), GREY))
+            shapes.append(Shape((0.6 * unit, 0.6 * unit, 0.1 * unit), (x, y, box.floor + 0.05 * unit), DARK))
     return shapes

@@ -1,12 +1,12 @@
 """The URDF of a knuckle-boom crane.
 
 `world` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF joint
-is relative to its parent. The level frames bridge the two: each follows an elevation with the multiplier -1, so that
-what hangs on it starts horizontal again.
+is relative to its parent. The level frames bridge the two: each mimics an elevation with the multiplier -1, so that
+the zero of the next joint is horizontal.
 
-Masses and inertias are those that are simulated. A rod without `axial_inertia` adds no inertia about the vertical to
-the model, which no body can do. In the URDF it turns with half of its inertia about every axis that is not the luffing
-one, whatever its elevation, and the tower with as much less: the sum, and so the mass matrix, is the model's.
+Masses and inertias are the simulated ones. Without `axial_inertia` the model omits a rod from the slew inertia. No URDF
+body can do that: the rod gets half of its luffing inertia about its other two axes, and the tower is given that much
+less, so the mass matrix is unchanged.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 
 def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
-    """Add links and joints; the fixed `base` and the mimics `boom_level` and `jib_level` come on top of `joints`."""
+    """Add links and joints: `joints`, the fixed `base`, and the mimic joints `boom_level` and `jib_level`."""
     _add_links(robot, crane)
     _add_joints(robot, crane, joints)
 
 
 def pedestal_height(crane: Crane) -> float:
-    """Height of the boom pivot above the ground that is drawn [m]; the model has none."""
+    """Return the height of the boom pivot above the visual ground [m]; the model has no ground."""
     return 0.6 * crane.support.boom.length
 
 
@@ -53,51 +53,55 @@ def _add_links(robot: ElementTree.Element, crane: Crane) -> None:
     for name in ("boom_level_link", "jib_level_link", "swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
     add_link(robot, "base_link", _pedestal(pedestal_height(crane), unit))
-    rest, part = turning_parts(support)
-    add_link(robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * rest, 0.5 * rest, rest)))
-    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod_body(support.boom, part))
-    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, part))
+    tower_inertia, slew_fraction = split_rod_inertia(support)
+    add_link(
+        robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia))
+    )
+    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod_body(support.boom, slew_fraction))
+    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, slew_fraction))
     add_link(robot, "payload_link", crate(0.55 * unit), point_mass(load.mass))
-    add_comment(robot, _about_tower(support, rest))
+    add_comment(robot, _tower_comment(support, tower_inertia))
 
 
-def turning_parts(support: Knuckle) -> tuple[float, float]:
-    """Return (inertia left to the tower [kg m²], part of a rod's inertia that turns with the slew in its place).
+def split_rod_inertia(support: Knuckle) -> tuple[float, float]:
+    """Return (remaining slew inertia of the tower [kg m²], fraction of a rod's inertia taken from the tower).
 
-    The part is a half, the least that a body can have, or less where the tower has not that much to give.
+    The fraction is a half, the least that a body can have, or less where the tower's inertia does not suffice.
     """
     simple = sum(rod.inertia for rod in (support.boom, support.jib) if rod.axial_inertia is None)
-    part = min(0.5, support.tower.inertia / simple) if simple else 0.5
-    return max(support.tower.inertia - part * simple, 0.0), part
+    slew_fraction = min(0.5, support.tower.inertia / simple) if simple else 0.5
+    return max(support.tower.inertia - slew_fraction * simple, 0.0), slew_fraction
 
 
-def _about_tower(support: Knuckle, rest: float) -> str:
+def _tower_comment(support: Knuckle, tower_inertia: float) -> str:
     """Return the comment on the tower's mass and inertia."""
-    mass = "tower_link has no mass: on the slew axis none is felt, and none is simulated"
+    mass = "tower_link has no mass: on the slew axis it has no effect, and none is simulated"
     inertia = support.tower.inertia
-    if rest == inertia:
+    if tower_inertia == inertia:
         return mass
-    moved = f"{inertia - rest:g} are in boom_link and jib_link, which have no axial_inertia"
+    moved = f"{inertia - tower_inertia:g} are in boom_link and jib_link, which have no axial_inertia"
     return f"{mass}; of its {inertia:g} kg m² {moved}"
 
 
 def _add_joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
-    boom, jib = crane.support.boom.length, crane.support.jib.length
-    slew, luff, fold, rope, tangential, radial = joints
+    boom_end, jib_end = ((rod.length, 0.0, 0.0) for rod in (crane.support.boom, crane.support.jib))
+    slew, boom, jib, rope, tangential, radial = joints
     add_joint(robot, "fixed", "base", ("world", "base_link"))
     add_joint(robot, "revolute", slew, ("base_link", "tower_link"), axis=UP)
-    add_joint(robot, "revolute", luff, ("tower_link", "boom_link"), axis=RAISE)
-    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), (boom, 0.0, 0.0), RAISE, follows=luff)
-    add_joint(robot, "revolute", fold, ("boom_level_link", "jib_link"), axis=RAISE)
-    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), (jib, 0.0, 0.0), RAISE, follows=fold)
+    add_joint(robot, "revolute", boom, ("tower_link", "boom_link"), axis=RAISE)
+    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), boom_end, RAISE, mimic=boom)
+    add_joint(robot, "revolute", jib, ("boom_level_link", "jib_link"), axis=RAISE)
+    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), jib_end, RAISE, mimic=jib)
     add_joint(robot, "revolute", tangential, ("jib_level_link", "swing_link"), axis=FORWARD)
     add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RAISE)
     add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
 
 
-def _rod_body(rod: Rod, part: float) -> Body:
-    """Return a rod as a body; one without axial inertia turns with a part of its own, whatever its elevation."""
-    axial, across = (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (part * rod.inertia,) * 2
+def _rod_body(rod: Rod, slew_fraction: float) -> Body:
+    """Return the body of a rod; without axial inertia it has this fraction of its inertia about the other axes."""
+    axial, across = (
+        (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (slew_fraction * rod.inertia,) * 2
+    )
     return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, across))
 
 

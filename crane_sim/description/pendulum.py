@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description.cables import ALONG, Hang, add_directed
+from crane_sim.description.cables import ALONG, SuspendedCable, add_directed
 from crane_sim.description.robot import add_joint, add_link
 from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, point_mass
 
@@ -28,7 +28,7 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
         add_link(robot, below, _head(length) if axis == "z" else [])
         add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way)
         above = below
-    add_directed(robot, Hang((length,), (mass,)), False, above)
+    add_directed(robot, SuspendedCable((length,), (mass,)), False, above)
     add_link(robot, "payload_link", crate(0.12 * length), point_mass(mass))
 
 

@@ -1,4 +1,4 @@
-"""The words of a URDF document: links with what they look like and weigh, and the joints between them."""
+"""Elements of a URDF document: links with visuals and inertias, and the joints between them."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ def add_joint(
     links: tuple[str, str],
     at: Vector = ORIGIN,
     axis: Vector | None = None,
-    span: tuple[float, float] | None = None,
-    follows: str | None = None,
-    times: float = -1.0,
+    limits: tuple[float, float] | None = None,
+    mimic: str | None = None,
+    multiplier: float = -1.0,
 ) -> None:
     """Add a joint between links (parent, child), placed `at` in the parent's frame [m].
 
     Args:
         robot: the document.
-        kind: the URDF's word for it.
+        kind: joint type of the URDF.
         name: of the joint.
         links: names of parent and child.
         at: origin of the joint.
         axis: unit vector in the child's frame.
-        span: lower and upper limit [rad or m] that follow from the geometry; `limits` adds those of the scene.
-        follows: the joint whose value, multiplied, is this one's.
-        times: the factor by which it is multiplied.
+        limits: lower and upper limit [rad or m] that follow from the geometry; module `limits` adds those of the scene.
+        mimic: the joint that this one mimics.
+        multiplier: of the mimicked position.
     """
     joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=links[0])
@@ -51,15 +51,15 @@ def add_joint(
     ElementTree.SubElement(joint, "origin", xyz=_format_numbers(at), rpy=_format_numbers(ORIGIN))
     if axis is not None:
         ElementTree.SubElement(joint, "axis", xyz=_format_numbers(axis))
-    if span is not None:
-        add_limit(joint, span, UNBOUNDED, UNBOUNDED)
-    if follows is not None:
-        ElementTree.SubElement(joint, "mimic", joint=follows, multiplier=_format_numbers((times,)), offset="0")
+    if limits is not None:
+        add_limit(joint, limits, UNBOUNDED, UNBOUNDED)
+    if mimic is not None:
+        ElementTree.SubElement(joint, "mimic", joint=mimic, multiplier=_format_numbers((multiplier,)), offset="0")
 
 
-def add_limit(joint: ElementTree.Element, span: tuple[float, float] | None, effort: float, velocity: float) -> None:
+def add_limit(joint: ElementTree.Element, limits: tuple[float, float] | None, effort: float, velocity: float) -> None:
     """Add a joint's limit: lower and upper end [rad or m], if any, effort [N m or N], velocity [rad/s or m/s]."""
-    limit = {} if span is None else {"lower": span[0], "upper": span[1]}
+    limit = {} if limits is None else {"lower": limits[0], "upper": limits[1]}
     limit |= {"effort": effort, "velocity": velocity}
     ElementTree.SubElement(joint, "limit", {key: _format_numbers((value,)) for key, value in limit.items()})
 
@@ -70,7 +70,7 @@ def add_comment(element: ElementTree.Element, text: str) -> None:
 
 
 def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], body: Body | None = None) -> None:
-    """Add a link with what it looks like and, where it has a mass, what it weighs."""
+    """Add a link with its visuals and, where it has a mass, its inertial properties."""
     link = ElementTree.SubElement(robot, "link", name=name)
     if body is not None:
         inertial = ElementTree.SubElement(link, "inertial")

@@ -1,4 +1,4 @@
-"""Workspace of an overhead crane: a box that holds its rails and its cable."""
+"""Workspace of an overhead crane: the bounding box of its rails and its cable."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crane_sim.files.document import present
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.simulation.metrics import polyline
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     Numbers = NDArray[np.float64]
 
 SAMPLES = 200  # of a prescribed motion
-SPARE = 0.25  # of the depth: rail beyond the last node
+RAIL_OVERHANG = 0.25  # of the depth: overhang of the rail beyond the last node
 
 
-@entry
+@entry_point
 def positions(motion, times):
     """Return the positions (n,) of a motion at times (n,) [s]."""
     out = np.empty(len(times))
@@ -32,8 +32,8 @@ def positions(motion, times):
     return out
 
 
-class Room(NamedTuple):
-    """A box in the world [m] that holds the trolley and all nodes of the cable."""
+class BoundingBox(NamedTuple):
+    """Bounding box in the world [m] of the trolley and all nodes of the cable."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -42,61 +42,61 @@ class Room(NamedTuple):
 
     @property
     def depth(self) -> float:
-        """Return how far the box reaches below the rail: the measure of everything that is drawn."""
+        """Return the depth of the box below the rail, to which all visuals are scaled."""
         return max(-self.low[2], 1e-3)
 
     @property
     def unit(self) -> float:
-        """Return the measure of trolley and rail, which must not hide a load that is drawn up to them."""
+        """Return the unit length of trolley and rail visuals, which must not hide a payload hoisted up to them."""
         return max(min(self.depth / 6.0, self.shortest), self.depth / 15.0)
 
     @property
     def floor(self) -> float:
-        """Return z of the ground, which is drawn only: the model has none."""
+        """Return z of the visual ground; the model has none."""
         return -1.2 * self.depth
 
     def rail(self, axis: int) -> tuple[float, float]:
-        """Return the ends of what the trolley (axis 0) or the bridge (axis 1) runs on, which are drawn only."""
-        spare = SPARE * self.depth
-        return self.low[axis] - spare, self.high[axis] + spare
+        """Return the visual ends of the rail of the trolley (axis 0) or the bridge (axis 1)."""
+        overhang = RAIL_OVERHANG * self.depth
+        return self.low[axis] - overhang, self.high[axis] + overhang
 
     def holds(self, low: Numbers, high: Numbers) -> bool:
-        """Whether a box lies in the room, the spare ends of its rails included."""
-        spare = SPARE * self.depth
-        return bool(np.all(low > np.array(self.low) - spare) and np.all(high < np.array(self.high) + spare))
+        """Whether another box lies within this one, the overhang of its rails included."""
+        overhang = RAIL_OVERHANG * self.depth
+        return bool(np.all(low > np.array(self.low) - overhang) and np.all(high < np.array(self.high) + overhang))
 
 
-def room_of(low: Numbers, high: Numbers, shortest: float, spatial: bool) -> Room:
-    """Return the room of a box with corners (3,)."""
-    return Room(_vector(low), _vector(high), shortest, spatial)
+def make_bounding_box(low: Numbers, high: Numbers, shortest: float, spatial: bool) -> BoundingBox:
+    """Return the bounding box with corners (3,)."""
+    return BoundingBox(_vector(low), _vector(high), shortest, spatial)
 
 
-def form_of(scene: Scene) -> OverheadFile:
-    """Return the checked file of a scene with an overhead crane, defaults included."""
+def validated_scene_file(scene: Scene) -> OverheadFile:
+    """Return the validated file of a scene with an overhead crane, defaults included."""
     return OverheadFile.model_validate(present(scene.document))
 
 
-def estimate_room(scene: Scene) -> Room:
-    """Return the room for a run that has not begun: where it starts, is to go, and swings to from there."""
-    form = form_of(scene)
+def estimate_bounding_box(scene: Scene) -> BoundingBox:
+    """Return the bounding box before a run: initial state, target, and the swing about both."""
+    file = validated_scene_file(scene)
     nodes, tip = polyline(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     links = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
-    hoist = form.hoist.profile if form.hoist else None
-    first = [float(links[0]), *_target_of(scene, "hoist"), *_way(scene, hoist.motion() if hoist else None)]
-    rest = float(links[1:].sum())
-    hang = nodes - nodes[tip]
-    hang = np.vstack([hang, hang * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first) - rest)])
-    places = [nodes[tip]]
-    for axis, (joint, group) in enumerate((("trolley", form.trolley), ("bridge", form.bridge))):
+    hoist = file.hoist.profile if file.hoist else None
+    first = [float(links[0]), *_target_of(scene, "hoist"), *_motion_positions(scene, hoist.motion() if hoist else None)]
+    lower_links = float(links[1:].sum())
+    offsets = nodes - nodes[tip]
+    offsets = np.vstack([offsets, offsets * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first) - lower_links)])
+    trolleys = [nodes[tip]]
+    for axis, (joint, group) in enumerate((("trolley", file.trolley), ("bridge", file.bridge))):
         motion = group.motion.motion() if group and group.motion else None
-        for place in (*_target_of(scene, joint), *_way(scene, motion)):
-            places.append(np.where(np.arange(3) == axis, place, nodes[tip]))
-    low, high = np.min(places, axis=0) + hang.min(axis=0), np.max(places, axis=0) + hang.max(axis=0)
-    return room_of(low, high, min(first) + rest, is_spatial(scene))
+        for position in (*_target_of(scene, joint), *_motion_positions(scene, motion)):
+            trolleys.append(np.where(np.arange(3) == axis, position, nodes[tip]))
+    low, high = np.min(trolleys, axis=0) + offsets.min(axis=0), np.max(trolleys, axis=0) + offsets.max(axis=0)
+    return make_bounding_box(low, high, min(first) + lower_links, is_spatial(scene))
 
 
 def _at_rest(model: Any) -> Any:
-    """Return the model on a base that rests: its points are where they are aboard."""
+    """Return the model on a base at rest, whose points are those relative to the base."""
     return model._replace(base=None) if getattr(model, "base", None) is not None else model
 
 
@@ -111,11 +111,11 @@ def _target_of(scene: Scene, joint: str) -> list[float]:
     return [scene.reference[scene.actuated.index(joint)]]
 
 
-def _way(scene: Scene, motion: Motion | None) -> list[float]:
-    """Return where a prescribed motion goes; nothing for a part that has none."""
+def _motion_positions(scene: Scene, motion: Motion | None) -> list[float]:
+    """Return samples of a prescribed motion; empty without one."""
     if motion is None:
         return []
-    return [float(place) for place in positions(motion, np.linspace(0.0, scene.duration, SAMPLES))]
+    return [float(x) for x in positions(motion, np.linspace(0.0, scene.duration, SAMPLES))]
 
 
 def _vector(values: Numbers) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""What stands between a law and the crane: sensors, actuators, brakes, and what fails in them.
+"""Hardware between a law and the crane: sensors, actuators, brakes, and their faults.
 
-All of it is compiled code over a few small arrays, so that `simulate` and the plant node pass through the same lines.
+All of it is compiled code over a few small arrays, so that `simulate` and the plant node run the same code.
 """

@@ -1,10 +1,10 @@
 """Brakes: friction that sticks by a spring and slips at its capacity, one on every actuated joint.
 
-A brake pulls its joint to an anchor with a spring and a damper, both together never more than its capacity; where
+The effort of a brake is that of a spring to an anchor and a damper, both together at most its capacity; where
 the spring alone would be stronger, the anchor slips along (elastoplastic friction). It slips at the ends of periods
-only: within one the joint feels the capacity as long as it lies beyond. Such a pull is that of a potential, |pull| <=
-capacity, plus a damper, and moving the anchor only lowers that potential: a brake never gives more than its spring has
-stored.
+only: within one the capacity acts on the joint as long as it is exceeded. Such an
+effort is that of a potential, |effort| <= capacity, plus a damper, and moving the anchor only lowers that potential: a
+brake never supplies more energy than its spring has stored.
 
 Where an effort is no force the same element serves: it is an acceleration for a drive that imposes accelerations; a
 drive that follows a rate gets zero; one that follows a position gets the one where it was (`follows`).
@@ -15,15 +15,15 @@ from crane_sim.numerics.jit import lean_kernel
 
 @lean_kernel
 def clip(value, bound):
-    """Return the value moved into -bound .. bound."""
+    """Return the value clipped to -bound .. bound."""
     return min(max(value, -bound), bound)
 
 
 @lean_kernel
 def compute_brake_effort(drive):
     """Return the effort of a brake on its joint, whose position and velocity are in the record."""
-    pull = drive.stiffness * (drive.anchor - drive.position) - drive.damping * drive.velocity
-    return drive.follows * drive.anchor + clip(pull, drive.capacity)
+    effort = drive.stiffness * (drive.anchor - drive.position) - drive.damping * drive.velocity
+    return drive.follows * drive.anchor + clip(effort, drive.capacity)
 
 
 @lean_kernel
@@ -36,7 +36,7 @@ def engage(drive, effort):
 
 @lean_kernel
 def slip(drive):
-    """Draw the anchor of a brake along, where its spring is stretched beyond the capacity."""
+    """Move the anchor of a brake where its spring is stretched beyond the capacity."""
     if drive.stiffness > 0.0:
-        reach = drive.capacity / drive.stiffness
-        drive.anchor = drive.position + clip(drive.anchor - drive.position, reach)
+        max_stretch = drive.capacity / drive.stiffness
+        drive.anchor = drive.position + clip(drive.anchor - drive.position, max_stretch)

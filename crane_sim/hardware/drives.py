@@ -1,7 +1,7 @@
-"""Actuators: the effort that a drive applies to its joint for a demand, within the equations.
+"""Actuators: the effort that a drive applies to its joint for a command, within the equations.
 
-A demand is delayed, passes a dead band, is limited, and is then followed by u' = (demand - u) / lag, never faster than
-the rate limit. A demand is held for a period, so that equation has a solution in closed form: a ramp while the rate
+A command is delayed, passes a dead band, is limited, and is then followed by u' = (command - u) / lag, within the rate
+limit. A command is held for a period, so that equation has a solution in closed form: a ramp while the rate
 limit binds, then an exponential. The effort is that function of time, not a staircase.
 """
 
@@ -15,7 +15,7 @@ from crane_sim.numerics.jit import lean_kernel, routine
 
 
 class Drives(NamedTuple):
-    """The source of a period: drives that approach their demands, and brakes."""
+    """The source of a period: drives that approach their commands, and brakes."""
 
     begin: float  # s, of the period
     records: Any  # DRIVE (nu,)
@@ -23,7 +23,7 @@ class Drives(NamedTuple):
 
 @lean_kernel
 def ramp_time(distance, rate, lag):
-    """Return for how long [s] the rate limit binds a drive whose demand is `distance` away."""
+    """Return the time [s] for which the rate limit binds a drive whose command is `distance` away."""
     return max(0.0, distance / rate - lag)
 
 
@@ -61,13 +61,13 @@ def drive_efforts(p, drives, s, x):
 
 
 @routine
-def accept_command(p, drives, queue, k, demand):
-    """Give the drives the demand (nu,) of period k; return whether a limit changed one."""
-    depth, limited = len(queue), False
-    store(queue, k % depth, 0, demand)
-    if k == 0:  # before the start the first demand was given all along
+def accept_command(p, drives, queue, k, command):
+    """Set the command (nu,) of period k; return whether a limit changed a component of it."""
+    depth, saturated = len(queue), False
+    store(queue, k % depth, 0, command)
+    if k == 0:  # before the start the command was the first one
         for d in range(depth):
-            store(queue, d, 0, demand)
+            store(queue, d, 0, command)
     for i in range(len(drives)):
         drive = drives[i]
         delayed = queue[(k - drive.delay) % depth, i]
@@ -76,9 +76,9 @@ def accept_command(p, drives, queue, k, demand):
     assign(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
     for i in range(len(drives)):
         drive = drives[i]
-        limited = limited or drive.target != drive.effort
+        saturated = saturated or drive.target != drive.effort
         drive.origin = drive.target if k == 0 else drive.origin
-    return limited
+    return saturated
 
 
 @lean_kernel
@@ -95,7 +95,7 @@ def next_breakpoint(u, t, end):
 
 @routine
 def latch(p, u, t, x):
-    """Keep the efforts of the drives at the end of a period, time t [s] and state x, as where the next one begins."""
+    """Store the efforts of the drives at the end of a period, time t [s] and state x: the next one begins with them."""
     assign(u.records.effort, system.effort(u, p, t, x))
     for i in range(len(u.records)):
         drive = u.records[i]

@@ -1,4 +1,4 @@
-"""Faults: which are active in a period, by their times or by order, and what they do to sensors and drives."""
+"""Faults: which are active in a period, by schedule or override, and their effects on sensors and drives."""
 
 from typing import Any, NamedTuple
 
@@ -8,42 +8,42 @@ from crane_sim.numerics.jit import routine
 KINDS = ("sensor_stuck", "sensor_loss", "effort_loss", "stuck", "payload")
 """Names of the kinds of faults; kernels take their indices."""
 SENSOR_STUCK, SENSOR_LOSS, EFFORT_LOSS, JOINT_STUCK, PAYLOAD = range(5)
-AS_PLANNED = -1.0
-"""An order that leaves a fault to its times; others are 0, off, and 1, on."""
+SCHEDULED = -1.0
+"""Override that leaves a fault to its schedule; others are 0, off, and 1, on."""
 
 
 class Faults(NamedTuple):
     """The faults that a scene may have (n,)."""
 
     kind: Any  # index in KINDS
-    place: Any  # index of the joint, of the actuated joint for faults of drives
+    joint: Any  # index of the joint, of the actuated joint for faults of drives
     value: Any  # factor of the effort, mass of the payload [kg]
-    begin: Any  # s; infinite: waits for an order
+    begin: Any  # s; infinite: only by override
     end: Any  # s
 
 
-class Log(NamedTuple):
-    """Changes of faults."""
+class FaultLog(NamedTuple):
+    """Log of activated and cleared faults."""
 
     rows: Any  # (capacity, 3): s, number of the fault, 1 on or 0 off
     total: Any  # (1,), how many there were
 
 
 @routine
-def update_active(faults, orders, active, log, t, slack):
+def update_active(faults, overrides, active, log, t, slack):
     """Fill `active` (n,) with 1 for the faults that are active at time t [s], else 0, and log what changed.
 
-    A fault is active in every period that begins at or after its time; `slack` [s] is what rounding may take from t.
+    A fault is active in every period that begins at or after its time; `slack` [s] is the tolerance for rounding of t.
     """
     for i in range(len(active)):
-        planned = faults.begin[i] <= t + slack < faults.end[i]
-        wanted = orders[i] if orders[i] != AS_PLANNED else 1.0 if planned else 0.0
-        if wanted != active[i]:
+        scheduled = faults.begin[i] <= t + slack < faults.end[i]
+        value = overrides[i] if overrides[i] != SCHEDULED else 1.0 if scheduled else 0.0
+        if value != active[i]:
             n = int(log.total[0])
             if n < len(log.rows):
-                log.rows[n, 0], log.rows[n, 1], log.rows[n, 2] = t, i, wanted
+                log.rows[n, 0], log.rows[n, 1], log.rows[n, 2] = t, i, value
             log.total[0] += 1.0
-            active[i] = wanted
+            active[i] = value
 
 
 @routine
@@ -54,8 +54,8 @@ def apply_to_sensors(faults, active, sensors):
         sensors[j].stuck, sensors[j].lost = False, False
     for i in range(len(active)):
         if active[i] > 0.0 and faults.kind[i] <= SENSOR_LOSS:
-            place = int(faults.place[i])
-            for j in (place, place + nq):
+            joint = int(faults.joint[i])
+            for j in (joint, joint + nq):
                 if faults.kind[i] == SENSOR_STUCK:
                     sensors[j].stuck = True
                 else:
@@ -68,7 +68,7 @@ def apply_to_drives(faults, active, drives, braking):
     for j in range(len(drives)):
         drive, engaged, factor = drives[j], braking, 1.0
         for i in range(len(active)):
-            if active[i] > 0.0 and faults.place[i] == j:
+            if active[i] > 0.0 and faults.joint[i] == j:
                 factor = faults.value[i] if faults.kind[i] == EFFORT_LOSS else factor
                 engaged = engaged or faults.kind[i] == JOINT_STUCK
         if engaged and not drive.engaged:

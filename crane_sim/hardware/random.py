@@ -10,15 +10,15 @@ import numpy as np
 
 from crane_sim.numerics.jit import lean_kernel
 
-WORD = 2**64
+UINT64_RANGE = 2**64
 _STEP, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 _UNIT = 2.0**-53
 
 
-def word(seed: int) -> np.uint64:
-    """Return any whole number as the seed that kernels take."""
-    return np.uint64(seed % WORD)
+def seed_to_uint64(seed: int) -> np.uint64:
+    """Return a seed reduced modulo 2^64, as kernels take it."""
+    return np.uint64(seed % UINT64_RANGE)
 
 
 @lean_kernel

@@ -1,4 +1,4 @@
-"""What the hardware of a run consists of, as structured arrays: one record for each drive and for each sensor.
+"""State and parameters of the hardware of a run, as structured arrays: one record for each drive and each sensor.
 
 Kernels take an array whole or one of its records, whose fields have these names, and change them in place.
 """
@@ -21,11 +21,11 @@ DRIVE = np.dtype(
         ("high", float),
         ("rate_limit", float),  # of the effort [1/s]
         ("lag", float),  # s
-        ("deadband", float),  # demands below it count as 0
+        ("deadband", float),  # commands below it count as 0
         ("delay", np.int64),  # periods
         ("origin", float),  # effort at the begin of the period
         ("target", float),  # effort that is approached
-        ("factor", float),  # part of the effort that reaches the joint
+        ("factor", float),  # fraction of the effort that acts on the joint
         # at the last evaluation
         ("effort", float),
         ("position", float),
@@ -41,25 +41,25 @@ SENSOR = np.dtype(
         ("delay", np.int64),  # periods
         ("every", np.int64),  # periods from one sample to the next
         ("dropout", float),  # probability that a sample is lost
-        ("truth", float),  # joint's position or velocity
+        ("truth", float),  # true joint's position or velocity
         ("sample", float),  # last one
         ("shown", float),  # to the law and on the topics
-        ("stuck", np.bool_),  # a fault: it shows what it showed
-        ("lost", np.bool_),  # a fault: it shows zero
+        ("stuck", np.bool_),  # a fault: the last value is held
+        ("lost", np.bool_),  # a fault: the value is zero
     ]
 )
 """The sensor of one joint's position or velocity."""
-TALLY = np.dtype(
+COUNTERS = np.dtype(
     [
         ("braking", np.bool_),  # all brakes are to be engaged in the periods that follow
-        ("braked", np.int64),  # periods in which they were
-        ("limited", np.int64),  # periods in which a demand was limited
+        ("braked", np.int64),  # periods in which they were engaged
+        ("saturated", np.int64),  # periods in which a command was limited
         ("lost_samples", np.int64),
         ("payload_mass", float),  # kg, 0 where no fault changes it
         ("payload_energy", float),  # J, brought by changes of the payload
     ]
 )
-"""Figures of a run."""
+"""Counters of a run."""
 
 
 def make_records(kind: Any, count: int) -> Any:

@@ -1,7 +1,7 @@
-"""Sensors: what is shown of the joints, to laws and on topics.
+"""Sensors: measured joint positions and velocities, for laws and topics.
 
 At a period whose number is a multiple of `every` a sensor takes a sample: the truth plus bias and noise, rounded to its
-step; some samples are lost, and the last one stays. What is shown is `delay` periods old. Random numbers are functions
+step; some samples are lost, and the last one is held. The output is `delay` periods old. Random numbers are functions
 of the period's number (`random`).
 """
 
@@ -25,10 +25,10 @@ def take_sample(seed, sensor, j, k):
 
 @routine
 def sense(seed, sensors, ring, k, q, v):
-    """Sample the joints at period k, and fill what the sensors show; return how many samples were lost.
+    """Sample the joints at period k, and update the sensors' outputs; return the number of lost samples.
 
     Args:
-        seed: a word.
+        seed: uint64.
         sensors: records of the positions' sensors, then of the velocities' (2 nq,).
         ring: the last samples (depth, 2 nq), as many as the longest delay needs.
         k: number of the period that begins.
@@ -45,7 +45,7 @@ def sense(seed, sensors, ring, k, q, v):
         if due and not lost:
             sensor.sample = take_sample(seed, sensor, j, k)
         ring[k % depth, j] = sensor.sample
-        if k == 0:  # before the start the first sample was shown all along
+        if k == 0:  # before the start the output was the first sample
             for d in range(depth):
                 ring[d, j] = sensor.sample
         if not sensor.stuck:

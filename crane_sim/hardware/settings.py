@@ -1,4 +1,4 @@
-"""Settings of a scene's hardware, in numbers."""
+"""Hardware configuration of a scene, in numbers."""
 
 from typing import Any, NamedTuple
 
@@ -17,8 +17,8 @@ class BrakeSettings(NamedTuple):
     damping: float = 0.7  # of the critical one
 
 
-class Equipment(NamedTuple):
-    """Hardware of a scene; the records of drives and sensors are copied for every run."""
+class HardwareConfig(NamedTuple):
+    """Hardware configuration of a scene; the records of drives and sensors are copied for every run."""
 
     drives: Any  # records of DRIVE (nu,)
     sensors: Any  # records of SENSOR (2 nq,)
@@ -34,7 +34,7 @@ class Equipment(NamedTuple):
         return JOINT_STUCK in self.faults.kind
 
 
-def no_equipment(nq: int, nu: int) -> Equipment:
-    """Return the equipment of a crane whose drives and sensors are perfect and which has brakes."""
+def ideal_hardware(nq: int, nu: int) -> HardwareConfig:
+    """Return the configuration of ideal drives and sensors, with brakes."""
     nothing = np.empty(0)
-    return Equipment(ideal_drives(nu), ideal_sensors(nq), Faults(nothing, nothing, nothing, nothing, nothing))
+    return HardwareConfig(ideal_drives(nu), ideal_sensors(nq), Faults(nothing, nothing, nothing, nothing, nothing))

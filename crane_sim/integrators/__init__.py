@@ -1,6 +1,6 @@
-"""Integrators know no crane: they ask `crane_sim.system.rhs` for derivatives and never see a field name.
+"""Integrators: independent of crane models, whose derivatives they get from `crane_sim.system.rhs`.
 
-A method is a NamedTuple of its settings; its type chooses the kernels. A method answers `step` (one step of a given
+A method is a NamedTuple of its settings; its type chooses the kernels. A method registers `step` (one step of a given
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 
@@ -45,11 +45,11 @@ __all__ = [
 
 
 @kernel
-def integrate_to(method, p, u, flow, t, end):
-    """Return the integration advanced until it covers time t, by steps that do not pass `end`."""
-    limit = flow.counters.steps + max_steps(method)
-    while flow.t < t and flow.status == OK:
-        flow = handle_events(switching(p), method, p, u, advance(method, p, u, flow, end))
-        if flow.counters.steps >= limit and flow.t < t:
-            flow = replace_field(flow, "status", TOO_MANY_STEPS)
-    return flow
+def integrate_to(method, p, u, integration, t, end):
+    """Return the integration advanced until it covers time t, by steps that do not exceed `end`."""
+    limit = integration.counters.steps + max_steps(method)
+    while integration.t < t and integration.status == OK:
+        integration = handle_events(switching(p), method, p, u, advance(method, p, u, integration, end))
+        if integration.counters.steps >= limit and integration.t < t:
+            integration = replace_field(integration, "status", TOO_MANY_STEPS)
+    return integration

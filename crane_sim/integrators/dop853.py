@@ -64,7 +64,7 @@ class DOP853(NamedTuple):
 
 
 class RK8(NamedTuple):
-    """Dormand and Prince's order 8 with a fixed step; one that the stiffest motion cannot bear is refused."""
+    """Dormand and Prince's order 8 with a fixed step; a step that is unstable for the stiffest mode is rejected."""
 
     step: Positive  # s, shortened so that a whole number of them fills each period
 
@@ -75,7 +75,7 @@ class RK8(NamedTuple):
 
 @lean_generic
 def dop853_stages(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all twelve stages, the first one given as `first_stage` finds it."""
+    """Return the derivatives of all twelve stages, the first one computed by `first_stage`."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -122,8 +122,8 @@ def _(method):
 
 
 @advance.register(DOP853)
-def _(method, p, u, flow, end):
-    return accepted_step(method, p, u, flow, end)
+def _(method, p, u, integration, end):
+    return accepted_step(method, p, u, integration, end)
 
 
 @step_bound.register(DOP853)

@@ -40,7 +40,7 @@ class DOPRI5(NamedTuple):
 
 @lean_generic
 def dopri5_stages(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all seven stages, the first one given as `first_stage` finds it."""
+    """Return the derivatives of all seven stages, the first one computed by `first_stage`."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -73,8 +73,8 @@ def _(method):
 
 
 @advance.register(DOPRI5)
-def _(method, p, u, flow, end):
-    return accepted_step(method, p, u, flow, end)
+def _(method, p, u, integration, end):
+    return accepted_step(method, p, u, integration, end)
 
 
 @step_bound.register(DOPRI5)

@@ -6,7 +6,7 @@ of the step beyond the event is discarded, the model switches its state, and the
 
 Guards are sampled at equidistant instants of a step, at states interpolated between its ends.
 
-Where guards need positions and time alone, as a model that switches says (`system.Switching`), their cubic Hermite
+Where guards need positions and time alone, as the model specifies (`system.Switching`), their cubic Hermite
 interpolation needs only the velocities, which are in the states at both ends: the equations are not evaluated for it.
 """
 
@@ -28,40 +28,40 @@ GUARD_SAMPLES = 4
 
 
 @generic
-def hermite_slopes(scratch, p, u, flow, positions):
+def hermite_slopes(scratch, p, u, integration, positions):
     """Return the derivatives at both ends of the last step, all or only of the positions; of arrays as rows.
 
     These are the rows from `MAX_STAGES` + 1 on; the third one is to be filled with a state between.
     """
     if positions > 0:
-        return constant_velocity_rates(flow.x0, positions), constant_velocity_rates(flow.x, positions)
-    return rhs(p, flow.t0, flow.x0, u), rhs(p, flow.t, flow.x, u)
+        return constant_velocity_rates(integration.x0, positions), constant_velocity_rates(integration.x, positions)
+    return rhs(p, integration.t0, integration.x0, u), rhs(p, integration.t, integration.x, u)
 
 
 @hermite_slopes.register(Scratch)
-def _(scratch, p, u, flow, positions):
-    fill_ends(scratch.rows, p, u, flow, positions, scratch.work)
+def _(scratch, p, u, integration, positions):
+    fill_ends(scratch.rows, p, u, integration, positions, scratch.work)
     return scratch.rows
 
 
 @lean_routine
-def fill_ends(rows, p, u, flow, positions, work):
+def fill_ends(rows, p, u, integration, positions, work):
     """Write the two derivatives of `hermite_slopes` into their rows of a scratch."""
     if positions > 0:
-        for i in range(len(flow.x)):
+        for i in range(len(integration.x)):
             is_position = i < positions
-            rows[FIRST, i] = flow.x0[positions + i] if is_position else 0.0
-            rows[SECOND, i] = flow.x[positions + i] if is_position else 0.0
+            rows[FIRST, i] = integration.x0[positions + i] if is_position else 0.0
+            rows[SECOND, i] = integration.x[positions + i] if is_position else 0.0
     else:
-        rhs_into(p, flow.t0, flow.x0, u, rows[FIRST], work)
-        rhs_into(p, flow.t, flow.x, u, rows[SECOND], work)
+        rhs_into(p, integration.t0, integration.x0, u, rows[FIRST], work)
+        rhs_into(p, integration.t, integration.x, u, rows[SECOND], work)
 
 
 @kernel
 def constant_velocity_rates(x, positions):
     """Return the derivative of a state whose velocities do not change.
 
-    It is a flat tuple of so many positions and their velocities; or two of these, each half positions.
+    It is a flat tuple of `positions` positions and their velocities; or two such tuples, each half positions.
     """
     return zero_acceleration_rates(x[0], x, positions)
 
@@ -86,34 +86,40 @@ def _(first, x, positions):
 
 
 @lean_generic
-def guard_between(x, p, u, flow, slopes, s, work):
+def guard_between(x, p, u, integration, slopes, s, work):
     """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
-    h, increment, (f0, f1) = flow.t - flow.t0, add_scaled(x, -1.0, flow.x0), slopes
+    h, increment, (f0, f1) = integration.t - integration.t0, add_scaled(x, -1.0, integration.x0), slopes
     correction = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
     correction = add_scaled(correction, 1.0 - 2.0 * s, increment)
-    return guard(p, flow.t0 + s * h, add(add_scaled(flow.x0, s, increment), scale(s * (s - 1.0), correction)), u, work)
+    return guard(
+        p,
+        integration.t0 + s * h,
+        add(add_scaled(integration.x0, s, increment), scale(s * (s - 1.0), correction)),
+        u,
+        work,
+    )
 
 
 @guard_between.register(np.ndarray)
-def _(x, p, u, flow, slopes, s, work):
-    h = flow.t - flow.t0
+def _(x, p, u, integration, slopes, s, work):
+    h = integration.t - integration.t0
     for i in range(len(x)):
-        increment = x[i] - flow.x0[i]
+        increment = x[i] - integration.x0[i]
         correction = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * increment
-        slopes[BETWEEN, i] = flow.x0[i] + s * increment + s * (s - 1.0) * correction
-    return guard(p, flow.t0 + s * h, slopes[BETWEEN], u, work)
+        slopes[BETWEEN, i] = integration.x0[i] + s * increment + s * (s - 1.0) * correction
+    return guard(p, integration.t0 + s * h, slopes[BETWEEN], u, work)
 
 
 @lean_routine
-def first_sign_change(p, u, flow, slopes, work, begin):
+def first_sign_change(p, u, integration, slopes, work, begin):
     """Return (first sample from `begin` on with a negative guard, GUARD_SAMPLES + 1 if there is none, evaluations)."""
     n = 0
     for j in range(begin, GUARD_SAMPLES):
-        value, _, more = guard_between(flow.x, p, u, flow, slopes, j / GUARD_SAMPLES, work)
+        value, _, more = guard_between(integration.x, p, u, integration, slopes, j / GUARD_SAMPLES, work)
         n += more
         if value < 0.0:
             return j, n
-    value, _, more = guard(p, flow.t, flow.x, u, work)
+    value, _, more = guard(p, integration.t, integration.x, u, work)
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
@@ -124,7 +130,7 @@ MAX_ITERATIONS = 60  # for one event; halving alone would need about 50
 
 
 class EventLog(NamedTuple):
-    """Events of an integration; once the rows are full, only the count goes on."""
+    """Events of an integration; once the rows are full, events are only counted."""
 
     total: int
     rows: Any  # (capacity, 2): time [s], number of the event
@@ -153,29 +159,29 @@ def _(switches):
 
 
 @generic
-def apply_pending_events(switches, p, u, flow):
+def apply_pending_events(switches, p, u, integration):
     """Return the integration switched by every guard that fails at its present time: efforts may have jumped there."""
-    return flow
+    return integration
 
 
 @apply_pending_events.register(Switching)
-def _(switches, p, u, flow):
-    return apply_reset_maps(p, u, flow)
+def _(switches, p, u, integration):
+    return apply_reset_maps(p, u, integration)
 
 
 @generic
-def handle_events(switches, method, p, u, flow):
+def handle_events(switches, method, p, u, integration):
     """Return the integration cut back to the first event of its last step, and switched; as it is without one."""
-    return flow
+    return integration
 
 
 @handle_events.register(Switching)
-def _(switches, method, p, u, flow):
-    if flow.status != OK:
-        return flow
-    low, high, n = bracket(method, p, u, flow)
-    flow = add_evaluations(flow, n)
-    return flow if low == high else truncate_at_event(method, p, u, flow, low, high)
+def _(switches, method, p, u, integration):
+    if integration.status != OK:
+        return integration
+    low, high, n = bracket(method, p, u, integration)
+    integration = add_evaluations(integration, n)
+    return integration if low == high else truncate_at_event(method, p, u, integration, low, high)
 
 
 @kernel
@@ -187,79 +193,81 @@ def log_event(log, t, event):
 
 
 @kernel
-def with_event(flow, x, event):
+def with_event(integration, x, event):
     """Return the integration with an event at its present time, which puts it into state x."""
-    flow = replace_field(flow, "event_log", log_event(flow.event_log, flow.t, event))
-    return replace_field(replace_field(flow, "x", x), "h", 0.0)
+    integration = replace_field(integration, "event_log", log_event(integration.event_log, integration.t, event))
+    return replace_field(replace_field(integration, "x", x), "h", 0.0)
 
 
 @kernel
-def terminate(flow, which):
+def terminate(integration, which):
     """Return the integration terminated by guard number `which`."""
-    return replace_field(replace_field(flow, "status", TERMINATED), "terminal_guard", which)
+    return replace_field(replace_field(integration, "status", TERMINATED), "terminal_guard", which)
 
 
 @routine
-def apply_reset_maps(p, u, flow):
+def apply_reset_maps(p, u, integration):
     """Return the integration after all switches at its present time."""
-    work, switches = work_of(flow.scratch), 0
-    value, which, n = guard(p, flow.t, flow.x, u, work)
-    while value < 0.0 and flow.status == OK:
-        x, event, continues = apply_reset_map(p, flow.t, flow.x, u, which)
-        flow, switches = with_event(flow, x, event), switches + 1
+    work, switches = work_of(integration.scratch), 0
+    value, which, n = guard(p, integration.t, integration.x, u, work)
+    while value < 0.0 and integration.status == OK:
+        x, event, continues = apply_reset_map(p, integration.t, integration.x, u, which)
+        integration, switches = with_event(integration, x, event), switches + 1
         if switches > MAX_SWITCHES:
-            flow = replace_field(flow, "status", TOO_MANY_SWITCHES)
+            integration = replace_field(integration, "status", TOO_MANY_SWITCHES)
         elif not continues:
-            flow = terminate(flow, which)
-        value, which, more = guard(p, flow.t, flow.x, u, work)
+            integration = terminate(integration, which)
+        value, which, more = guard(p, integration.t, integration.x, u, work)
         n += more
-    return add_evaluations(flow, n)
+    return add_evaluations(integration, n)
 
 
 @kernel
-def sample_time(flow, j):
+def sample_time(integration, j):
     """Return the time of sample j of the last step."""
-    return flow.t if j == GUARD_SAMPLES else flow.t0 + (flow.t - flow.t0) * j / GUARD_SAMPLES
+    return (
+        integration.t if j == GUARD_SAMPLES else integration.t0 + (integration.t - integration.t0) * j / GUARD_SAMPLES
+    )
 
 
 @kernel
-def guard_at(method, p, u, flow, t, work):
+def guard_at(method, p, u, integration, t, work):
     """Return (the smallest guard at time t of the last step, by dense output, evaluations)."""
-    value, _, n = guard(p, t, dense_output(method, p, u, flow, t), u, work)
-    return value, n if t == flow.t else n + stages(method)
+    value, _, n = guard(p, t, dense_output(method, p, u, integration, t), u, work)
+    return value, n if t == integration.t else n + stages(method)
 
 
 @kernel
-def bracket(method, p, u, flow):
+def bracket(method, p, u, integration):
     """Return (low, high, evaluations): the first guard fails between these times of the last step; equal: none does.
 
     Guards are evaluated at GUARD_SAMPLES equidistant instants, the last one the end of the step; before that at
     interpolated states, and where one is negative, again at the state of the dense output. So a guard that turns
-    positive again within the step is found if it is negative at one of these instants, which is sure where it stays
+    positive again within the step is found if it is negative at one of these instants, which is certain where it stays
     negative for 1 / GUARD_SAMPLES of the step.
     """
-    work, positions = work_of(flow.scratch), switching(p).positions
-    slopes = hermite_slopes(flow.scratch, p, u, flow, positions)
-    j, n = first_sign_change(p, u, flow, slopes, work, 1)
+    work, positions = work_of(integration.scratch), switching(p).positions
+    slopes = hermite_slopes(integration.scratch, p, u, integration, positions)
+    j, n = first_sign_change(p, u, integration, slopes, work, 1)
     n += 0 if positions > 0 else 2
     while j < GUARD_SAMPLES:
-        value, more = guard_at(method, p, u, flow, sample_time(flow, j), work)
+        value, more = guard_at(method, p, u, integration, sample_time(integration, j), work)
         n += more
         if value < 0.0:
             break
-        j, more = first_sign_change(p, u, flow, slopes, work, j + 1)
+        j, more = first_sign_change(p, u, integration, slopes, work, j + 1)
         n += more
     if j > GUARD_SAMPLES:
-        return flow.t, flow.t, n
-    return sample_time(flow, j - 1), sample_time(flow, j), n
+        return integration.t, integration.t, n
+    return sample_time(integration, j - 1), sample_time(integration, j), n
 
 
 @routine
-def find_root(method, p, u, flow, low, high):
+def find_root(method, p, u, integration, low, high):
     """Return (the first time after `low` when a guard is found to fail, evaluations): false position and halving."""
-    work = work_of(flow.scratch)
-    g_low, n = guard_at(method, p, u, flow, low, work)
-    g_high, more = guard_at(method, p, u, flow, high, work)
+    work = work_of(integration.scratch)
+    g_low, n = guard_at(method, p, u, integration, low, work)
+    g_high, more = guard_at(method, p, u, integration, high, work)
     for probe in range(2, MAX_ITERATIONS):
         n += more
         t = 0.5 * (low + high)
@@ -269,7 +277,7 @@ def find_root(method, p, u, flow, low, high):
             t = 0.5 * (low + high)
         if not low < t < high:
             return high, n
-        g, more = guard_at(method, p, u, flow, t, work)
+        g, more = guard_at(method, p, u, integration, t, work)
         if g < 0.0:
             high, g_high, g_low = t, g, 0.5 * g_low
         else:
@@ -278,9 +286,9 @@ def find_root(method, p, u, flow, low, high):
 
 
 @routine
-def truncate_at_event(method, p, u, flow, low, high):
+def truncate_at_event(method, p, u, integration, low, high):
     """Return the integration cut back to its first event, between `low` and `high`, and switched."""
-    t, n = find_root(method, p, u, flow, low, high)
-    x = dense_output(method, p, u, flow, t)
-    flow = add_evaluations(replace_field(replace_field(flow, "t", t), "x", x), n + stages(method))
-    return apply_reset_maps(p, u, flow)
+    t, n = find_root(method, p, u, integration, low, high)
+    x = dense_output(method, p, u, integration, t)
+    integration = add_evaluations(replace_field(replace_field(integration, "t", t), "x", x), n + stages(method))
+    return apply_reset_maps(p, u, integration)

@@ -77,7 +77,7 @@ def _(method):
 
 
 @advance.register(Gauss3)
-def _(method, p, u, flow, end):
-    h, t = equal_step(method.step, flow.t, end)
-    x, sweeps = solve_collocation(p, flow.t, flow.x, u, h)
-    return with_fixed_step(flow, t, project(p, x), h, 1 + 3 * sweeps)
+def _(method, p, u, integration, end):
+    h, t = equal_step(method.step, integration.t, end)
+    x, sweeps = solve_collocation(p, integration.t, integration.x, u, h)
+    return with_fixed_step(integration, t, project(p, x), h, 1 + 3 * sweeps)

@@ -14,7 +14,7 @@ MAX_STAGES = 12
 
 
 class Scratch(NamedTuple):
-    """Intermediate results of steps of an array state (n,): made once for a run, worth nothing between steps."""
+    """Work arrays of steps of an array state (n,), allocated once for a run, undefined between steps."""
 
     rows: Any  # (MAX_STAGES + 4, n): of the stages, then the state at a stage, then three that `events` needs
     work: Any  # the model's workspace
@@ -22,7 +22,7 @@ class Scratch(NamedTuple):
 
 @generic
 def scratch(x, p):
-    """Return room for the intermediate results of steps of a state like x: None where x is a tuple."""
+    """Return the work arrays for steps of a state like x: None where x is a tuple."""
     return None
 
 
@@ -43,7 +43,7 @@ NO_GUARD = -1
 
 
 class Integration(NamedTuple):
-    """An integration under way, called `flow` where it is passed on: the solution is x at t, a step after x0 at t0."""
+    """An integration under way: the solution is x at t, a step after x0 at t0."""
 
     t0: float
     x0: Any
@@ -52,7 +52,7 @@ class Integration(NamedTuple):
     h: float  # s, size that an adaptive method tries next; 0: it has yet to choose
     counters: Counters = Counters()
     status: int = OK  # of Status
-    terminal_guard: int = NO_GUARD  # number of the guard that terminated it
+    terminal_guard: int = NO_GUARD  # index of the guard that terminated it
     event_log: Any = None  # of a model that switches
     scratch: Any = None
 
@@ -64,15 +64,37 @@ def start(p, t, x, event_log):
 
 
 @kernel
-def restart(flow, t, x):
-    """Return the integration that goes on from (t, x) as if it began there, with its counters and its events."""
-    return Integration(t, x, t, x, 0.0, flow.counters, flow.status, flow.terminal_guard, flow.event_log, flow.scratch)
+def restart(integration, t, x):
+    """Return the integration restarted at (t, x), with its counters and its events."""
+    return Integration(
+        t,
+        x,
+        t,
+        x,
+        0.0,
+        integration.counters,
+        integration.status,
+        integration.terminal_guard,
+        integration.event_log,
+        integration.scratch,
+    )
 
 
 @kernel
-def with_step(flow, t, x, h, counters, status):
+def with_step(integration, t, x, h, counters, status):
     """Return the integration one step further, at (t, x); h is the size of the next step."""
-    return Integration(flow.t, flow.x, t, x, h, counters, status, flow.terminal_guard, flow.event_log, flow.scratch)
+    return Integration(
+        integration.t,
+        integration.x,
+        t,
+        x,
+        h,
+        counters,
+        status,
+        integration.terminal_guard,
+        integration.event_log,
+        integration.scratch,
+    )
 
 
 @kernel
@@ -82,9 +104,9 @@ def add_counts(counters, evaluations, steps, rejected):
 
 
 @kernel
-def add_evaluations(flow, evaluations):
+def add_evaluations(integration, evaluations):
     """Return the integration with more evaluations counted."""
-    return replace_field(flow, "counters", add_counts(flow.counters, evaluations, 0, 0))
+    return replace_field(integration, "counters", add_counts(integration.counters, evaluations, 0, 0))
 
 
 @kernel
@@ -95,7 +117,7 @@ def status_of(x):
 
 @generic
 def allocate(x):
-    """Return what a step from x writes its result into: a new array where x is one."""
+    """Return the output buffer of a step from x: a new array where x is one."""
     return x
 
 
@@ -106,7 +128,7 @@ def _(x):
 
 @generic
 def take_state(out, x):
-    """Return the new state: what `out` was filled with where that is an array, else x."""
+    """Return the new state: `out` where that is an array, else x."""
     return x
 
 
@@ -117,7 +139,7 @@ def _(out, x):
 
 @lean_generic
 def result_of(out, x):
-    """Return what `take_state` does, to lean pieces."""
+    """Return the result of `take_state`, for lean kernels."""
     return x
 
 
@@ -134,7 +156,7 @@ def explicit_step(method, p, t, x, u, h, scratch, out):
 
 @generic
 def step(method, p, t, x, u, h, scratch):
-    """Return the state one step of size h after (t, x), put back on what the model holds exactly."""
+    """Return the state one step of size h after (t, x), projected onto the model's constraints."""
     out = allocate(x)
     return project(p, take_state(out, explicit_step(method, p, t, x, u, h, scratch, out)))
 
@@ -147,40 +169,42 @@ def stages(method):
 
 @lean_generic
 def max_steps(method):
-    """Return how many steps may lead to one instant. Those of a fixed size are as many as the scene asks for."""
+    """Return the maximum number of steps to one instant; unlimited for fixed steps."""
     return 2**62
 
 
 @kernel
 def equal_step(largest, t, end):
-    """Return (size, time after it) of the next of the steps of equal size, not above `largest`, that fill the way."""
+    """Return (size, time after it) of the next of the steps of equal size, at most `largest`, up to `end`."""
     n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
     h = (end - t) / n
     return h, end if n == 1.0 else t + h
 
 
 @kernel
-def with_fixed_step(flow, t, x, h, evaluations):
+def with_fixed_step(integration, t, x, h, evaluations):
     """Return the integration after a fixed step of size h to state x at time t."""
-    return with_step(flow, t, x, h, add_counts(flow.counters, evaluations, 1, 0), status_of(x))
+    return with_step(integration, t, x, h, add_counts(integration.counters, evaluations, 1, 0), status_of(x))
 
 
 @generic
-def advance(method, p, u, flow, end):
+def advance(method, p, u, integration, end):
     """Return the integration one accepted step further, not past `end`; fixed methods take equal steps up to there."""
-    h, t = equal_step(method.step, flow.t, end)
-    return with_fixed_step(flow, t, step(method, p, flow.t, flow.x, u, h, flow.scratch), h, stages(method))
+    h, t = equal_step(method.step, integration.t, end)
+    return with_fixed_step(
+        integration, t, step(method, p, integration.t, integration.x, u, h, integration.scratch), h, stages(method)
+    )
 
 
 @generic
 def step_bound(method, end):
-    """Return the time that steps may not pass when nothing jumps at `end`: fixed steps keep to the grid."""
+    """Return the time that steps may not exceed when nothing jumps at `end`: fixed steps keep to the grid."""
     return end
 
 
 @routine
-def dense_output(method, p, u, flow, t):
+def dense_output(method, p, u, integration, t):
     """Return the state at a time t within the last step, by another step from (t0, x0)."""
-    if t == flow.t:
-        return flow.x
-    return step(method, p, flow.t0, flow.x0, u, t - flow.t0, flow.scratch)
+    if t == integration.t:
+        return integration.x
+    return step(method, p, integration.t0, integration.x0, u, t - integration.t0, integration.scratch)

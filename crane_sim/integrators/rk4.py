@@ -18,7 +18,7 @@ _DENSE, _NODES = dense(A), np.array((0.0, *C))
 
 
 class RK4(NamedTuple):
-    """The classical order 4 with a fixed step; one that the stiffest motion cannot bear is refused."""
+    """The classical order 4 with a fixed step; a step that is unstable for the stiffest mode is rejected."""
 
     step: Positive  # s, shortened so that a whole number of them fills each period
 
@@ -29,7 +29,7 @@ class RK4(NamedTuple):
 
 @lean_generic
 def rk4_stages(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all four stages, the first one given as `first_stage` finds it."""
+    """Return the derivatives of all four stages, the first one computed by `first_stage`."""
     k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
     return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))

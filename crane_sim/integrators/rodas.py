@@ -61,29 +61,29 @@ class Rodas(NamedTuple):
 
 
 @routine
-def time_derivative(p, t, x, u, h, now):
-    """Return the partial derivative in time of the state's derivative, `now` at (t, x), from t on: an array like x."""
-    soon, later, ahead = np.empty_like(x), np.empty_like(x), (t + AHEAD * h) - t
+def time_derivative(p, t, x, u, h, k1):
+    """Return the partial derivative in time (n,) of the right-hand side, k1 at (t, x), by one-sided differences."""
+    first, second, ahead = np.empty_like(x), np.empty_like(x), (t + AHEAD * h) - t
     work = workspace(p)
-    rhs_into(p, t + ahead, x, u, soon, work)
-    rhs_into(p, t + 2.0 * ahead, x, u, later, work)
+    rhs_into(p, t + ahead, x, u, first, work)
+    rhs_into(p, t + 2.0 * ahead, x, u, second, work)
     for i in range(len(x)):
-        soon[i] = (4.0 * (soon[i] - now[i]) - (later[i] - now[i])) / (2.0 * ahead)
-    return soon
+        first[i] = (4.0 * (first[i] - k1[i]) - (second[i] - k1[i])) / (2.0 * ahead)
+    return first
 
 
 @routine
-def rosenbrock_step(p, t, x, u, h, now):
-    """Return (the state one step of size h after (t, x), the last increment), `now` the derivative there."""
+def rosenbrock_step(p, t, x, u, h, k1):
+    """Return (the state one step of size h after (t, x), the last increment); k1 is the derivative at (t, x)."""
     factors, change = (
         factor_shifted(p, compute_jacobian(p, t, x, u), 1.0 / (GAMMA * h)),
-        time_derivative(p, t, x, u, h, now),
+        time_derivative(p, t, x, u, h, k1),
     )
     ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
     for s in range(STAGES):
         if s == 0:
             for i in range(len(x)):
-                ks[0, i] = now[i]
+                ks[0, i] = k1[i]
         else:
             reach_stage(s, x, ks, y)
             rhs_into(p, t + _NODES[s] * h, y, u, ks[s], work)
@@ -117,9 +117,9 @@ def _(method, scratch, k1, p, t, x, u, h, out):
 
 
 @routine
-def try_step(method, p, t, x, u, h, now, out):
+def try_step(method, p, t, x, u, h, k1, out):
     """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
-    y, error = rosenbrock_step(p, t, x, u, h, now)
+    y, error = rosenbrock_step(p, t, x, u, h, k1)
     for i in range(len(x)):
         out[i] = y[i]
     return sqrt(squared_error_norm(error, x, y, method.rtol, method.atol) / len(x))
@@ -136,8 +136,8 @@ def _(method):
 
 
 @advance.register(Rodas)
-def _(method, p, u, flow, end):
-    return accepted_step(method, p, u, flow, end)
+def _(method, p, u, integration, end):
+    return accepted_step(method, p, u, integration, end)
 
 
 @step_bound.register(Rodas)

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Whether an integration goes on, and if not, why."""
+    """Status of an integration: under way, or the reason of its end."""
 
     OK = 0
     STEP_TOO_SMALL = 1  # no step, however small, has an error within the tolerance
@@ -15,7 +15,7 @@ class Status(IntEnum):
 
     @property
     def cause(self) -> str:
-        """What a user reads of an integration that failed; empty where it goes on or the model has the words."""
+        """Text for the user of a failed integration; empty where it continues or the model describes the event."""
         return _CAUSES.get(self, "")
 
 

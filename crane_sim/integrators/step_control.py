@@ -1,4 +1,4 @@
-"""Step control of methods that know their error: what makes a step accepted, and how large the next one is tried."""
+"""Step size control of methods with an error estimate: acceptance of a step, size of the next one."""
 
 from math import isfinite, sqrt
 
@@ -23,15 +23,15 @@ SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 6.0
 
 
 MAX_STEPS = 1_000_000
-"""To one instant: a law that blows up asks for ever shorter ones, and a run must end."""
+"""Limit to one instant: a diverging law needs ever shorter steps, and a run must end."""
 
 
 @lean_generic
 def step_with_error(method, scratch, k1, p, t, x, u, h, out):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance).
 
-    k1 is the derivative at (t, x) as of `runge_kutta.opening`; a rejected step leaves it as it is. An array state is
-    written into `out` instead.
+    k1 is the derivative at (t, x) as of `runge_kutta.first_stage`; a rejected step does not change it. An array state
+    is written into `out` instead.
     """
     raise NotImplementedError
 
@@ -44,7 +44,7 @@ def error_order(method):
 
 @lean_generic
 def derivative_norm(scratch, k1, x, rtol, atol):
-    """Return the weighted square of the derivative that `first_stage` found at x."""
+    """Return the weighted square of the derivative that `first_stage` computed at x."""
     return squared_error_norm(k1, x, x, rtol, atol)
 
 
@@ -55,7 +55,7 @@ def _(scratch, k1, x, rtol, atol):
 
 @lean_generic
 def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
-    """Return the weighted square of what the derivative changes by in an explicit Euler step of size h."""
+    """Return the weighted square of the change of the derivative in an explicit Euler step of size h."""
     change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
     return squared_error_norm(change, x, x, rtol, atol)
 
@@ -122,11 +122,13 @@ def _(x, out):
 
 
 @routine
-def accepted_step(method, p, u, flow, end):
+def accepted_step(method, p, u, integration, end):
     """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
-    out = allocate(flow.x)
-    y, t, h, n, rejected, status = adaptive_step(method, flow.scratch, p, flow.t, flow.x, u, flow.h, end, out)
+    out = allocate(integration.x)
+    y, t, h, n, rejected, status = adaptive_step(
+        method, integration.scratch, p, integration.t, integration.x, u, integration.h, end, out
+    )
     y, steps = take_state(out, y), 0
     if status == OK:
         y, steps = project(p, y), 1
-    return with_step(flow, t, y, h, add_counts(flow.counters, n, steps, rejected), status)
+    return with_step(integration, t, y, h, add_counts(integration.counters, n, steps, rejected), status)

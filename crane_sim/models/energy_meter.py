@@ -12,7 +12,7 @@ class Meter(NamedTuple):
 
 @lean_generic
 def meter_size(meter):
-    """Return how many floats the meter adds to the state."""
+    """Return the number of floats that the meter adds to the state."""
     return 1
 
 

@@ -1,14 +1,14 @@
-"""A base that moves in the world: what a crane that stands on a ship feels, in the axes of the base.
+"""Moving base, such as a ship: the inertial forces on a crane that stands on it, in the axes of the base.
 
 A vector r of the base is (surge, sway, heave) + R r in the world, with R = Rz(yaw) Ry(pitch) Rx(roll): yaw about the
 vertical first, then pitch about the new y, then roll about the new x, all right-handed. A crane's state stays relative
-to the base. In those axes a mass at r that moves at v feels, per unit of mass,
+to the base. In those axes the force per unit of mass on a mass at r with velocity v is
 
     f = Rᵀ(-g ẑ - a₀) - w' × r - w × (w × r) - 2 w × v,
 
-a₀ the acceleration of the base's origin, w its angular velocity. What f is more than gravity along the base's own z,
-(0, 0, -g), is `imposed_acceleration`: it vanishes for a base that rests, and its power is what the base supplies to the
-crane. A base that rests is None everywhere, at no cost.
+a₀ the acceleration of the base's origin, w its angular velocity. The excess of f over gravity along the base's own
+z, (0, 0, -g), is `imposed_acceleration`: it vanishes for a base at rest, and its power is what the base supplies to the
+crane. A base at rest is None everywhere, at no cost.
 """
 
 from typing import NamedTuple
@@ -21,14 +21,14 @@ Vector = tuple[float, float, float]
 
 
 class Pose(NamedTuple):
-    """Where the base is."""
+    """Pose of the base in the world."""
 
     rows: tuple[Vector, Vector, Vector]  # of R
-    place: Vector  # m, the base's origin in the world
+    origin: Vector  # m, the base's origin in the world
 
 
 class Carried(NamedTuple):
-    """How the base moves at one instant, in the axes of the base."""
+    """Motion of the base at one instant, in the axes of the base."""
 
     velocity: Vector  # m/s, of the origin
     imposed: Vector  # m/s², acceleration of a mass at rest in the origin, gravity along z left out
@@ -37,7 +37,7 @@ class Carried(NamedTuple):
 
 
 class BaseState(NamedTuple):
-    """Where the base is and how fast, in its own axes or in ones that are turned about its z."""
+    """Velocity and height of the base, in its own axes or in axes rotated about its z."""
 
     velocity: Vector  # m/s, of the origin
     angular_velocity: Vector  # rad/s
@@ -111,7 +111,7 @@ def _(base, gravity, t):
 
 @lean_generic
 def imposed_acceleration(base, r, v):
-    """Return what the base adds to gravity along its own z (3,) [m/s²]: nothing where it rests.
+    """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
 
     Args:
         base: as of `carried_at`.
@@ -192,7 +192,7 @@ def to_world(pose, r):
 
 @to_world.register(Pose)
 def _(pose, r):
-    (x, y, z), (a, b, c) = pose.place, pose.rows
+    (x, y, z), (a, b, c) = pose.origin, pose.rows
     return x + dot(a, r), y + dot(b, r), z + dot(c, r)
 
 
@@ -212,7 +212,7 @@ def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
     carried, pose, (s, c) = carried_at(base, 0.0, t), pose_at(base, t), sincos(angle)
     velocity, w = rotate_back(carried.velocity, s, c), rotate_back(carried.angular_velocity, s, c)
-    return BaseState(velocity, w, rotate_back(pose.rows[2], s, c), pose.place[2])
+    return BaseState(velocity, w, rotate_back(pose.rows[2], s, c), pose.origin[2])
 
 
 @base_state.register(type(None))

@@ -23,7 +23,7 @@ class Stops(NamedTuple):
 
 @generic
 def switching_of(stops):
-    """Return what `system.switching` does for a crane with these stops, None for a crane without."""
+    """Return the result of `system.switching` for a crane with these stops, None for a crane without."""
     return None
 
 

@@ -89,7 +89,7 @@ def _fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
 
 
 def _part(builder: Any, first: Any, index: Any, width: int) -> Any:
-    """Return a pointer to `width` floats, as a vector, from place `index` after the float at `first` on."""
+    """Return a pointer to `width` floats, as a vector, at offset `index` from the float at `first`."""
     kind = first.type.pointee if width == 1 else ir.VectorType(first.type.pointee, width)
     return builder.bitcast(builder.gep(first, [index]), kind.as_pointer())
 
@@ -105,25 +105,25 @@ def _address(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 def _broadcast(builder: Any, value: Any, width: int) -> Any:
-    """Return a vector that holds the float `value` in every place."""
+    """Return a vector that holds the float `value` in every lane."""
     if width == 1:
         return value
-    kind, place = ir.VectorType(value.type, width), ir.IntType(32)
-    one = builder.insert_element(ir.Constant(kind, ir.Undefined), value, place(0))
-    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(place, width), [0] * width))
+    kind, index_type = ir.VectorType(value.type, width), ir.IntType(32)
+    one = builder.insert_element(ir.Constant(kind, ir.Undefined), value, index_type(0))
+    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(index_type, width), [0] * width))
 
 
 def _in_blocks(builder: Any, n: Any, block: Any) -> None:
-    """Build calls of block(width, first index) that cover n places: of the widest as many as fit, then one of each."""
+    """Build calls of block(width, first index) that cover n floats: as many of the widest as fit, then one of each."""
     size, at = n.type, n.type(0)
     whole = builder.and_(n, size(-WIDTHS[0]))
     with cgutils.for_range_slice(builder, at, whole, size(WIDTHS[0]), intp=size) as (index, _):
         block(WIDTHS[0], index)
     for width in WIDTHS[1:]:
-        wanted = builder.and_(n, size(width))
-        with builder.if_then(builder.icmp_unsigned("!=", wanted, size(0))):
+        remainder = builder.and_(n, size(width))
+        with builder.if_then(builder.icmp_unsigned("!=", remainder, size(0))):
             block(width, whole)
-        whole = builder.add(whole, wanted)
+        whole = builder.add(whole, remainder)
 
 
 @lean_routine
@@ -157,8 +157,8 @@ def dense(typing_context, row):
 
     def generate(context, builder, signature, args):
         zero = context.get_constant(types.float64, 0.0)
-        given = [isinstance(entry, types.Float) for entry in row]
-        entries = [builder.extract_value(args[0], j) if is_given else zero for j, is_given in enumerate(given)]
+        is_float = [isinstance(entry, types.Float) for entry in row]
+        entries = [builder.extract_value(args[0], j) if is_value else zero for j, is_value in enumerate(is_float)]
         return context.make_tuple(builder, kind, entries)
 
     return kind(row), generate

@@ -1,4 +1,4 @@
-"""Where compiled code is kept, and the sources that it may come from."""
+"""Folder of the compiled code, and digest of its sources."""
 
 import fcntl
 import hashlib

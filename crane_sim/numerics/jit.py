@@ -1,12 +1,16 @@
-"""Compiled kernels: the only file that imports numba, beside the algebra of states, arrays and lanes below it.
+"""Decorators for compiled functions: the only file that imports numba, with the arithmetic modules of this folder.
 
-A scene's physics is a tree of NamedTuples, and a `generic` function picks the body that fits the type of its first
-argument, at compile time. Numba therefore compiles exactly what a scene is made of, an absent part (None) costs
-nothing, and no function is ever passed to another one, so compiled code can be kept on disk.
+`kernel`: inlined compiled function. `routine`: compiled function that is not inlined. `generic`: compiled function with
+dispatch on the type of its first argument, like functools.singledispatch. `entry_point`: compiled function that Python
+calls, cached on disk.
 
-Compiled code is kept in a folder named after a digest of every source file that it may come from (and of the versions
-that produced it). It is read and written only while the files still have the digest they had before the first kernel
-was imported, so stale machine code cannot be met.
+A scene's physics is a tree of NamedTuples, and dispatch on their types is at compile time. Numba therefore
+compiles exactly what a scene is made of, an absent part (None) costs nothing, and functions are never arguments, so
+compiled code can be cached on disk.
+
+Compiled code is cached in a folder named after a digest of every source file that it may come from (and of the versions
+that produced it). It is read and written only while the files still have the digest of the time before the first kernel
+was imported, so stale machine code is never executed.
 """
 
 import functools
@@ -39,14 +43,14 @@ intrinsic: Any = _intrinsic
 
 
 class LinkedLibrary(JITCodeLibrary):
-    """Code that callers link in: it is never called by itself, so no machine code is made of it."""
+    """Library of LLVM code that callers link in; it has no machine code of its own."""
 
     optimized = False
     _final_module: Any
     _shared_module: Any
 
     def _optimize_final_module(self) -> None:
-        """Leave it to the entry, which optimises all that is linked into it; of many copies, do it once before."""
+        """Optimise only code of which there are many copies; all else is optimised as part of the entry point."""
         if self.optimized:
             super()._optimize_final_module()
 
@@ -101,7 +105,9 @@ class _LinkedCompiler(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes with the lowering replaced."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        needed = [(step, why) for step, why in passes.passes if step is not AnnotateTypes]  # it keeps the source's tree
+        needed = [
+            (step, why) for step, why in passes.passes if step is not AnnotateTypes
+        ]  # it would keep the syntax tree in memory
         passes.passes[:] = [(self._lowering if step is NativeLowering else step, why) for step, why in needed]
         passes.finalize()
         return [passes]
@@ -119,20 +125,20 @@ OPTIONS: Any = {
     "no_cfunc_wrapper": True,
     "no_cpython_wrapper": True,
     "pipeline_class": _LinkedCompiler,
-    "_nrt": True,  # said, since pieces would inherit it from the one that first calls them
+    "_nrt": True,  # explicit: functions would inherit it from their first caller
 }
-"""Compile options of every kernel: IEEE division, no reassociation; small pieces melt into the loop that calls them."""
+"""Compile options of every kernel: IEEE division, no reassociation, inlining into the caller."""
 LEAN: Any = OPTIONS | {"_nrt": False}
-"""Of pieces that allocate nothing and return numbers only, never an array: arrays pass through them uncounted, which
-saves some six nanoseconds for each of them. An array that is returned, or received
-from a counted piece, would be freed twice, or never."""
+"""Compile options without reference counting, for functions that allocate nothing and return numbers only: saves about
+six nanoseconds for each array argument. An array that such a function returned, or received from a counted function,
+would be freed twice, or never."""
 
 
 _LOCK_TIMEOUT = 120.0  # s; the largest piece takes a third of that on a busy machine
 
 
 class _CheckedCache(FunctionCache):
-    """Numba's on-disk cache, closed as soon as sources on disk differ from the ones in memory.
+    """Numba's on-disk cache, disabled as soon as sources on disk differ from the ones in memory.
 
     What one process compiles, others that need the same wait for, and load.
     """
@@ -176,31 +182,31 @@ def _note_origin(f: Function) -> None:
 
 
 def kernel(f: Function) -> Function:
-    """Compile `f` into the kernels that call it."""
+    """Compile `f` as an inlined function: its code becomes part of every caller."""
     _note_origin(f)
     return numba.njit(f, **OPTIONS)
 
 
 def routine(f: Function) -> Function:
-    """Compile `f` as one piece that kernels call: for long bodies, whose copies would cost minutes to compile."""
+    """Compile `f` as a function that is not inlined: for long bodies, whose copies would cost minutes to compile."""
     _note_origin(f)
     return numba.njit(f, **(OPTIONS | {"forceinline": False}))
 
 
 def lean_kernel(f: Function) -> Function:
-    """Compile `f` as `kernel` does, by the rules of LEAN."""
+    """Compile `f` as an inlined function without reference counting, see LEAN."""
     _note_origin(f)
     return numba.njit(f, **LEAN)
 
 
 def lean_routine(f: Function) -> Function:
-    """Compile `f` as `routine` does, by the rules of LEAN."""
+    """Compile `f` as a function that is not inlined, without reference counting, see LEAN."""
     _note_origin(f)
     return numba.njit(f, **(LEAN | {"forceinline": False}))
 
 
-def entry(f: Function) -> Function:
-    """Compile `f` for calls from Python, and keep the result on disk."""
+def entry_point(f: Function) -> Function:
+    """Compile `f` as a function that Python calls; machine code is cached on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
     settings: Any = numba_config
     if not settings.DISABLE_JIT:
@@ -231,28 +237,28 @@ class _RareCollection(event.Listener):
 event.register("numba:compile", _RareCollection())
 
 
-class _Begun(event.Listener):
-    """Calls a function whenever something begins."""
+class _OnStart(event.Listener):
+    """Event listener that calls a function at the start of an event."""
 
-    def __init__(self, begin: Callable[[], object]) -> None:
-        self._begin = begin
+    def __init__(self, callback: Callable[[], object]) -> None:
+        self._callback = callback
 
     def on_start(self, event: Any) -> None:
-        self._begin()
+        self._callback()
 
     def on_end(self, event: Any) -> None:
         pass
 
 
 @contextmanager
-def watch_compiling(begin: Callable[[], object]) -> Iterator[None]:
-    """Call `begin` whenever a kernel is compiled while the block runs; one that is read from disk is not."""
-    with event.install_listener("numba:compile", _Begun(begin)):
+def watch_compiling(callback: Callable[[], object]) -> Iterator[None]:
+    """Call `callback` whenever a kernel is compiled within the block, but not when one is read from the cache."""
+    with event.install_listener("numba:compile", _OnStart(callback)):
         yield
 
 
 class Generic(Protocol):
-    """A function whose body is chosen by the type of its first argument."""
+    """A function with dispatch on the type of its first argument."""
 
     def __call__(self, *args: Any) -> Any:
         """Call the body for these arguments."""
@@ -262,36 +268,36 @@ class Generic(Protocol):
         """Return a decorator that adds the body for first arguments of class `cls`."""
         ...
 
-    def knows(self, cls: type) -> bool:
-        """Return whether there is a body for `cls` other than the default."""
+    def has_body(self, cls: type) -> bool:
+        """Return whether a body is registered for `cls`."""
         ...
 
 
 def lean_generic(f: Function) -> Generic:
-    """Make `f` what `generic` makes of it, all bodies by the rules of LEAN."""
+    """Return a `generic` function whose bodies are lean kernels."""
     return generic(f, LEAN)
 
 
 def routine_generic(f: Function) -> Generic:
-    """Make `f` what `generic` makes of it, all bodies compiled as `routine` does."""
+    """Return a `generic` function whose bodies are routines."""
     return generic(f, OPTIONS | {"forceinline": False})
 
 
 def lean_routine_generic(f: Function) -> Generic:
-    """Make `f` what `generic` makes of it, all bodies compiled as `lean_routine` does."""
+    """Return a `generic` function whose bodies are lean routines."""
     return generic(f, LEAN | {"forceinline": False})
 
 
 def stage_generic(f: Function) -> Generic:
-    """Make `f` what `generic` makes of it, all bodies optimised before they are copied into the stages of a step."""
+    """Return a `generic` function whose bodies are optimised before they are copied into the stages of a step."""
     return generic(f, OPTIONS | {"pipeline_class": _OptimizedCompiler})
 
 
 def generic(f: Function, options: Any = OPTIONS) -> Generic:
-    """Make `f` a function whose body is chosen by the type of its first argument, in Python and in kernels alike.
+    """Return a function with dispatch on the type of its first argument, in Python and in kernels alike.
 
     `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float`, `np.ndarray` or
-    `type(None)` (the part is absent), exactly as functools.singledispatch does. The body given here is the default.
+    `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default body.
     """
     table = functools.singledispatch(f)
 
@@ -312,7 +318,7 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     overload(call, strict=False, jit_options=options)(choose)
     generic_call: Any = call
     generic_call.register = register
-    generic_call.knows = lambda cls: table.dispatch(cls) is not f
+    generic_call.has_body = lambda cls: table.dispatch(cls) is not f
     return generic_call
 
 

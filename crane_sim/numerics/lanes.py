@@ -73,11 +73,11 @@ def _entry(context: Any, builder: Any, kind: Any, value: Any, i: Any) -> Any:
     (_, *shape), (_, *strides) = (cgutils.unpack_tuple(builder, sizes) for sizes in (column.shape, column.strides))
     for size in shape:
         i = builder.mul(i, size)
-    place = builder.gep(column.data, [i], inbounds=True)
+    address = builder.gep(column.data, [i], inbounds=True)
     if kind.ndim == 1:
-        return context.unpack_value(builder, kind.dtype, place)
+        return context.unpack_value(builder, kind.dtype, address)
     view = context.make_array(_entry_type(kind))(context, builder)
-    populate_array(view, data=place, shape=shape, strides=strides, itemsize=column.itemsize, meminfo=None)
+    populate_array(view, data=address, shape=shape, strides=strides, itemsize=column.itemsize, meminfo=None)
     return view._getvalue()
 
 
@@ -89,8 +89,8 @@ def _pick(typing_context, columns, i):
     return _entry_type(columns)(columns, types.intp), generate
 
 
-def _places(context: Any, builder: Any, buffer: Any, value: Any, j: Any) -> Iterator[Any]:
-    """Yield the places of lane j in a buffer, row by row.
+def _addresses(context: Any, builder: Any, buffer: Any, value: Any, j: Any) -> Iterator[Any]:
+    """Yield the addresses of lane j in a buffer, row by row.
 
     The distance of rows is a constant, so the compiler sees that no lane touches another one.
     """
@@ -104,12 +104,12 @@ def _places(context: Any, builder: Any, buffer: Any, value: Any, j: Any) -> Iter
 @intrinsic
 def _lane(typing_context, like, buffer, j):
     def generate(context, builder, signature, args):
-        places = _places(context, builder, buffer, args[1], args[2])
+        addresses = _addresses(context, builder, buffer, args[1], args[2])
 
         def read(kind):
             if _is_tuple(kind):
                 return context.make_tuple(builder, kind, [read(part) for part in kind])
-            return builder.load(next(places))
+            return builder.load(next(addresses))
 
         return read(like)
 
@@ -119,14 +119,14 @@ def _lane(typing_context, like, buffer, j):
 @intrinsic
 def _put_lane(typing_context, buffer, j, x):
     def generate(context, builder, signature, args):
-        places = _places(context, builder, buffer, *args[:2])
+        addresses = _addresses(context, builder, buffer, *args[:2])
 
         def write(kind, value):
             if _is_tuple(kind):
                 for i, part in enumerate(kind):
                     write(part, builder.extract_value(value, i))
             else:
-                builder.store(value, next(places))
+                builder.store(value, next(addresses))
 
         write(x, args[2])
         return context.get_dummy_value()

@@ -37,10 +37,10 @@ def _each(context: Any, builder: Any, kind: Any, operation: Callable[..., Any], 
     """Return the state of type `kind` whose floats are the operation of the floats of `parts`."""
     if not _is_tuple(kind):
         return operation(*parts)
-    found = []
+    values = []
     for i, inner in enumerate(kind):
-        found.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
-    return context.make_tuple(builder, kind, found)
+        values.append(_each(context, builder, inner, operation, *(builder.extract_value(part, i) for part in parts)))
+    return context.make_tuple(builder, kind, values)
 
 
 @intrinsic
@@ -106,9 +106,9 @@ def leaves_of_floats(typing_context, x):
     kind = types.UniTuple(types.float64, count(x))
 
     def generate(context, builder, signature, args):
-        found = []
-        _each(context, builder, x, lambda leaf: found.append(leaf) or leaf, args[0])
-        return context.make_tuple(builder, kind, found)
+        values = []
+        _each(context, builder, x, lambda leaf: values.append(leaf) or leaf, args[0])
+        return context.make_tuple(builder, kind, values)
 
     return kind(x), generate
 
@@ -191,7 +191,7 @@ def replace_field(record: Any, name: str, value: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def set_field(typing_context, record, name, value):
-    """Return what `replace_field` does; a value that the field's type cannot hold brings its own."""
+    """Return the result of `replace_field`; the field gets the value's type where its own cannot hold the value."""
     i, kinds = record.fields.index(name.literal_value), list(record)
     if typing_context.can_convert(value, kinds[i]) is None:
         kinds[i] = types.unliteral(value)
@@ -256,7 +256,7 @@ def _compiled_error_square(h, row, ks, x, y, rtol, atol):
 
 
 @overload(add_weighted, jit_options=LEAN)
-def _compiled_moved(x, h, row, ks, out):
+def _compiled_add_weighted(x, h, row, ks, out):
     if isinstance(x, types.Array):
         return lambda x, h, row, ks, out: move_rows(x, h, dense(row), ks.rows, out)
     return lambda x, h, row, ks, out: add_floats(x, combine_floats(h, row, ks))

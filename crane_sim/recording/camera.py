@@ -10,7 +10,7 @@ import numpy as np
 from crane_sim.description.knuckle import pedestal_height
 
 if TYPE_CHECKING:
-    from crane_sim.description.workspace import Room
+    from crane_sim.description.workspace import BoundingBox
     from crane_sim.models.single_rope.crane import Crane
     from crane_sim.scenes.scene import Scene
 
@@ -77,7 +77,7 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     return (0.2 * slew, *others)
 
 
-def of_room(room: Room) -> Framing:
+def of_room(room: BoundingBox) -> Framing:
     """Return how to draw an overhead crane whose motion fills a room.
 
     All of it is in the picture, unless the trolley goes so far that nothing would be seen: then the eye goes along.

@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 
 from crane_sim import system
 from crane_sim.description import urdf
-from crane_sim.description.cables import Hang
-from crane_sim.description.workspace import Room, estimate_room, form_of
+from crane_sim.description.cables import SuspendedCable
+from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
 from crane_sim.recording.camera import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from crane_sim.hardware.settings import Equipment
+    from crane_sim.hardware.settings import HardwareConfig
     from crane_sim.scenes.scene import Scene
     from crane_sim.trajectories.base_motion import Base, SplineBase
 
@@ -78,7 +78,7 @@ def source_note(scene: Scene) -> str:
     return " and ".join(parts)
 
 
-def _is_sensed(equipment: Equipment, nq: int) -> bool:
+def _is_sensed(equipment: HardwareConfig, nq: int) -> bool:
     """Return whether sensors show something else than the truth, or may come to do so."""
     return bool((equipment.sensors != ideal_sensors(nq)).any() or (equipment.faults.kind <= SENSOR_LOSS).any())
 
@@ -92,8 +92,8 @@ COORDINATES = ("swing_", "link_", "node_")  # beginnings of the names of a cable
 class Suspension(NamedTuple):
     """The fixed facts of an overhead crane's cable."""
 
-    hang: Hang
-    room: Room  # as far as it is known before the run
+    hang: SuspendedCable
+    room: BoundingBox  # as far as it is known before the run
     shape: str  # what its coordinates are: "angles", "rod" (one angle), "vectors" or "positions"
 
     @property
@@ -119,7 +119,7 @@ def suspension(scene: Scene) -> Suspension | None:
     """Return a scene's, None for a crane whose cable is a single rope below a boom."""
     if scene.crane != "overhead":
         return None
-    return Suspension(Hang.of(scene), estimate_room(scene), _shape(scene.joint_names))
+    return Suspension(SuspendedCable.of(scene), estimate_bounding_box(scene), _shape(scene.joint_names))
 
 
 def _shape(joints: Sequence[str]) -> str:
@@ -135,12 +135,12 @@ def tension_name(cable: Suspension | None) -> str:
     return "tension of the top link" if several else "rope tension"
 
 
-def effort_scales(scene: Scene, hang: Hang) -> tuple[float, ...]:
+def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
     """Return the efforts (nu,) that are drawn as arrows of a seventh of an overhead crane's size.
 
     They bring all up to speed at 0.5 m/s², and hold what hangs on the hoist.
     """
-    form = form_of(scene)
+    form = validated_scene_file(scene)
     pushed = sum(hang.masses) + sum(group.mass or 0.0 for group in (form.trolley, form.bridge) if group is not None)
     scales = {"trolley": 0.5 * pushed, "bridge": 0.5 * pushed, "hoist": 9.81 * sum(hang.masses)}
     return tuple(scales[name] for name in scene.actuated)
@@ -289,7 +289,7 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
         return (LengthPlot(*TIP, scene.actuated),)
     if scene.crane != "overhead":
         return (ROPE,) if "rope" in scene.actuated else ()
-    form = form_of(scene)
+    form = validated_scene_file(scene)
     axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
     ways = [LengthPlot("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
     return (*ways, HOIST) if form.hoist else tuple(ways)

@@ -56,7 +56,7 @@ def _(part: PayloadForce) -> PayloadForce:
 
 @average.register
 def _(part: NodeForces) -> NodeForces:
-    return NodeForces(part.node, part.axis, average(part.channel), average(part.rest))
+    return NodeForces(part.node, part.axis, average(part.channel), average(part.tail))
 
 
 @average.register

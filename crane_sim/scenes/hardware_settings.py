@@ -9,7 +9,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.hardware.faults import KINDS, Faults
 from crane_sim.hardware.payloads import PayloadFault
 from crane_sim.hardware.records import ideal_drives, ideal_sensors
-from crane_sim.hardware.settings import BrakeSettings, Equipment
+from crane_sim.hardware.settings import BrakeSettings, HardwareConfig
 from crane_sim.scenes.schema.hardware import (
     ALL,
     FAULTS,
@@ -55,7 +55,7 @@ class Periods:
         return periods
 
 
-def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict[str, Any]]:
+def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None, dict[str, Any]]:
     """Return (the hardware of a scene whose control period is given [s], None where it has none, notes on it).
 
     Raises:
@@ -73,7 +73,7 @@ def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict
     changes = any(isinstance(fault, PayloadChange) for fault in file.faults.values())
     if changes and getattr(file, "events", ()):
         raise SceneError("faults: a payload's change and events: both set the payload's mass; take one of them")
-    equipment = Equipment(
+    equipment = HardwareConfig(
         drives=_drives(file, periods),
         sensors=_sensors(file, periods),
         faults=_faults(file),
@@ -85,7 +85,7 @@ def equipment_of(file: SceneFile, period: float) -> tuple[Equipment | None, dict
     return equipment, {"rounded": periods.rounded} if periods.rounded else {}
 
 
-def acts(equipment: Equipment | None) -> bool:
+def acts(equipment: HardwareConfig | None) -> bool:
     """Return whether efforts change within a period, or laws get other values than the true state."""
     return equipment is not None and not equipment.ideal
 

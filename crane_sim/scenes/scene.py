@@ -45,7 +45,7 @@ class Scene:
     sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
-    path: Any = field(compare=False)  # compiled `trajectories.path.Path`, None without one
+    path: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
     seed: int
     description: str
     joint_names: tuple[str, ...]
@@ -54,7 +54,7 @@ class Scene:
     effort_units: tuple[str, ...]  # (nu,)
     notes: Mapping[str, Any]  # what was chosen for the scene, and goes into the summary
     document: Mapping[str, Any]
-    hardware: Any = field(default=None, compare=False)  # `hardware.settings.Equipment`; None where all is ideal
+    hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
 
     @property
     def period_ns(self) -> int:
@@ -255,7 +255,7 @@ def _law(file: SceneFile, document: dict[str, Any]) -> Law:
     if document.get("inputs") is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
     law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
-    if control.period == "continuous" and not system.effort.knows(type(law)):
+    if control.period == "continuous" and not system.effort.has_body(type(law)):
         raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     return law
 

@@ -26,12 +26,12 @@ from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration, Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
-from crane_sim.stepping.batch import Clock, Driven, Places, Sampled, pass_cranes, pass_lanes
+from crane_sim.stepping.batch import BatchArrays, Driven, Sampled, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
 
@@ -88,18 +88,18 @@ def _count(parameters: Mapping[str, Any]) -> int:
 def _check_alike(first: Scene, scene: Scene, i: int) -> None:
     """Raise SceneError when crane i cannot keep the time of the first one, or its law cannot run compiled."""
     for name in ("duration", "period", "sampled"):
-        here, there = getattr(scene, name), getattr(first, name)
-        if here != there:
-            raise SceneError(f"crane {i}: {name} = {here}, that of crane 0 is {there}: a batch keeps one time")
+        value, expected = getattr(scene, name), getattr(first, name)
+        if value != expected:
+            raise SceneError(f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one time")
     if scene.hardware is not None and not scene.hardware.ideal:
         raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
-    if scene.sampled and not system.command.knows(type(scene.law)):
+    if scene.sampled and not system.command.has_body(type(scene.law)):
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
 
 
 def extract_drive(scene: Scene) -> Driven:
-    """Return what moves in a scene, its law with no memory of other runs."""
-    return Driven(scene.method, scene.model, Sampled(fresh(scene.law)) if scene.sampled else scene.source)
+    """Return method, model and source of a scene, its law with its initial state."""
+    return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
 
 
 def columns(trees: Sequence[Any], path: str = "") -> Any:
@@ -110,8 +110,8 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
     """
     first = trees[0]
     for i, tree in enumerate(trees):
-        if (here := _form(tree)) != (there := _form(first)):
-            raise SceneError(f"crane {i}: {path[:-1]} is {here}, that of crane 0 is {there}: {ONE_KIND}")
+        if (form := _form(tree)) != (expected := _form(first)):
+            raise SceneError(f"crane {i}: {path[:-1]} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
     if first is None:
         return None
     if not isinstance(first, tuple):
@@ -133,12 +133,12 @@ def _form(tree: Any) -> str:
 Array = npt.NDArray[np.float64]
 
 
-Share = Callable[[int, int], None]  # passes the time of cranes `first` to `last` (not included)
+Share = Callable[[int, int], None]  # simulates cranes `first` to `last` (excluded)
 
 
 @dataclass(frozen=True, repr=False)
 class Batch:
-    """What became of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
+    """Results of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
 
     Of a crane that failed, `errors` has one line on time and reason, q, v and payload are those at the end of the
     last whole period before that, and later samples are not numbers.
@@ -162,7 +162,7 @@ class Batch:
     notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
 
     def __repr__(self) -> str:
-        """Return how many cranes there are, and how many failed, in one line."""
+        """Return the number of cranes, and of failed ones, in one line."""
         failed = sum(error is not None for error in self.errors)
         return f"<Batch of {len(self.t)} cranes: {len(self.joint_names)} joints, {failed} failed>"
 
@@ -181,7 +181,7 @@ def simulate_batch(
         parameters: by dotted key of the scene, such as "payload.mass", "initial.q" or "control.kp": one value for each
             crane, an array or a sequence whose first axis is the crane.
         duration: s, the scene's own when None.
-        sample_times: instants [s], within the run, increasing, at which q, v and payload are wanted besides the end.
+        sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
         threads: the processor's cores when None.
 
     Raises:
@@ -201,12 +201,12 @@ def simulate_batch(
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
     """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments as of `simulate_batch`."""
     began, n = time.perf_counter(), len(scenes)
-    clock = Clock(scenes[0].period, scenes[0].steps, times)
+    grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
-    cranes = columns([extract_drive(scene) for scene in scenes])  # first: it refuses scenes that differ
-    places = _allocate_places(scenes, len(times))
-    batch = cranes, clock, places
-    alone: Share = partial(pass_cranes, *batch)
+    cranes = columns([extract_drive(scene) for scene in scenes])  # first: it rejects scenes that differ
+    arrays = _allocate_arrays(scenes, len(times))
+    batch = cranes, grid, arrays
+    alone: Share = partial(simulate_range, *batch)
     share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
     share(0, 0)  # compiles
     alone(0, 0)
@@ -216,10 +216,12 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
         size = unit * (1 + n // (8 * threads * unit))  # some eight pieces for each thread: they may differ in length
         list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
         if wide:  # those that failed once more, to know when and why
-            failed = np.flatnonzero(places.counts[:n, 0] != Status.OK).tolist()
-            again = columns([extract_drive(scene) for scene in scenes]) if failed else None  # laws must not remember
-            list(pool.map(lambda i: pass_cranes(again, clock, places, i, i + 1), failed))
-    return _batch(scenes[:n], clock, places, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
+            failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
+            again = (
+                columns([extract_drive(scene) for scene in scenes]) if failed else None
+            )  # laws with their initial state
+            list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
+    return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
 
 
 def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
@@ -227,32 +229,34 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
-    smooth = starts.event_log is None and not system.rhs_into.knows(type(first.model))
+    smooth = starts.event_log is None and not system.rhs_into.has_body(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def _allocate_places(scenes: Sequence[Scene], samples: int) -> Places:
+def _allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)
     rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
-    return Places(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
+    return BatchArrays(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
 
 
-def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times: tuple[float, float]) -> Batch:
+def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int, times: tuple[float, float]) -> Batch:
     n, nq = len(scenes), len(scenes[0].joint_names)
-    rows, payload, counts = places.rows[:n], places.payload[:n], places.counts[:n]
+    rows, payload, counts = arrays.rows[:n], arrays.payload[:n], arrays.counts[:n]
     end, before = (rows[:, -1], payload[:, -1]), (rows[:, :-1], payload[:, :-1])
     return Batch(
         joint_names=scenes[0].joint_names,
-        t=counts[:, 1] * clock.period,
+        t=counts[:, 1] * grid.period,
         q=end[0][:, :nq],
         v=end[0][:, nq : 2 * nq],
         payload=end[1],
-        errors=tuple(_error(scene, clock, *told) for scene, *told in zip(scenes, counts, places.reached, strict=False)),
+        errors=tuple(
+            _error(scene, grid, *state) for scene, *state in zip(scenes, counts, arrays.reached, strict=False)
+        ),
         evaluations=counts[:, 2],
         steps=counts[:, 3],
-        sample_times=clock.times,
+        sample_times=grid.times,
         sampled_q=before[0][..., :nq],
         sampled_v=before[0][..., nq : 2 * nq],
         sampled_payload=before[1],
@@ -264,14 +268,14 @@ def _batch(scenes: list[Scene], clock: Clock, places: Places, lanes: int, times:
 
 
 def _end_of(counts: npt.NDArray[np.int64], reached: float) -> Integration:
-    """Return how the integration of a crane ended."""
+    """Return the status of a crane's integration."""
     status, guard = int(counts[0]), int(counts[5])
     return Integration(0.0, None, float(reached), None, 0.0, status=status, terminal_guard=guard)
 
 
-def _error(scene: Scene, clock: Clock, counts: npt.NDArray[np.int64], reached: float) -> str | None:
+def _error(scene: Scene, grid: TimeGrid, counts: npt.NDArray[np.int64], reached: float) -> str | None:
     """Return why a crane did not reach the end, None if it did."""
-    if counts[1] == clock.steps:
+    if counts[1] == grid.steps:
         return None
     try:
         check_status(_end_of(counts, reached), scene.model)

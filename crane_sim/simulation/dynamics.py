@@ -10,21 +10,21 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.integrators import apply_pending_events, make_event_log, start
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import SceneSource, load_scene
 
 Vector = Sequence[float] | npt.NDArray[np.float64]
 
 
-@entry
+@entry_point
 def joint_acceleration(p, t, q, v, u):
     """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
     switches = system.switching(p)
-    flow = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches)))
-    return system.acceleration(p, t, flow.x, u)
+    integration = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches)))
+    return system.acceleration(p, t, integration.x, u)
 
 
-@entry
+@entry_point
 def energy_at(p, t, q, v):
     """Return (energy relative to the base, what the base adds to it in the world) [J]."""
     x = system.state(p, t, q, v)
@@ -34,14 +34,14 @@ def energy_at(p, t, q, v):
 
 def _as_vector(name: str, values: Vector, n: int) -> tuple[float, ...]:
     try:
-        found = () if isinstance(values, str | Mapping) else tuple(map(float, values))
+        numbers = () if isinstance(values, str | Mapping) else tuple(map(float, values))
     except (TypeError, ValueError):
-        found = ()
-    if len(found) != n and len(found):
-        raise SceneError(f"{name}: has {len(found)} values, {n} are needed")
-    if len(found) != n or not all(map(isfinite, found)):
+        numbers = ()
+    if len(numbers) != n and len(numbers):
+        raise SceneError(f"{name}: has {len(numbers)} values, {n} are needed")
+    if len(numbers) != n or not all(map(isfinite, numbers)):
         raise SceneError(f"{name} = {shorten(values)}: must be {n} finite numbers")
-    return found
+    return numbers
 
 
 def _time(t: Any) -> float:

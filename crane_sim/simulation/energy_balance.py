@@ -1,4 +1,4 @@
-"""How much energy appeared from nowhere in a run: its energy less what it began with and what was supplied.
+"""Energy balance of a run: its energy less the initial one and the supplied one, which should be zero.
 
 The balance is of energies relative to the base. It sees errors that change the energy, and only those: a state that is
 wrong along the surface of its energy, such as a swing that is late, passes unseen. A small one does not prove a run.
@@ -7,12 +7,12 @@ wrong along the surface of its energy, such as a swing that is late, passes unse
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 
 Array = npt.NDArray[np.float64]
 
 
-@entry
+@entry_point
 def add_work(total, q, u, work):
     """Add the work of held efforts, one period after the other, to a sum whose rounding error is kept beside it.
 
@@ -38,7 +38,7 @@ class EnergyBalance:
     def __init__(self, energy: float, metered: bool) -> None:
         """Begin with an energy [J]; the model is `with_meter`, or the work of held efforts is all that is supplied."""
         self._begun, self._metered = energy, metered
-        self._given = 0.0  # J, energy that a meter does not measure
+        self._offset = 0.0  # J, energy that a meter does not measure
         self._total = np.zeros(2)
         self._last: tuple[Array, Array] | None = None  # positions and efforts of the last instant
         self._worst = 0.0
@@ -55,7 +55,7 @@ class EnergyBalance:
         """
         work = supplied if self._metered else self._compute_work(q, u)
         self._last = q[-1].copy(), u[-1].copy()
-        errors = kinetic + potential - self._begun - (self._given + work)
+        errors = kinetic + potential - self._begun - (self._offset + work)
         self._worst = max(self._worst, float(np.abs(errors).max()))
         self._kinetic = max(self._kinetic, float(kinetic.max()))
         self._lowest = min(self._lowest, float(potential.min()))
@@ -71,20 +71,20 @@ class EnergyBalance:
             add_work(self._total, np.vstack([before, q]), np.vstack([held, u[:-1]]), work)
         return work
 
-    def change(self, q: Array, given: float, metered: bool) -> None:
-        """Go on from positions q (nu,) with another model, which brings `given` energy [J] along."""
-        self._given, self._metered = given + self._supplied_energy(q, 0.0), metered
+    def change(self, q: Array, energy: float, metered: bool) -> None:
+        """Continue from positions q (nu,) with another model, which supplies `energy` [J]."""
+        self._offset, self._metered = energy + self._supplied_energy(q, 0.0), metered
 
     def _supplied_energy(self, q: Array, supplied: float) -> float:
         """Return the energy [J] supplied up to positions q, where the meter reads `supplied` [J]."""
         if self._metered or self._last is None:
-            return self._given + supplied
+            return self._offset + supplied
         work, (before, held) = np.empty(1), self._last
         add_work(self._total.copy(), np.vstack([before, q]), held[None], work)
-        return self._given + float(work[0])
+        return self._offset + float(work[0])
 
     def errors(self, q: Array, energy: float, supplied: float) -> tuple[float, float]:
-        """Return the energy from nowhere at the end and the largest of all instants, relative to the energies in play.
+        """Return (energy error at the end, the largest of all instants), relative to the range of the energies.
 
         Args:
             q: positions at the end (nu,).

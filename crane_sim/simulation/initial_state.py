@@ -10,7 +10,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Status, apply_pending_events, dense_output, restart
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.stepping.periods import begin
@@ -24,37 +24,37 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
     return vector if isinstance(vector, tuple) else tuple(vector.tolist())
 
 
-@entry
-def switch_at_start(p, flow, row):
+@entry_point
+def switch_at_start(p, integration, row):
     """Return an integration at its start, switched by every guard that fails there under efforts `row` (nu,)."""
-    return apply_pending_events(switching(p), p, efforts_from_row(p, row), flow)
+    return apply_pending_events(switching(p), p, efforts_from_row(p, row), integration)
 
 
-@entry
-def restart_within_step(method, p, u, flow, t):
-    """Return the integration that goes on from time t [s] within the last step, taken under the source u."""
-    return restart(flow, t, dense_output(method, p, u, flow, t))
+@entry_point
+def restart_within_step(method, p, u, integration, t):
+    """Return the integration restarted at time t [s] within the last step, taken under the source u."""
+    return restart(integration, t, dense_output(method, p, u, integration, t))
 
 
 def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
-    """Return (flow, q, v, (q, v) as sensors show them, the scene's hardware) at the start of a run."""
-    flow, q, v = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    """Return (integration, q, v, (q, v) as sensors measure them, the scene's hardware) at the start of a run."""
+    integration, q, v = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
     q, v = as_tuple(q), as_tuple(v)
     if scene.hardware is None or scene.hardware.ideal:
-        return flow, q, v, (q, v), None
+        return integration, q, v, (q, v), None
     hardware = HardwareRun(scene)
-    shown = hardware.look(scene.model, flow, scene.period)
-    return flow, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), hardware
+    shown = hardware.first_sample(scene.model, integration, scene.period)
+    return integration, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), hardware
 
 
-def resume(scene: Scene, model: Any, metered: Any, flow: Any, k: int, at: Any) -> Any:
-    """Return the flow of the metered model that goes on from period k, where the joints are `at` (q, v)."""
+def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at: Any) -> Any:
+    """Return the integration of the metered model from period k on, where the joints are `at` (q, v)."""
     t = k * scene.period
     if model.meter is not None:
-        return flow if scene.sampled else restart_within_step(scene.method, model, scene.source, flow, t)
+        return integration if scene.sampled else restart_within_step(scene.method, model, scene.source, integration, t)
     q, v = at
-    fresh, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
-    return fresh._replace(t0=t, t=t, counters=flow.counters)
+    initial, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
+    return initial._replace(t0=t, t=t, counters=integration.counters)
 
 
 def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:
@@ -65,22 +65,22 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     """
     if q is None and v is None:
         return scene
-    place = _as_tuple(scene, "positions", scene.initial_q if q is None else q)
-    speed = _as_tuple(scene, "velocities", scene.initial_v if v is None else v)
-    start = replace(scene, initial_q=place, initial_v=speed)
-    flow, *shown = begin(scene.model, np.array(place), np.array(speed))
-    for what, wanted, actual in zip(("positions", "velocities"), (place, speed), shown, strict=True):
+    positions = _as_tuple(scene, "positions", scene.initial_q if q is None else q)
+    velocities = _as_tuple(scene, "velocities", scene.initial_v if v is None else v)
+    start = replace(scene, initial_q=positions, initial_v=velocities)
+    integration, *shown = begin(scene.model, np.array(positions), np.array(velocities))
+    for what, wanted, actual in zip(("positions", "velocities"), (positions, velocities), shown, strict=True):
         _check_held(scene, what, wanted, as_tuple(actual))
-    flow = switch_at_start(_without_slack_guard(scene.model), flow, np.zeros(len(scene.actuated)))
-    if flow.status == Status.TERMINATED:
-        raise SceneError(f"positions: {system.describe_event(scene.model, flow.terminal_guard)[0]} there")
+    integration = switch_at_start(_without_slack_guard(scene.model), integration, np.zeros(len(scene.actuated)))
+    if integration.status == Status.TERMINATED:
+        raise SceneError(f"positions: {system.describe_event(scene.model, integration.terminal_guard)[0]} there")
     return start
 
 
 def _without_slack_guard(model: Any) -> Any:
     """Return the model without the guard of a slack rope.
 
-    Without efforts a boom may accelerate faster than its falling load.
+    Without efforts a boom may accelerate faster than its falling payload.
     """
     stops = getattr(model, "stops", None)
     return model if stops is None else model._replace(stops=stops._replace(taut=0.0))

@@ -1,6 +1,6 @@
 """Figures of a run, gathered block by block in constant memory, and quantities derived from joint coordinates.
 
-How well a run followed its scene's path, gathered block by block: the same bits however long the blocks are.
+Tracking error of a run, accumulated block by block: the same bits for any length of the blocks.
 """
 
 import hashlib
@@ -11,49 +11,49 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.models.moving_base import pose_at, rotate_to_base
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.settling import Settling
 from crane_sim.stepping.rows import split
-from crane_sim.trajectories.path import sample_path
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 Array = npt.NDArray[np.float64]
 
 
-LOOK = 1e-3  # s, before and after: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+DIFFERENCE_STEP = 1e-3  # s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
 
 
-@entry
-def tip_accelerations(p, t, q, v, u, look, out):
-    """Write the size of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
+@entry_point
+def tip_accelerations(p, t, q, v, u, step, out):
+    """Write the magnitude of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
 
-    The second difference of where the tip is, on the parabolas that the joints begin with the model's own
-    accelerations: exact up to `look` squared. Positions q, v (K, nq), efforts applied u (K, nu), times t (K,) [s].
+    Second difference of the tip's position, along parabolas of the joints with the model's
+    accelerations: exact up to `step` squared. Positions q, v (K, nq), efforts applied u (K, nu), times t (K,) [s].
     """
     points = np.empty((3, system.point_count(p), 3))
     tip = system.tip_index(p)
     for i in range(len(q)):
-        bent = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.efforts_from_row(p, u[i]))
+        qdd = system.acceleration(p, t[i], system.state(p, t[i], q[i], v[i]), system.efforts_from_row(p, u[i]))
         for k in range(3):
-            s, moved = (k - 1) * look, q[i].copy()
-            for j in range(len(moved)):
-                moved[j] += s * (v[i, j] + 0.5 * s * bent[j])
-            system.points(p, t[i], system.state(p, t[i], moved, v[i]), points[k])
-        square = 0.0
+            s, position = (k - 1) * step, q[i].copy()
+            for j in range(len(position)):
+                position[j] += s * (v[i, j] + 0.5 * s * qdd[j])
+            system.points(p, t[i], system.state(p, t[i], position, v[i]), points[k])
+        squared_norm = 0.0
         for j in range(3):
-            second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (look * look)
-            square += second * second
-        out[i] = np.sqrt(square)
+            second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (step * step)
+            squared_norm += second * second
+        out[i] = np.sqrt(squared_norm)
 
 
-@entry
+@entry_point
 def in_base(base, t, points):
     """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base, from its origin."""
     out = np.empty_like(points)
     for i in range(len(points)):
         pose = pose_at(base, t[i])
-        x, y, z = pose.place
+        x, y, z = pose.origin
         turned = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
         for j in range(3):
             out[i, j] = turned[j]
@@ -77,7 +77,7 @@ class Tracking:
         self._worst = max(self._worst, float(sizes.max()))
         rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
         accelerations = np.empty(len(t))
-        tip_accelerations(self._model, *rows, LOOK, accelerations)
+        tip_accelerations(self._model, *rows, DIFFERENCE_STEP, accelerations)
         self._hardest = max(self._hardest, float(accelerations.max()))
 
     def summary(self, t: Array, q: Array, payload: Array) -> dict[str, float]:
@@ -98,7 +98,7 @@ class Tracking:
 
     def _errors(self, t: Array, q: Array, payload: Array) -> Array:
         """Return the sizes of the errors (K,)."""
-        goal = sample_path(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
+        goal = sample_trajectory(self._path, np.ascontiguousarray(t, dtype=np.float64))[:, 0]
         base = getattr(self._model, "base", None)
         if self._path.of_joints:
             points = q[:, self._driven]
@@ -152,7 +152,7 @@ class Derived(NamedTuple):
         return self.tensions[:, 0]
 
 
-@entry
+@entry_point
 def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
     """Fill what follows from joint coordinates at times t (K,).
 
@@ -172,13 +172,13 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
         system.tensions(p, t[i], x, system.efforts_from_row(p, u[i]), tensions, i, 0)
 
 
-@entry
+@entry_point
 def read_meters(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
     return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
 
 
-@entry
+@entry_point
 def polyline(p, t, q, v):
     """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
     points = np.empty((system.point_count(p), 3))
@@ -228,26 +228,26 @@ class Metrics:
         low, high = self._tension
         self._tension = min(low, float(tensions.min())), max(high, float(tensions.max()))
         self._pushed += int(np.count_nonzero(tensions.min(axis=1) < PUSHED))
-        now = derive(self._scene, t, q, v, u)
-        self._balance.extend(q[:, self._driven], u, supplied, now.kinetic_relative, now.potential_relative)
-        self._watch(t, q, v, u, now)
+        derived = derive(self._scene, t, q, v, u)
+        self._balance.extend(q[:, self._driven], u, supplied, derived.kinetic_relative, derived.potential_relative)
+        self._watch(t, q, v, u, derived)
 
-    def _watch(self, t: Array, q: Array, v: Array, u: Array, now: Derived) -> None:
+    def _watch(self, t: Array, q: Array, v: Array, u: Array, derived: Derived) -> None:
         """Note swing and errors."""
-        self._swing = max(self._swing, float(now.swing.max()))
+        self._swing = max(self._swing, float(derived.swing.max()))
         late = t >= (1.0 - LAST) * self._scene.duration
-        self._residual = max(self._residual, float(now.swing[late].max(initial=0.0)))
+        self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
         if self._tracking is not None:
-            self._tracking.extend(t, q, v, u, now.payload)
+            self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
             self._settling.extend(t, q[:, self._driven])
 
-    def change(self, scene: Scene, model: Any, q: Vector, given: float = 0.0) -> None:
-        """Go on from positions q with another model: one with a meter, or a payload that brought `given` energy [J]."""
-        self._balance.change(self._of_driven(q), given, model.meter is not None)
+    def change(self, scene: Scene, model: Any, q: Vector, energy: float = 0.0) -> None:
+        """Continue from positions q with another model: with a meter, or a payload whose change supplied `energy`."""
+        self._balance.change(self._of_driven(q), energy, model.meter is not None)
         self._scene, self._model = scene, model
 
-    def summary(self, t: float, q: Vector, v: tuple[float, ...], flow: Any, saturated: int) -> dict[str, Any]:
+    def summary(self, t: float, q: Vector, v: tuple[float, ...], integration: Any, saturated: int) -> dict[str, Any]:
         """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
 
         `settling_time` is the time after which a joint stays near its target, as of `crane_sim.simulation.settling`,
@@ -263,11 +263,11 @@ class Metrics:
         final = self._final(t, q, v)
         angles = np.degrees([self._swing, self._residual, final.swing[0]])
         low, high = self._tension
-        audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, flow.x))
+        audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
         return {
             "steps": round(t / self._scene.period),
             "sim_time": t,
-            "rhs_evaluations": flow.counters.evaluations,
+            "rhs_evaluations": integration.counters.evaluations,
             "final_error": self._final_error(q),
             "peak_swing_deg": float(max(angles[0], angles[2])),
             "residual_swing_deg": float(max(angles[1:])),

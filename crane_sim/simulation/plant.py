@@ -20,7 +20,7 @@ from crane_sim.stepping.rows import row_width
 __all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
 
 BLOCK = 512
-SLOW = 5e-3  # rad/s or m/s, below which a joint rests: what hangs from it still bends its brake
+SLOW = 5e-3  # rad/s or m/s, below which a joint counts as at rest: a swinging payload still deflects its brake
 RESTED = 0.1  # s
 
 
@@ -30,7 +30,7 @@ class Plant:
     Attributes:
         k: control periods passed.
         q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
-        seen: (q, v) as the scene's sensors show them, the true ones where it has none.
+        seen: (q, v) as the scene's sensors measure them, the true ones where it has none.
         applied: efforts applied at the begin of the last period (nu,), after limits and brakes.
         faults: names of the faults that the scene may have.
     """
@@ -56,16 +56,16 @@ class Plant:
             v: joint velocities (nq,), likewise.
 
         Raises:
-            SceneError: the crane cannot be in that state; the plant goes on as if nothing was asked.
+            SceneError: the crane cannot be in that state; the plant is unchanged.
         """
         start = with_initial(self.scene, q, v)
         self.model = self.scene.model
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
-        self._flow, self.q, self.v, self.seen, self._rig = make_initial(start)
+        self._integration, self.q, self.v, self.seen, self._hardware = make_initial(start)
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
-        self._metrics = Metrics(start, self.model, self._flow.x)
+        self._metrics = Metrics(start, self.model, self._integration.x)
 
     @property
     def t(self) -> float:
@@ -79,37 +79,37 @@ class Plant:
         return tuple(nodes[-1].tolist())
 
     @property
-    def flow(self) -> Any:
+    def integration(self) -> Any:
         """The integration under way, with its counters of evaluations and steps."""
-        return self._flow
+        return self._integration
 
     @property
     def saturated(self) -> int:
-        """Periods in which a demand was limited."""
-        return self._saturated + (self._rig.saturated if self._rig is not None else 0)
+        """Periods in which a command was limited."""
+        return self._saturated + (self._hardware.saturated if self._hardware is not None else 0)
 
     @property
     def braking(self) -> bool:
-        """Whether the brakes of all actuated joints hold, and the drives are off, in what passes from now on."""
+        """Whether the brakes of all actuated joints hold, and the drives are off, in the periods that follow."""
         return self._braking
 
     @braking.setter
     def braking(self, on: bool) -> None:
         if on == self._braking:
             return
-        rig = self._rig or self._make_brakes()
-        rig.brake(on)
+        hardware = self._hardware or self._make_brakes()
+        hardware.brake(on)
         self._braking, self._still = on, 0
 
     def _make_brakes(self) -> HardwareRun:
-        """Return brakes to go on with; they do work within a period, so the model needs a meter."""
+        """Return brakes for the periods that follow; they do work within a period, so the model needs a meter."""
         self._flush()
         metered = system.with_meter(self.model, False)
-        self._flow = resume(self.scene, self.model, metered, self._flow, self.k, (self.q, self.v))
+        self._integration = resume(self.scene, self.model, metered, self._integration, self.k, (self.q, self.v))
         self._metrics.change(self.scene, metered, self.q)
-        self.model, self._rig = metered, HardwareRun(self.scene)
-        self._rig.drive(self.applied)
-        return self._rig
+        self.model, self._hardware = metered, HardwareRun(self.scene)
+        self._hardware.set_initial_effort(self.applied)
+        return self._hardware
 
     @property
     def at_rest(self) -> bool:
@@ -122,18 +122,18 @@ class Plant:
         return all(abs(self.v[i]) < SLOW for i in self._driven)
 
     def set_fault(self, name: str, on: bool) -> None:
-        """Let a fault of the scene be there, or not, from the next period on, whatever its times say.
+        """Activate or clear a fault of the scene from the next period on, independent of its schedule.
 
         Raises:
             ValueError: there is no such fault; one line.
         """
-        if self._rig is None or name not in self.faults:
+        if self._hardware is None or name not in self.faults:
             known = unknown_key(name, self.faults, "fault")
             raise ValueError(known if self.faults else f"unknown fault {name!r}: the scene has none")
-        self._rig.order(name, on)
+        self._hardware.override_fault(name, on)
 
     def advance(self, u: Sequence[float] | None = None) -> None:
-        """Pass one control period.
+        """Integrate over one control period.
 
         Args:
             u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source. While the
@@ -144,10 +144,10 @@ class Plant:
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         self._check_efforts(u)
-        flow, q, v, seen, applied = self._advance_period(None if u is None else tuple(u))
-        if flow.status != Status.OK and flow.t < (self.k + 1) * self.scene.period:
-            check_status(flow, self.model)
-        self._flow, self.q, self.v, self.applied = flow, as_tuple(q), as_tuple(v), applied
+        integration, q, v, seen, applied = self._advance_period(None if u is None else tuple(u))
+        if integration.status != Status.OK and integration.t < (self.k + 1) * self.scene.period:
+            check_status(integration, self.model)
+        self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
         self.seen = (self.q, self.v) if seen is None else (as_tuple(seen[0]), as_tuple(seen[1]))
         self.k += 1
         self._filled += 1
@@ -163,32 +163,35 @@ class Plant:
             raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
 
     def _advance_period(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
-        """Return (flow, q, v, what sensors show or None, efforts applied) one period later."""
+        """Return (integration, q, v, measured (q, v) or None, efforts applied) one period later."""
         scene, end = self.scene, (self.k + 1) * self.scene.period
-        if self._rig is not None:
-            return self._passed_with(self._rig, u)
+        if self._hardware is not None:
+            return self._advance_with_hardware(self._hardware, u)
         if u is None:
-            here = (self._flow, self.t, end, self._rows, self._filled)
-            flow, q, v, applied = free_step(scene.method, self.model, scene.source, *here)
+            step_args = (self._integration, self.t, end, self._rows, self._filled)
+            integration, q, v, applied = free_step(scene.method, self.model, scene.source, *step_args)
         else:
-            flow, q, v, applied = held_step(scene.method, self.model, u, self._flow, end, self._rows, self._filled)
+            integration, q, v, applied = held_step(
+                scene.method, self.model, u, self._integration, end, self._rows, self._filled
+            )
             self._saturated += applied != u
-        return flow, q, v, None, applied
+        return integration, q, v, None, applied
 
-    def _passed_with(
-        self, rig: HardwareRun, u: tuple[float, ...] | None
+    def _advance_with_hardware(
+        self, hardware: HardwareRun, u: tuple[float, ...] | None
     ) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
-        demand = rig.demand(self.t, self.q, self.v) if u is None else u
-        here = (self._flow, self.k, self.scene.period, self._rows, self._filled)
-        mass, given = rig.mass, rig.given
-        flow, (q, v), seen, applied = rig.step(self.scene.method, self.model, demand, *here)
-        if rig.mass != mass:
+        command = hardware.open_loop_command(self.t, self.q, self.v) if u is None else u
+        step_args = (self._integration, self.k, self.scene.period, self._rows, self._filled)
+        mass, energy = hardware.payload_mass, hardware.payload_energy
+        integration, (q, v), seen, applied = hardware.step(self.scene.method, self.model, command, *step_args)
+        if hardware.payload_mass != mass:
             row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
             self._flush()
             self._rows[0] = row
-            laden = replace(self.scene, model=rig.crane(self.scene.model, rig.mass))
-            self._metrics.change(laden, rig.crane(self.model, rig.mass), self.q, rig.given - given)
-        return flow, q, v, seen if self.scene.hardware is not None else None, applied
+            mass, energy = hardware.payload_mass, hardware.payload_energy - energy
+            scene = replace(self.scene, model=hardware.model_with_payload(self.scene.model, mass))
+            self._metrics.change(scene, hardware.model_with_payload(self.model, mass), self.q, energy)
+        return integration, q, v, seen if self.scene.hardware is not None else None, applied
 
     def _flush(self) -> None:
         start = self.k - self._filled
@@ -199,6 +202,6 @@ class Plant:
     def summary(self) -> dict[str, Any]:
         """Return the run's figures up to now: keys and meanings as of `Metrics.summary`."""
         self._flush()
-        figures = self._metrics.summary(self.t, self.q, self.v, self._flow, self.saturated)
-        further = self._rig.summary() if self._rig is not None else {}
-        return figures | noted_events(self._flow, self.model, self.t) | further
+        figures = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
+        further = self._hardware.summary() if self._hardware is not None else {}
+        return figures | noted_events(self._integration, self.model, self.t) | further

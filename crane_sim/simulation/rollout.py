@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.laws import ask_law, fresh
+from crane_sim.laws import evaluate_law, with_initial_state
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.metrics import Derived, Metrics, derive
@@ -31,23 +31,23 @@ class RawRun(NamedTuple):
 
     rows: Array  # (periods + 1, width), as of `crane_sim.stepping.rows`
     samples: Array  # (m, width)
-    flow: Any  # the integration as it ended
-    saturated: int  # periods in which a demand was limited
-    rig: HardwareRun | None = None  # the hardware, of a scene with some
-    loads: Array = np.empty((0, 2))  # (periods, 2) of the payload: kg, and J that its changes brought up to there
+    integration: Any  # the integration as it ended
+    saturated: int  # periods in which a command was limited
+    hardware: HardwareRun | None = None  # of a scene with hardware
+    loads: Array = np.empty((0, 2))  # (periods, 2) of the payload: kg, and J that its changes supplied up to there
 
     def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
         """Return (first period, the one after the last, model) of the stretches in which the payload keeps its mass."""
         periods = len(self.rows) - 1
-        if self.rig is None or scene.hardware.payload_fault is None:
+        if self.hardware is None or scene.hardware.payload_fault is None:
             return [(0, periods, scene.model)]
         first = [0, *(np.flatnonzero(np.diff(self.loads[:periods, 0])) + 1).tolist()]
-        rig, after = self.rig, [*first[1:], periods]
-        laden = [rig.crane(scene.model, float(self.loads[k, 0])) for k in first]
+        hardware, after = self.hardware, [*first[1:], periods]
+        laden = [hardware.model_with_payload(scene.model, float(self.loads[k, 0])) for k in first]
         return list(zip(first, after, laden, strict=True))
 
-    def given(self, k: int) -> float:
-        """Return the energy [J] that a change of the payload brought at the begin of period k."""
+    def payload_energy(self, k: int) -> float:
+        """Return the energy [J] supplied by a change of the payload at the begin of period k."""
         if not len(self.loads):
             return 0.0
         return float(self.loads[k, 1] - (self.loads[k - 1, 1] if k else 0.0))
@@ -59,62 +59,70 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     Args:
         scene: what to run.
         law: of a sampled scene, as of `laws.Law`.
-        times: where samples are wanted (m,), increasing, within the run.
+        times: sample times (m,), increasing, within the run.
 
     Raises:
         SimulationError: the integration failed in a run whose law is Python.
         LawError: the law failed.
     """
     model = scene.model
-    flow, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
+    integration, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
     nq, nu = len(q), len(scene.actuated)
     rows, samples = (np.empty((n, row_width(model, nq, nu))) for n in (scene.steps + 1, len(times)))
     out = Output(rows, np.empty((scene.steps, nu)), times, samples)
     if scene.hardware is not None and not scene.hardware.ideal:
-        return _with_hardware(scene, law, flow, out)
+        return _with_hardware(scene, law, integration, out)
     if not scene.sampled:
-        flow, passed = free_rollout(scene.method, model, scene.source, flow, scene.period, out)
-        return RawRun(*_whole(scene, out, passed), flow, 0)
-    flow, passed = held_rollout(scene.method, model, _compile_law(scene, law), flow, scene.period, out)
-    limited = np.any(out.demands[:passed] != split(rows[:passed], nq, nu).u, axis=1)
-    return RawRun(*_whole(scene, out, passed), flow, int(limited.sum()))
+        integration, periods_done = free_rollout(scene.method, model, scene.source, integration, scene.period, out)
+        return RawRun(*_whole(scene, out, periods_done), integration, 0)
+    integration, periods_done = held_rollout(
+        scene.method, model, _compile_law(scene, law), integration, scene.period, out
+    )
+    limited = np.any(out.commands[:periods_done] != split(rows[:periods_done], nq, nu).u, axis=1)
+    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()))
 
 
-def _with_hardware(scene: Scene, law: Any, flow: Any, out: Output) -> RawRun:
-    """Return the run of a scene with hardware, whose open-loop inputs are taken once a period as demands are."""
-    rig, loads = HardwareRun(scene), np.empty((scene.steps, 2))
+def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
+    """Return the run of a scene with hardware, whose open-loop inputs are sampled once a period as commands are."""
+    hardware, loads = HardwareRun(scene), np.empty((scene.steps, 2))
     source = _compile_law(scene, law) if scene.sampled else scene.source
     if type(source) is tuple:
         source = Replay(scene.model, scene.period, np.tile(source, (scene.steps, 1)))
-    flow, passed = hardware_rollout(scene.method, scene.model, source, rig.hardware, flow, scene.period, out, loads)
-    return RawRun(*_whole(scene, out, passed), flow, rig.saturated, rig, loads[: passed + 1])
+    integration, periods_done = hardware_rollout(
+        scene.method, scene.model, source, hardware.state, integration, scene.period, out, loads
+    )
+    return RawRun(
+        *_whole(scene, out, periods_done), integration, hardware.saturated, hardware, loads[: periods_done + 1]
+    )
 
 
-def _whole(scene: Scene, out: Output, passed: int) -> tuple[Array, Array]:
+def _whole(scene: Scene, out: Output, periods_done: int) -> tuple[Array, Array]:
     """Return rows and samples up to the end of the last whole period."""
-    samples = out.samples[out.times <= passed * scene.period] if passed < scene.steps else out.samples
-    return out.rows[: passed + 1], samples
+    samples = out.samples[out.times <= periods_done * scene.period] if periods_done < scene.steps else out.samples
+    return out.rows[: periods_done + 1], samples
 
 
 def _compile_law(scene: Scene, law: Any) -> Any:
-    """Return the law where it is compiled, else a replay of what it demands.
+    """Return the law where it is compiled, else a replay of its commands.
 
-    A law in Python is asked by a `Plant` on a run of its own, and the run of the result repeats its demands: so there
+    A law in Python is evaluated with a `Plant` in a run of its own, and the second run replays its commands: so there
     is one compiled loop, which writes rows, samples and events alike whatever the law is, at the cost of a second
     integration, small beside calls from Python.
     """
-    return law if system.command.knows(type(law)) else Replay(scene.model, scene.period, _collect_demands(scene, law))
+    return (
+        law if system.command.has_body(type(law)) else Replay(scene.model, scene.period, _collect_commands(scene, law))
+    )
 
 
-def _collect_demands(scene: Scene, law: Any) -> Array:
-    """Return the demands (steps, nu) of a law that is Python, asked every period."""
+def _collect_commands(scene: Scene, law: Any) -> Array:
+    """Return the commands (steps, nu) of a law that is Python, sampled every period."""
     plant = Plant(scene)
-    demands = np.empty((scene.steps, len(scene.actuated)))
+    commands = np.empty((scene.steps, len(scene.actuated)))
     for k in range(scene.steps):
-        demand = ask_law(law, plant.t, *plant.seen, demands.shape[1])
-        demands[k] = demand
-        plant.advance(demand)
-    return demands
+        command = evaluate_law(law, plant.t, *plant.seen, commands.shape[1])
+        commands[k] = command
+        plant.advance(command)
+    return commands
 
 
 LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]]
@@ -136,7 +144,7 @@ class Rollout:
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
     def __repr__(self) -> str:
-        """Return what was run and what came of it, in two lines; `summary` has all figures."""
+        """Return scene, law and main results in two lines; `summary` has all figures."""
         law = f"law {self.scene.law_name!r}" if self.scene.law_name else "no law of the scene's own"
         shape = f"{len(self.t)} instants up to {self.t[-1]:g} s" if len(self.t) else "no instants"
         ended = f"peak swing {self.summary['peak_swing_deg']:.3g} deg, {len(self.events)} events"
@@ -215,22 +223,22 @@ def simulate(
     times = checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
     scene = scene.commanded() if callable(law) else scene
-    run = run_raw(scene, fresh(law if callable(law) else scene.law), times)
-    wall, (rows, samples, flow), model = time.perf_counter() - started, run[:3], scene.model
-    work = flow.counters
+    run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
+    wall, (rows, samples, integration), model = time.perf_counter() - started, run[:3], scene.model
+    work = integration.counters
     counted = {"rhs_evaluations": work.evaluations, "steps": work.steps, "rejected": work.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
-    result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(flow, model, periods[-1]))
+    result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(integration, model, periods[-1]))
     if len(rows) <= scene.steps:
-        _end_early(result, flow, model)
+        _end_early(result, integration, model)
     return result
 
 
-def _end_early(result: Rollout, flow: Any, model: Any) -> None:
+def _end_early(result: Rollout, integration: Any, model: Any) -> None:
     """Raise the SimulationError of a run that ended before its time, with the run up to there."""
     try:
-        check_status(flow, model)
+        check_status(integration, model)
     except SimulationError as error:
         error.run = result
         raise
@@ -245,12 +253,14 @@ def _check_law(law: Any) -> None:
 
 
 def _with_changes(scene: SceneSource, named: Mapping[str, Any], overrides: Mapping[str, Any] | None) -> Scene:
-    """Return the scene with what was given by name (None: nothing) and by dotted key."""
-    given = {key: value for key, value in named.items() if value is not None}
-    for key in given:
+    """Return the scene with changes given by name (None: nothing) and by dotted key."""
+    by_name = {key: value for key, value in named.items() if value is not None}
+    for key in by_name:
         if isinstance(overrides, Mapping) and key in overrides:
-            raise SceneError(f"overrides: {key!r} is given by name, too: {given[key]!r}; leave out one of the two")
-    changes = given if overrides is None else {**overrides, **given} if isinstance(overrides, Mapping) else overrides
+            raise SceneError(f"overrides: {key!r} is given by name, too: {by_name[key]!r}; leave out one of the two")
+    changes = (
+        by_name if overrides is None else {**overrides, **by_name} if isinstance(overrides, Mapping) else overrides
+    )
     return load_scene(scene, changes)
 
 
@@ -260,29 +270,29 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     Raises:
         ValueError: they are not within 0 .. `end`, or do not increase.
     """
-    wanted = np.empty(0) if times is None else np.array(times, dtype=np.float64)
-    beyond = wanted[~((wanted >= 0.0) & (wanted <= end * (1.0 + 1e-12)))]
-    if wanted.ndim != 1:
-        raise ValueError(f"sample_times: must be a list of instants, here the shape is {wanted.shape}")
+    instants = np.empty(0) if times is None else np.array(times, dtype=np.float64)
+    beyond = instants[~((instants >= 0.0) & (instants <= end * (1.0 + 1e-12)))]
+    if instants.ndim != 1:
+        raise ValueError(f"sample_times: must be a list of instants, here the shape is {instants.shape}")
     if len(beyond):
         raise ValueError(f"sample_times: {beyond[:1]} is outside the run, 0 .. {end:g} s")
-    if np.any(np.diff(wanted) < 0.0):
+    if np.any(np.diff(instants) < 0.0):
         raise ValueError("sample_times: must increase")
-    return np.minimum(wanted, end)
+    return np.minimum(instants, end)
 
 
 def _summary(scene: Scene, run: RawRun) -> dict[str, Any]:
-    model, rows, flow, nq = scene.model, run.rows, run.flow, len(scene.joint_names)
+    model, rows, integration, nq = scene.model, run.rows, run.integration, len(scene.joint_names)
     metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
     for first, last, laden in run.segments(scene):
         if laden is not model:
-            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.given(first))
+            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.payload_energy(first))
         metrics.extend(t[first:last], rows[first:last])
-    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), flow, run.saturated)
+    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), integration, run.saturated)
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
-    further = run.rig.summary() if run.rig is not None else {}
-    return head | figures | noted_events(flow, model, t[-1]) | further
+    further = run.hardware.summary() if run.hardware is not None else {}
+    return head | figures | noted_events(integration, model, t[-1]) | further
 
 
 def _rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:

@@ -1,8 +1,6 @@
-"""The compiled loop over many cranes, each of which passes its time as `stepping.periods` does, bit for bit.
+"""Compiled loops over many cranes: one after the other, or in the lanes of vectors for fixed steps.
 
-The compiled loop over many cranes in the lanes of vectors, for methods whose steps are all of one size.
-
-The steps are those of `simulate`, lane for lane, in all bits.
+The steps of each crane are those of `simulate`, bit for bit.
 """
 
 from typing import Any, NamedTuple
@@ -22,10 +20,10 @@ from crane_sim.integrators import (
     step_bound,
 )
 from crane_sim.integrators.integration import equal_step, status_of
-from crane_sim.numerics.jit import entry, generic, kernel, routine
+from crane_sim.numerics.jit import entry_point, generic, kernel, routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
 from crane_sim.numerics.states import dimension, replace_field
-from crane_sim.stepping.periods import Output, finish, pass_period, write
+from crane_sim.stepping.periods import Output, finish, integrate_period, write
 
 
 class Sampled(NamedTuple):
@@ -35,137 +33,137 @@ class Sampled(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """What one crane is; for many of them, each number is a column."""
+    """Method, model and source of one crane; for many of them, each number is a column."""
 
     method: Any
     model: Any
     source: Any
 
 
-class Clock(NamedTuple):
-    """The instants of a run, the same for all cranes."""
+class TimeGrid(NamedTuple):
+    """Control periods and sample times of a run, the same for all cranes."""
 
     period: float  # s
     steps: int
-    times: Any  # (m,) s, where samples are wanted
+    times: Any  # (m,) s, sample times
 
 
-class Places(NamedTuple):
-    """Where n cranes start, and where results are written: rows, as of `stepping`, of the samples and of the end."""
+class BatchArrays(NamedTuple):
+    """Initial states and results of n cranes: rows, as of `stepping`, of the samples and of the end."""
 
     q: Any  # (n, nq), at the start
     v: Any  # (n, nq)
     rows: Any  # (n, m + 1, width)
     payload: Any  # (n, m + 1, 3) m
-    reached: Any  # (n,) s, where the integration stands
-    counts: Any  # (n, 6): status, whole periods passed, evaluations, steps, steps rejected, terminal guard
+    reached: Any  # (n,) s, time of the integration
+    counts: Any  # (n, 6): status, whole periods, evaluations, steps, steps rejected, terminal guard
 
 
-@entry
-def pass_cranes(cranes, clock, places, first, last):
-    """Pass the whole time of cranes `first` to `last` (not included), one after the other."""
+@entry_point
+def simulate_range(cranes, grid, arrays, first, last):
+    """Simulate cranes `first` to `last` (excluded), one after the other."""
     for i in range(first, last):
         method, p, source = tree_column(cranes, i)
-        flow = start(p, 0.0, initial_state(p, places, i), make_event_log(system.switching(p)))
-        flow, passed = passed_through(source, method, p, flow, clock, places.rows[i])
-        note(p, clock, places, i, flow, passed)
+        integration = start(p, 0.0, initial_state(p, arrays, i), make_event_log(system.switching(p)))
+        integration, periods_done = integrate_run(source, method, p, integration, grid, arrays.rows[i])
+        store_result(p, grid, arrays, i, integration, periods_done)
 
 
 @kernel
-def initial_state(p, places, i):
-    """Return the state in which crane i starts."""
-    return system.project(p, system.state(p, 0.0, places.q[i], places.v[i]))
+def initial_state(p, arrays, i):
+    """Return the initial state of crane i."""
+    return system.project(p, system.state(p, 0.0, arrays.q[i], arrays.v[i]))
 
 
 @generic
-def passed_through(source, method, p, flow, clock, rows):
-    """Return (last flow, periods passed) of a run, its rows written on the way."""
-    i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
-    out = Output(rows, None, clock.times, rows[:m])
-    flow = apply_pending_events(system.switching(p), p, source, flow)
-    for k in range(clock.steps):
-        before, end = flow, (k + 1) * clock.period
+def integrate_run(source, method, p, integration, grid, rows):
+    """Return (last integration, number of whole periods) of a run; write its rows."""
+    i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
+    out = Output(rows, None, grid.times, rows[:m])
+    integration = apply_pending_events(system.switching(p), p, source, integration)
+    for k in range(grid.steps):
+        before, end = integration, (k + 1) * grid.period
         bound = step_bound(method, end)
-        flow, i = pass_period(method, p, source, flow, end, bound, out, i)
-        if flow.status != OK and flow.t < end:
-            t = k * clock.period
+        integration, i = integrate_period(method, p, source, integration, end, bound, out, i)
+        if integration.status != OK and integration.t < end:
+            t = k * grid.period
             write(rows, m, p, t, dense_output(method, p, source, before, t), source)
-            return flow, k
-    finish(method, p, source, flow, clock.steps * clock.period, out, i)
-    return flow, clock.steps
+            return integration, k
+    finish(method, p, source, integration, grid.steps * grid.period, out, i)
+    return integration, grid.steps
 
 
-@passed_through.register(Sampled)
-def _(source, method, p, flow, clock, rows):
-    i, m = 0 * clock.steps, len(clock.times)  # 0 as a variable: the literal would be compiled once more
-    out = Output(rows, None, clock.times, rows[:m])
-    u = sampled_efforts(source, p, 0.0, flow.x)
-    for k in range(clock.steps):
-        u, end = sampled_efforts(source, p, k * clock.period, flow.x), (k + 1) * clock.period
-        before = apply_pending_events(system.switching(p), p, u, flow)
-        flow, i = pass_period(method, p, u, before, end, end, out, i)
-        if flow.status != OK and flow.t < end:
+@integrate_run.register(Sampled)
+def _(source, method, p, integration, grid, rows):
+    i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
+    out = Output(rows, None, grid.times, rows[:m])
+    u = sampled_efforts(source, p, 0.0, integration.x)
+    for k in range(grid.steps):
+        u, end = sampled_efforts(source, p, k * grid.period, integration.x), (k + 1) * grid.period
+        before = apply_pending_events(system.switching(p), p, u, integration)
+        integration, i = integrate_period(method, p, u, before, end, end, out, i)
+        if integration.status != OK and integration.t < end:
             write(rows, m, p, before.t, before.x, u)
-            return flow, k
-    finish(method, p, u, flow, flow.t, out, i)
-    return flow, clock.steps
+            return integration, k
+    finish(method, p, u, integration, integration.t, out, i)
+    return integration, grid.steps
 
 
 @kernel
 def sampled_efforts(sampled, p, t, x):
-    """Return the efforts (nu,) that actuators apply from time t on for what a sampled law demands."""
+    """Return the efforts (nu,) that actuators apply from time t on for the command of a sampled law."""
     q, v = system.joints(p, x)
     return system.saturate(p, system.command(sampled.law, t, q, v))
 
 
 @routine
-def note(p, clock, places, i, flow, passed):
-    """Note how the run of crane i went, and where its payload was; samples beyond the last whole period are none."""
-    counts, rows, nq, m = places.counts[i], places.rows[i], places.q.shape[1], len(clock.times)
-    counts[0], counts[1] = flow.status, passed
-    counts[2], counts[3], counts[4] = flow.counters
-    counts[5] = flow.terminal_guard
-    places.reached[i], end = flow.t, passed * clock.period
+def store_result(p, grid, arrays, i, integration, periods_done):
+    """Store status, counters and payload positions of crane i; samples beyond the last whole period are NaN."""
+    counts, rows, nq, m = arrays.counts[i], arrays.rows[i], arrays.q.shape[1], len(grid.times)
+    counts[0], counts[1] = integration.status, periods_done
+    counts[2], counts[3], counts[4] = integration.counters
+    counts[5] = integration.terminal_guard
+    arrays.reached[i], end = integration.t, periods_done * grid.period
     points = np.empty((system.point_count(p), 3))
     for k in range(m + 1):
-        t = clock.times[k] if k < m else end
-        if t > end and passed < clock.steps:
+        t = grid.times[k] if k < m else end
+        if t > end and periods_done < grid.steps:
             rows[k] = np.nan
-            places.payload[i, k] = np.nan
+            arrays.payload[i, k] = np.nan
         else:
             system.points(p, t, system.state(p, t, rows[k, :nq], rows[k, nq : 2 * nq]), points)
-            places.payload[i, k] = points[-1]
+            arrays.payload[i, k] = points[-1]
 
 
-@entry
-def pass_lanes(method, cranes, clock, places, first, last):
+@entry_point
+def pass_lanes(method, cranes, grid, arrays, first, last):
     """Pass the whole time of cranes `first` to `last` (not included), whole blocks of LANES.
 
-    A crane whose state does not stay finite is noted as such, without when: pass it alone.
+    A state that becomes infinite is reported without its time: simulate that crane alone.
 
     Args:
         method: of a fixed step, the same for all cranes.
         cranes: columns of `Driven` whose models do not switch.
-        clock, places, first, last: as of `pass_cranes`.
+        grid, arrays, first, last: as of `simulate_range`.
     """
     use_wide_vectors()
     for block in range(first, last, LANES):
-        like = first_lane(cranes, places, block)
+        like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in range(LANES):
-            put_lane(xs, j, initial_state(tree_column(cranes, block + j).model, places, block + j))
+            put_lane(xs, j, initial_state(tree_column(cranes, block + j).model, arrays, block + j))
         t, taken, i = 0.0, 0, 0
-        for k in range(clock.steps):
+        for k in range(grid.steps):
             for j in range(LANES):
                 crane = tree_column(cranes, block + j)
-                put_lane(us, j, held_efforts(crane.source, crane.model, k * clock.period, lane(like[0], xs, j)))
-            end = (k + 1) * clock.period
+                put_lane(us, j, held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)))
+            end = (k + 1) * grid.period
             while t < end:
                 h, after = equal_step(method.step, t, end)
-                while i < len(clock.times) and clock.times[i] < after:
+                while i < len(grid.times) and grid.times[i] < after:
                     for j in range(LANES):
                         crane, x, u = tree_column(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
-                        sample(method, crane, x, u, t, clock.times[i], places.rows[block + j], i)
+                        sample(method, crane, x, u, t, grid.times[i], arrays.rows[block + j], i)
                     i += 1
                 for j in range(LANES):  # the loop that becomes vector instructions
                     crane, x = tree_column(cranes, block + j), lane(like[0], xs, j)
@@ -174,14 +172,14 @@ def pass_lanes(method, cranes, clock, places, first, last):
                 t, taken = after, taken + 1
         for j in range(LANES):
             crane, x, u = tree_column(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
-            end_lane(method, crane, x, u, clock, places, block + j, taken, i)
+            end_lane(method, crane, x, u, grid, arrays, block + j, taken, i)
 
 
 @kernel
-def first_lane(cranes, places, block):
+def first_lane(cranes, arrays, block):
     """Return (state, held efforts) of the first crane of a block: what the lanes look like."""
     crane = tree_column(cranes, block)
-    x = initial_state(crane.model, places, block)
+    x = initial_state(crane.model, arrays, block)
     return x, held_efforts(crane.source, crane.model, 0.0, x)
 
 
@@ -198,7 +196,7 @@ def _(source, p, t, x):
 
 @generic
 def driving(source, efforts):
-    """Return what drives the equations: the source itself, or the efforts that are held."""
+    """Return the source of the equations: the source itself, or the efforts that are held."""
     return source
 
 
@@ -210,15 +208,15 @@ def _(source, efforts):
 @routine
 def sample(method, crane, x, efforts, t, time, rows, i):
     """Write row i, the state at `time`, of a crane that is in state x at time t."""
-    u, flow = driving(crane.source, efforts), start(crane.model, t, x, None)
-    write(rows, i, crane.model, time, dense_output(method, crane.model, u, flow, time), u)
+    u, integration = driving(crane.source, efforts), start(crane.model, t, x, None)
+    write(rows, i, crane.model, time, dense_output(method, crane.model, u, integration, time), u)
 
 
 @routine
-def end_lane(method, crane, x, efforts, clock, places, i, taken, sampled):
-    """Write the rows of crane i from number `sampled` on, in state x at the end, and note how its run went."""
-    end, rows, u = clock.steps * clock.period, places.rows[i], driving(crane.source, efforts)
-    flow = replace_field(start(crane.model, end, x, None), "status", status_of(x))
-    flow = replace_field(flow, "counters", Counters(taken * stages(method), taken, 0))
-    finish(method, crane.model, u, flow, end, Output(rows, None, clock.times, rows[: len(clock.times)]), sampled)
-    note(crane.model, clock, places, i, flow, clock.steps)
+def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
+    """Write the rows of crane i from number `sampled` on, in state x at the end, and store_result how its run went."""
+    end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
+    integration = replace_field(start(crane.model, end, x, None), "status", status_of(x))
+    integration = replace_field(integration, "counters", Counters(taken * stages(method), taken, 0))
+    finish(method, crane.model, u, integration, end, Output(rows, None, grid.times, rows[: len(grid.times)]), sampled)
+    store_result(crane.model, grid, arrays, i, integration, grid.steps)

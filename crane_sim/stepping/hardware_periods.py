@@ -1,6 +1,6 @@
-"""Compiled loops over control periods with hardware: the one way in which its time passes, in `simulate` and under ROS.
+"""Compiled loops over control periods with hardware, the same in `simulate` and under ROS.
 
-Period k: the drives take the demand, brakes and faults act, the equations pass the period (steps end where a drive's
+Period k: the drives take the command, brakes and faults act, the equations are integrated (steps end where a drive's
 rate limit stops binding), brakes slip, and the sensors sample the state that period k + 1 begins with.
 """
 
@@ -11,30 +11,30 @@ import numpy as np
 from crane_sim import system
 from crane_sim.hardware.brakes import slip
 from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakpoint
-from crane_sim.hardware.faults import Faults, Log, apply_to_drives, apply_to_sensors, payload_mass, update_active
+from crane_sim.hardware.faults import FaultLog, Faults, apply_to_drives, apply_to_sensors, payload_mass, update_active
 from crane_sim.hardware.payloads import PayloadFault, with_payload
 from crane_sim.hardware.sensors import sense
 from crane_sim.integrators import OK, apply_pending_events, integrate_to
 from crane_sim.numerics.arrays import assign, store
-from crane_sim.numerics.jit import entry, generic, kernel, routine
+from crane_sim.numerics.jit import entry_point, generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
-from crane_sim.stepping.periods import finish, pass_period, write
+from crane_sim.stepping.periods import finish, integrate_period, write
 
 
-class Hardware(NamedTuple):
-    """The hardware of one run: what does not change, and the state, arrays that kernels change."""
+class HardwareState(NamedTuple):
+    """Hardware of one run: parameters, and the state in arrays that kernels change."""
 
-    seed: Any  # a word
+    seed: Any  # uint64
     faults: Faults
     payload_fault: PayloadFault | None
     drives: Any  # records of DRIVE (nu,)
-    queue: Any  # (depth, nu), the last demands
+    queue: Any  # (depth, nu), the last commands
     sensors: Any  # records of SENSOR (2 nq,)
     ring: Any  # (depth, 2 nq), the last samples
-    orders: Any  # (faults,)
+    overrides: Any  # (faults,), see `faults.SCHEDULED`
     active: Any  # (faults,)
-    log: Log
-    tallies: Any  # record of TALLY (1,)
+    log: FaultLog
+    counters: Any  # record of COUNTERS (1,)
 
 
 @generic
@@ -51,47 +51,47 @@ def _(q, values, first):
 
 
 @routine
-def sample_sensors(p, hardware, flow, k, period):
+def sample_sensors(p, hardware, integration, k, period):
     """Sample the state at the begin of period k, with the faults that are active by then."""
-    update_active(hardware.faults, hardware.orders, hardware.active, hardware.log, k * period, 1e-9 * period)
+    update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
     apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
-    q, v = system.joints(p, flow.x)
-    hardware.tallies[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
+    q, v = system.joints(p, integration.x)
+    hardware.counters[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
 
 
 @kernel
-def read_sensors(p, hardware, flow):
+def read_sensors(p, hardware, integration):
     """Return (q, v) as the sensors show them, of the kind that `system.joints` returns."""
-    q, v = system.joints(p, flow.x)
+    q, v = system.joints(p, integration.x)
     shown = hardware.sensors.shown
     return like(q, shown, 0), like(v, shown, len(q))
 
 
-@entry
-def first_sample(p, hardware, flow, period):
+@entry_point
+def first_sample(p, hardware, integration, period):
     """Sample the first state; return (q, v) as the sensors show them."""
-    sample_sensors(p, hardware, flow, 0, period)
-    return read_sensors(p, hardware, flow)
+    sample_sensors(p, hardware, integration, 0, period)
+    return read_sensors(p, hardware, integration)
 
 
 @kernel
 def relative_energy(p, x):
-    """Return kinetic and potential energy [J] relative to the base."""
+    """Return the sum of kinetic and potential energy [J] relative to the base."""
     return system.kinetic(p, x) + system.potential(p, x)
 
 
 @routine
-def update_payload(p, hardware, flow):
-    """Return the crane with the payload of the active faults, and count the energy that a change of it brings."""
-    tally = hardware.tallies[0]
-    laden = with_payload(hardware.payload_fault, p, tally.payload_mass)
+def update_payload(p, hardware, integration):
+    """Return the crane with the payload of the active faults, and count the energy that a change of it supplies."""
+    counters = hardware.counters[0]
+    crane = with_payload(hardware.payload_fault, p, counters.payload_mass)
     mass = payload_mass(hardware.faults, hardware.active, base_mass(hardware.payload_fault))
-    if mass != tally.payload_mass:
-        before = relative_energy(laden, flow.x)
-        tally.payload_mass = mass
-        laden = with_payload(hardware.payload_fault, p, mass)
-        tally.payload_energy += relative_energy(laden, flow.x) - before
-    return laden
+    if mass != counters.payload_mass:
+        before = relative_energy(crane, integration.x)
+        counters.payload_mass = mass
+        crane = with_payload(hardware.payload_fault, p, mass)
+        counters.payload_energy += relative_energy(crane, integration.x) - before
+    return crane
 
 
 @generic
@@ -106,92 +106,92 @@ def _(fault):
 
 
 @routine
-def apply_command(p, hardware, flow, k, period, demand):
-    """Return the source of period k, in which the drives take `demand` (nu,)."""
-    update_active(hardware.faults, hardware.orders, hardware.active, hardware.log, k * period, 1e-9 * period)
-    tally = hardware.tallies[0]
-    limited = accept_command(p, hardware.drives, hardware.queue, k, demand)
-    tally.limited += 1 if limited and not tally.braking else 0
-    tally.braked += 1 if tally.braking else 0
-    assign(hardware.drives.position, system.actuated_joints(p, flow.x)[0])
-    apply_to_drives(hardware.faults, hardware.active, hardware.drives, tally.braking)
+def apply_command(p, hardware, integration, k, period, command):
+    """Return the source of period k, in which the drives take `command` (nu,)."""
+    update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
+    counters = hardware.counters[0]
+    saturated = accept_command(p, hardware.drives, hardware.queue, k, command)
+    counters.saturated += 1 if saturated and not counters.braking else 0
+    counters.braked += 1 if counters.braking else 0
+    assign(hardware.drives.position, system.actuated_joints(p, integration.x)[0])
+    apply_to_drives(hardware.faults, hardware.active, hardware.drives, counters.braking)
     return Drives(k * period, hardware.drives)
 
 
 @routine
-def pass_driven(method, p, u, flow, end, out, i):
-    """Return as `pass_period` does, by steps that also end where a drive's effort has a kink."""
-    while flow.status == OK and flow.t < end:
-        kink = next_breakpoint(u, flow.t, end)
-        flow, i = pass_period(method, p, u, flow, kink, kink, out, i)
-    return flow, i
+def integrate_driven(method, p, u, integration, end, out, i):
+    """Return the result of `integrate_period`, by steps that also end where a drive's effort has a kink."""
+    while integration.status == OK and integration.t < end:
+        kink = next_breakpoint(u, integration.t, end)
+        integration, i = integrate_period(method, p, u, integration, kink, kink, out, i)
+    return integration, i
 
 
 @routine
-def end_period(p, hardware, u, flow, k, period):
+def end_period(p, hardware, u, integration, k, period):
     """Latch the drives at the end of period k, let brakes slip, and sample the state."""
-    latch(p, u, flow.t, flow.x)
+    latch(p, u, integration.t, integration.x)
     for i in range(len(hardware.drives)):
         slip(hardware.drives[i])
-    sample_sensors(p, hardware, flow, k + 1, period)
+    sample_sensors(p, hardware, integration, k + 1, period)
 
 
-@entry
-def hardware_step(method, p, hardware, demand, flow, k, period, rows, i):
-    """Write row i, then pass period k with the demand given to the drives.
+@entry_point
+def hardware_step(method, p, hardware, command, integration, k, period, rows, i):
+    """Write row i, then integrate over period k with `command` (nu,) given to the drives.
 
     Returns:
-        (flow, (q, v), (q, v) as the sensors show them, effort applied at the begin of the period)
+        (integration, (q, v), (q, v) as the sensors show them, effort applied at the begin of the period)
     """
-    u = apply_command(p, hardware, flow, k, period, demand)
-    laden = update_payload(p, hardware, flow)
-    flow = apply_pending_events(system.switching(laden), laden, u, flow)
-    applied = system.effort(u, laden, flow.t, flow.x)
-    write(rows, i, laden, flow.t, flow.x, u)
-    while flow.status == OK and flow.t < (k + 1) * period:
-        kink = next_breakpoint(u, flow.t, (k + 1) * period)
-        flow = integrate_to(method, laden, u, flow, kink, kink)
-    if flow.status == OK or flow.t >= (k + 1) * period:
-        end_period(laden, hardware, u, flow, k, period)
-    return flow, system.joints(laden, flow.x), read_sensors(laden, hardware, flow), applied
+    u = apply_command(p, hardware, integration, k, period, command)
+    crane = update_payload(p, hardware, integration)
+    integration = apply_pending_events(system.switching(crane), crane, u, integration)
+    applied = system.effort(u, crane, integration.t, integration.x)
+    write(rows, i, crane, integration.t, integration.x, u)
+    while integration.status == OK and integration.t < (k + 1) * period:
+        kink = next_breakpoint(u, integration.t, (k + 1) * period)
+        integration = integrate_to(method, crane, u, integration, kink, kink)
+    if integration.status == OK or integration.t >= (k + 1) * period:
+        end_period(crane, hardware, u, integration, k, period)
+    return integration, system.joints(crane, integration.x), read_sensors(crane, hardware, integration), applied
 
 
-@entry
-def hardware_rollout(method, p, law, hardware, flow, period, out, loads):
-    """Run a law that is asked every period with what the sensors show.
+@entry_point
+def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
+    """Run a law that is sampled every period with the measurements of the sensors.
 
     Args:
-        method, p, law, flow, period, out: as of `stepping.periods.held_rollout`.
+        method, p, law, integration, period, out: as of `stepping.periods.held_rollout`.
         hardware: at the start.
-        loads: to fill with the payload's mass [kg] in every period and the energy [J] that its changes brought up to
+        loads: to fill with the payload's mass [kg] in every period and the energy [J] that its changes supplied up to
             there (steps, 2).
 
     Returns:
-        (last flow, number of periods passed)
+        (last integration, number of periods integrated)
     """
-    steps, tally = len(out.rows) - 1, hardware.tallies[0]
+    steps, counters = len(out.rows) - 1, hardware.counters[0]
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    sample_sensors(p, hardware, flow, i, period)
+    sample_sensors(p, hardware, integration, i, period)
     for k in range(steps):
-        q, v = read_sensors(p, hardware, flow)
-        demand = system.command(law, k * period, q, v)
-        store(out.demands, k, 0, demand)
-        u = apply_command(p, hardware, flow, k, period, demand)
-        laden = update_payload(p, hardware, flow)
-        loads[k, 0], loads[k, 1] = tally.payload_mass, tally.payload_energy
-        flow = apply_pending_events(system.switching(laden), laden, u, flow)
-        write(out.rows, k, laden, flow.t, flow.x, u)
+        q, v = read_sensors(p, hardware, integration)
+        command = system.command(law, k * period, q, v)
+        store(out.commands, k, 0, command)
+        u = apply_command(p, hardware, integration, k, period, command)
+        crane = update_payload(p, hardware, integration)
+        loads[k, 0], loads[k, 1] = counters.payload_mass, counters.payload_energy
+        integration = apply_pending_events(system.switching(crane), crane, u, integration)
+        write(out.rows, k, crane, integration.t, integration.x, u)
         end = (k + 1) * period
-        flow, i = pass_driven(method, laden, u, flow, end, out, i)
-        if flow.status != OK and flow.t < end:
-            return flow, k
+        integration, i = integrate_driven(method, crane, u, integration, end, out, i)
+        if integration.status != OK and integration.t < end:
+            return integration, k
         if k == steps - 1:
-            finish(method, laden, u, flow, flow.t, out, i)
-        end_period(laden, hardware, u, flow, k, period)
-    return flow, steps
+            finish(method, crane, u, integration, integration.t, out, i)
+        end_period(crane, hardware, u, integration, k, period)
+    return integration, steps
 
 
-@entry
+@entry_point
 def read_inputs(source, t, q, v):
-    """Return the demand (nu,) of open-loop inputs at time t [s]."""
+    """Return the command (nu,) of open-loop inputs at time t [s]."""
     return system.command(source, t, q, v)

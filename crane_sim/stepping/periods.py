@@ -1,8 +1,8 @@
-"""Compiled loops over control periods: the one way in which time passes, in `simulate` and under ROS alike.
+"""Compiled loops over control periods, the same in `simulate` and under ROS.
 
 A row of results is [q (nq), v (nq), effort applied (nu), energy supplied, tensions (L)], see `crane_sim.stepping.rows`.
-Within a period the demanded efforts are held; `u` may instead be a source that the equations evaluate themselves
-(open-loop inputs, a continuous law): then the steps follow the solution alone and rows are read off between them.
+Within a period the commanded efforts are held; `u` may instead be a source that the equations evaluate themselves
+(open-loop inputs, a continuous law): then the steps follow the solution alone and rows are interpolated between them.
 """
 
 from typing import Any, NamedTuple
@@ -18,36 +18,36 @@ from crane_sim.integrators import (
     step_bound,
 )
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry, routine
+from crane_sim.numerics.jit import entry_point, routine
 
 
 class Replay(NamedTuple):
-    """A law that repeats demands that are known."""
+    """A law that replays recorded commands."""
 
     model: Any  # of the plant: how many efforts there are
     period: float  # s
-    demands: Any  # (steps, nu)
+    commands: Any  # (steps, nu)
 
 
 @system.command.register(Replay)
 def _(law, t, q, v):
-    return system.efforts_from_row(law.model, law.demands[round(t / law.period)])
+    return system.efforts_from_row(law.model, law.commands[round(t / law.period)])
 
 
 class Output(NamedTuple):
     """Arrays that a rollout fills."""
 
     rows: Any  # (steps + 1, width), of the begins of all periods and the end
-    demands: Any  # (steps, nu), of the law before limits; None where no law is sampled
-    times: Any  # (m,) s, increasing: where samples are wanted
+    commands: Any  # (steps, nu), of the law before limits; None where no law is sampled
+    times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
 
 
-@entry
+@entry_point
 def begin(p, q, v):
-    """Return (flow, q, v) at rest on the initial joint positions and velocities, at t = 0."""
-    flow = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), make_event_log(system.switching(p)))
-    return flow, *system.joints(p, flow.x)
+    """Return (integration, q, v) at rest on the initial joint positions and velocities, at t = 0."""
+    integration = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), make_event_log(system.switching(p)))
+    return integration, *system.joints(p, integration.x)
 
 
 @routine
@@ -65,103 +65,103 @@ def write(rows, i, p, t, x, u):
 
 
 @routine
-def pass_period(method, p, u, flow, end, bound, out, i):
-    """Return (flow covering `end`, index of the next sample), with the samples of this period written on the way.
+def integrate_period(method, p, u, integration, end, bound, out, i):
+    """Return (integration covering `end`, index of the next sample); write the samples of this period.
 
     Args:
-        method, p, u, flow: settings, parameters, source, integration under way.
+        method, p, u, integration: settings, parameters, source, integration under way.
         end: of the period [s].
-        bound: no step passes it [s]: `end` when u is held, since u jumps there.
+        bound: no step exceeds it [s]: `end` when u is held, since u jumps there.
         out: `Output`, whose samples are written.
         i: index of the first sample not yet written.
     """
     times = out.times
-    while i < len(times) and times[i] < end and (flow.status == OK or flow.t >= times[i]):
-        flow = integrate_to(method, p, u, flow, times[i], bound)
-        write(out.samples, i, p, times[i], dense_output(method, p, u, flow, times[i]), u)
+    while i < len(times) and times[i] < end and (integration.status == OK or integration.t >= times[i]):
+        integration = integrate_to(method, p, u, integration, times[i], bound)
+        write(out.samples, i, p, times[i], dense_output(method, p, u, integration, times[i]), u)
         i += 1
-    return integrate_to(method, p, u, flow, end, bound), i
+    return integrate_to(method, p, u, integration, end, bound), i
 
 
-@entry
-def held_step(method, p, demand, flow, end, rows, i):
-    """Write row i, then pass one period with the efforts that `demand` leaves after limits.
+@entry_point
+def held_step(method, p, command, integration, end, rows, i):
+    """Write row i, then integrate over one period with the efforts of `command` after limits.
 
     Returns:
-        (flow, q, v, effort applied)
+        (integration, q, v, effort applied)
     """
-    u = system.saturate(p, demand)
-    flow = apply_pending_events(system.switching(p), p, u, flow)
-    write(rows, i, p, flow.t, flow.x, u)
-    flow = integrate_to(method, p, u, flow, end, end)
-    q, v = system.joints(p, flow.x)
-    return flow, q, v, u
+    u = system.saturate(p, command)
+    integration = apply_pending_events(system.switching(p), p, u, integration)
+    write(rows, i, p, integration.t, integration.x, u)
+    integration = integrate_to(method, p, u, integration, end, end)
+    q, v = system.joints(p, integration.x)
+    return integration, q, v, u
 
 
-@entry
-def free_step(method, p, source, flow, begin, end, rows, i):
-    """Write row i, then pass one period with efforts that the equations evaluate; results as of `held_step`."""
-    flow = apply_pending_events(system.switching(p), p, source, flow)
-    x = dense_output(method, p, source, flow, begin)
+@entry_point
+def free_step(method, p, source, integration, begin, end, rows, i):
+    """Write row i, then integrate over one period with the source in the equations; results as of `held_step`."""
+    integration = apply_pending_events(system.switching(p), p, source, integration)
+    x = dense_output(method, p, source, integration, begin)
     u = system.effort(source, p, begin, x)
     write(rows, i, p, begin, x, u)
-    flow = integrate_to(method, p, source, flow, end, step_bound(method, end))
-    q, v = system.joints(p, dense_output(method, p, source, flow, end))
-    return flow, q, v, u
+    integration = integrate_to(method, p, source, integration, end, step_bound(method, end))
+    q, v = system.joints(p, dense_output(method, p, source, integration, end))
+    return integration, q, v, u
 
 
 @routine
-def finish(method, p, u, flow, end, out, i):
+def finish(method, p, u, integration, end, out, i):
     """Write the row and the samples at the very end of a run."""
-    x = dense_output(method, p, u, flow, end)
+    x = dense_output(method, p, u, integration, end)
     write(out.rows, len(out.rows) - 1, p, end, x, u)
     while i < len(out.times):
         write(out.samples, i, p, end, x, u)
         i += 1
 
 
-@entry
-def held_rollout(method, p, law, flow, period, out):
+@entry_point
+def held_rollout(method, p, law, integration, period, out):
     """Run a law that is sampled every period.
 
     Args:
-        method, p, law, flow: settings, parameters, law with a compiled `command`, integration at its start.
+        method, p, law, integration: settings, parameters, law with a compiled `command`, integration at its start.
         period: s.
         out: `Output` to fill.
 
     Returns:
-        (last flow, number of periods passed)
+        (last integration, number of whole periods)
     """
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    q, v = system.joints(p, flow.x)
+    q, v = system.joints(p, integration.x)
     u = system.saturate(p, system.command(law, 0.0, q, v))
     for k in range(steps):
-        q, v = system.joints(p, flow.x)
-        demand = system.command(law, k * period, q, v)
-        store(out.demands, k, 0, demand)
-        u = system.saturate(p, demand)
-        flow = apply_pending_events(system.switching(p), p, u, flow)
-        write(out.rows, k, p, flow.t, flow.x, u)
+        q, v = system.joints(p, integration.x)
+        command = system.command(law, k * period, q, v)
+        store(out.commands, k, 0, command)
+        u = system.saturate(p, command)
+        integration = apply_pending_events(system.switching(p), p, u, integration)
+        write(out.rows, k, p, integration.t, integration.x, u)
         end = (k + 1) * period
-        flow, i = pass_period(method, p, u, flow, end, end, out, i)
-        if flow.status != OK and flow.t < end:
-            return flow, k
-    finish(method, p, u, flow, flow.t, out, i)
-    return flow, steps
+        integration, i = integrate_period(method, p, u, integration, end, end, out, i)
+        if integration.status != OK and integration.t < end:
+            return integration, k
+    finish(method, p, u, integration, integration.t, out, i)
+    return integration, steps
 
 
-@entry
-def free_rollout(method, p, source, flow, period, out):
+@entry_point
+def free_rollout(method, p, source, integration, period, out):
     """Run under a source that the equations evaluate; arguments and results as of `held_rollout`."""
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    flow = apply_pending_events(system.switching(p), p, source, flow)
+    integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(steps):
         end = (k + 1) * period
-        write(out.rows, k, p, k * period, dense_output(method, p, source, flow, k * period), source)
-        flow, i = pass_period(method, p, source, flow, end, step_bound(method, end), out, i)
-        if flow.status != OK and flow.t < end:
-            return flow, k
-    finish(method, p, source, flow, steps * period, out, i)
-    return flow, steps
+        write(out.rows, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
+        integration, i = integrate_period(method, p, source, integration, end, step_bound(method, end), out, i)
+        if integration.status != OK and integration.t < end:
+            return integration, k
+    finish(method, p, source, integration, steps * period, out, i)
+    return integration, steps

@@ -1,4 +1,4 @@
-"""Rows of results: what the loops over control periods write of an instant, and where in the row it stands."""
+"""Rows of results: layout of the results of one instant, which the loops over control periods write."""
 
 from typing import Any, NamedTuple
 

@@ -1,1 +1,1 @@
-"""Functions of time: inputs, motions of bases and axes, waves, paths and what shapes them."""
+"""Functions of time: inputs, motions of bases and axes, waves, trajectories and input shapers."""

@@ -1,4 +1,4 @@
-"""How a base moves: six functions of time, with their first two derivatives.
+"""Motion of a base: six functions of time, with their first two derivatives.
 
 In the order surge, sway, heave [m], roll, pitch, yaw [rad]; `crane_sim.models.moving_base` says what they mean.
 """
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import entry, lean_generic, lean_routine
+from crane_sim.numerics.jit import entry_point, lean_generic, lean_routine
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -69,8 +69,8 @@ def base_motion_at(base, t):
     return (x0, x1, x2, x3, x4, x5), (v0, v1, v2, v3, v4, v5), (a0, a1, a2, a3, a4, a5)
 
 
-@entry
-def fill_places(base, t, out):
+@entry_point
+def fill_positions(base, t, out):
     """Fill out (K, 6) with the positions of the six axes at times t (K,) [s]."""
     for i in range(len(t)):
         x, _, _ = base_motion_at(base, t[i])
@@ -81,5 +81,5 @@ def fill_places(base, t, out):
 def base_positions(base: Base | SplineBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the positions (K, 6) [m, rad] of a base at times t (K,) [s]."""
     out = np.empty((len(t), len(AXES)))
-    fill_places(base, t, out)
+    fill_positions(base, t, out)
     return out

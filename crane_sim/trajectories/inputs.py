@@ -45,10 +45,10 @@ class Table(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """The input of one actuated joint and those of the joints after it, a list that kernels can walk by type."""
+    """The input of one actuated joint, and the list of those of the other joints, which kernels can walk by type."""
 
     first: Constant | Sine | Polynomial | Table
-    rest: "Inputs | None" = None
+    tail: "Inputs | None" = None
 
 
 @lean_generic
@@ -96,7 +96,7 @@ def values_at(inputs, t):
 
 @values_at.register(Inputs)
 def _(inputs, t):
-    return (value_at(inputs.first, t), *values_at(inputs.rest, t))
+    return (value_at(inputs.first, t), *values_at(inputs.tail, t))
 
 
 @system.effort.register(Inputs)

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, Field
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.csv_table import Row, read_table
 from crane_sim.files.types import NonNegative, Real
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Pieces, at_rest_around
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, with_rest_at_ends
 
 SECOND = 1e9  # ns
 ZERO_VELOCITY = 1e-9  # velocities at the ends below this count as zero, for rounding in files
@@ -50,7 +50,7 @@ class Point(NamedTuple):
     effort: tuple[Real, ...] = ()  # effort's unit, of the message; not used by a path
 
 
-class Trajectory(NamedTuple):
+class Waypoints(NamedTuple):
     """Points of named coordinates, as in trajectory_msgs/JointTrajectory; rest before the first and after the last.
 
     A key `file` in place of joint_names and points names a YAML file with the message, or a CSV file.
@@ -72,9 +72,9 @@ class Trajectory(NamedTuple):
             return "points: accelerations need velocities as well"
         for i, point in enumerate(self.points):
             for name in ("positions", "velocities", "accelerations"):
-                wanted = len(self.joint_names) if name == "positions" or getattr(first, name) else 0
-                if len(getattr(point, name)) != wanted:
-                    return f"points[{i}].{name} has {len(getattr(point, name))} values, not {wanted} as the others"
+                size = len(self.joint_names) if name == "positions" or getattr(first, name) else 0
+                if len(getattr(point, name)) != size:
+                    return f"points[{i}].{name} has {len(getattr(point, name))} values, not {size} as the others"
             if i and point.time_from_start - self.points[i - 1].time_from_start < MIN_INTERVAL:
                 return f"points[{i}].time_from_start = {point.time_from_start:g}: times must increase"
         return ""
@@ -85,20 +85,20 @@ class Trajectory(NamedTuple):
             return ""
         return f"points[{i}].velocities = {list(self.points[i].velocities)}: a path is at rest at both ends"
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
         from scipy.interpolate import BPoly, PPoly  # here: few scenes have one, and it takes long to import
 
         times = self.start + np.array([point.time_from_start for point in self.points])
-        orders = [np.array([point.positions for point in self.points])]
-        orders += [
+        derivatives = [np.array([point.positions for point in self.points])]
+        derivatives += [
             np.array([getattr(point, name) for point in self.points]) for name in ("velocities", "accelerations")
         ]
         if len(times) == 1:
-            return at_rest_around(times + np.array([0.0, MIN_INTERVAL]), orders[0][:, :, None])
-        known = np.stack([rows for rows in orders if rows.size], axis=1)  # (K, orders, n)
+            return with_rest_at_ends(times + np.array([0.0, MIN_INTERVAL]), derivatives[0][:, :, None])
+        known = np.stack([rows for rows in derivatives if rows.size], axis=1)  # (K, orders, n)
         rows = PPoly.from_bernstein_basis(BPoly.from_derivatives(times - times[0], list(known))).c
-        return at_rest_around(times, np.ascontiguousarray(rows[::-1].transpose(1, 2, 0)))
+        return with_rest_at_ends(times, np.ascontiguousarray(rows[::-1].transpose(1, 2, 0)))
 
 
 def read_trajectory(name: str) -> dict[str, Any]:

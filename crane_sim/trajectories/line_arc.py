@@ -1,8 +1,8 @@
-"""From one place to another in a given time, along a line or along a circle.
+"""From one position to another in a given time, along a line or along a circle.
 
-The way s goes from 0 to 1 with one of two profiles of tau = t / T: `sine`, whose acceleration is a sine,
+The path parameter s goes from 0 to 1 with one of two profiles of tau = t / T: `sine`, whose acceleration is a sine,
 s = tau - sin(2 pi tau) / (2 pi), or `smooth`, the quintic 10 tau³ - 15 tau⁴ + 6 tau⁵ of minimum jerk.
-What is no polynomial is cut into short pieces, each its own Taylor series, exact to rounding.
+Other functions are cut into short pieces, each a Taylor series, exact to rounding.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Coordinate, Positive, Real
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around, shift_origin
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, shift_origin, with_rest_at_ends
 
 Coordinates = Annotated[tuple[Coordinate, ...], Field(min_length=1)]
 Profile = Literal["sine", "smooth"]
@@ -28,32 +28,32 @@ class Line(NamedTuple):
 
     begin: Coordinates  # coordinate's unit, of each
     end: Coordinates  # coordinate's unit, of each
-    duration: Duration  # s, of the way
+    duration: Duration  # s, of the motion
     start: Real = 0.0  # s, when it begins
-    profile: Profile = "sine"  # of the way over time: a sine's acceleration, or the quintic of minimum jerk
+    profile: Profile = "sine"  # of the path parameter over time: a sine's acceleration, or the quintic of minimum jerk
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
-        return unequal({"from": self.begin, "to": self.end})
+        return describe_size_mismatch({"from": self.begin, "to": self.end})
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
-        times, way = profile(self.profile, self.start, self.duration, ceil(tau / SHORT))
+        times, parameter = time_scaling(self.profile, self.start, self.duration, ceil(tau / SHORT))
         first, last = np.array(self.begin), np.array(self.end)
-        coefficients = way[:, None, :] * (last - first)[None, :, None]
+        coefficients = parameter[:, None, :] * (last - first)[None, :, None]
         coefficients[:, :, 0] += first
-        return at_rest_around(times, coefficients)
+        return with_rest_at_ends(times, coefficients)
 
 
 class Arc(NamedTuple):
     """An arc of a circle about `centre` in the plane of the first two coordinates, a third one held."""
 
-    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, place of the centre
+    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, position of the centre
     radius: Positive  # coordinate's unit, of the circle
     begin: Angle  # rad, from the first coordinate's axis towards the second's; more than a turn is text, such as
     # `720 deg`
     end: Angle  # rad, likewise
-    duration: Duration  # s, of the way
+    duration: Duration  # s, of the motion
     start: Real = 0.0  # s, when it begins
     profile: Profile = "sine"  # as of a line
 
@@ -62,23 +62,25 @@ class Arc(NamedTuple):
         turn = abs(self.end - self.begin)
         return f"turns by {turn:g} rad, at most {MAX_TURNED:g} are possible" if turn > MAX_TURNED else ""
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
         turn = self.end - self.begin
-        times, way = profile(self.profile, self.start, self.duration, ceil(max(tau, 2.0 * abs(turn)) / SHORT))
-        angle = way * turn
+        times, parameter = time_scaling(
+            self.profile, self.start, self.duration, ceil(max(tau, 2.0 * abs(turn)) / SHORT)
+        )
+        angle = parameter * turn
         angle[:, 0] += self.begin
-        cosine, sine = circular(angle)
-        held = np.zeros((len(way), len(self.centre), DEGREE + 1))
+        cosine, sine = cos_sin_series(angle)
+        held = np.zeros((len(parameter), len(self.centre), DEGREE + 1))
         held[:, :, 0] = self.centre
         held[:, 0] += self.radius * cosine
         held[:, 1] += self.radius * sine
-        return at_rest_around(times, held)
+        return with_rest_at_ends(times, held)
 
 
-def unequal(places: Mapping[str, Any]) -> str:
-    """Return one line when those of the named places that are tuples have different numbers of coordinates."""
-    counts = {name: len(place) for name, place in places.items() if isinstance(place, tuple)}
+def describe_size_mismatch(positions: Mapping[str, Any]) -> str:
+    """Return one line when those of the named positions that are tuples have different numbers of coordinates."""
+    counts = {name: len(position) for name, position in positions.items() if isinstance(position, tuple)}
     first = next(iter(counts))
     for name, count in counts.items():
         if count != counts[first]:
@@ -86,22 +88,22 @@ def unequal(places: Mapping[str, Any]) -> str:
     return ""
 
 
-def profile(kind: Profile, start: float, duration: float, count: int) -> tuple[Array, Array]:
-    """Return (times (count + 1,) [s], Taylor series (count, DEGREE + 1) of the way s from 0 to 1 at each piece)."""
+def time_scaling(kind: Profile, start: float, duration: float, count: int) -> tuple[Array, Array]:
+    """Return (times (count + 1,) [s], Taylor series (count, DEGREE + 1) of the path parameter in each piece)."""
     knots = np.linspace(0.0, 1.0, count + 1)
-    way = np.zeros((count, DEGREE + 1))
+    parameter = np.zeros((count, DEGREE + 1))
     if kind == "smooth":
-        way[:, 3:6] = [10.0, -15.0, 6.0]
-        way = shift_origin(way[:, None, :], knots[:-1])[:, 0]
+        parameter[:, 3:6] = [10.0, -15.0, 6.0]
+        parameter = shift_origin(parameter[:, None, :], knots[:-1])[:, 0]
     else:
         for k in range(DEGREE + 1):  # the k-th derivative of a sine is the sine a quarter turn on
-            way[:, k] = -(tau ** (k - 1)) * np.sin(tau * knots[:-1] + 0.5 * pi * k) / factorial(k)
-        way[:, 0] += knots[:-1]
-        way[:, 1] += 1.0
-    return start + duration * knots, way / duration ** np.arange(DEGREE + 1)
+            parameter[:, k] = -(tau ** (k - 1)) * np.sin(tau * knots[:-1] + 0.5 * pi * k) / factorial(k)
+        parameter[:, 0] += knots[:-1]
+        parameter[:, 1] += 1.0
+    return start + duration * knots, parameter / duration ** np.arange(DEGREE + 1)
 
 
-def circular(angle: Array) -> tuple[Array, Array]:
+def cos_sin_series(angle: Array) -> tuple[Array, Array]:
     """Return the Taylor series (K, m) of cosine and sine of an angle that is given by its own (K, m)."""
     cosine, sine = np.zeros_like(angle), np.zeros_like(angle)
     for i, first in enumerate(angle[:, 0]):

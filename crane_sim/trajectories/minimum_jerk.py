@@ -1,9 +1,9 @@
-"""Minimum jerk through waypoints: the smoothest way that is at given places at given times.
+"""Minimum-jerk trajectory through waypoints at given times.
 
 Of all motions through the waypoints, at rest at both ends, the one with the least integral of the squared jerk is the
 quintic spline with four continuous derivatives (the Euler-Lagrange equation x⁽⁶⁾ = 0 between waypoints; for two of
 them the profile of Flash and Hogan, J. Neuroscience 5, 1985, equation 3). Where no times are given, waypoints follow
-each other at times in proportion to their distances, and the whole lasts as long as the limits ask.
+each other at times in proportion to their distances, and the total duration follows from the limits.
 """
 
 from math import factorial
@@ -13,9 +13,16 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Real
-from crane_sim.trajectories.line_arc import Coordinates, unequal
+from crane_sim.trajectories.line_arc import Coordinates, describe_size_mismatch
 from crane_sim.trajectories.point_to_point import Limits
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around, lasting, peaks
+from crane_sim.trajectories.polynomials import (
+    MIN_INTERVAL,
+    Array,
+    PiecewisePolynomial,
+    check_durations,
+    max_derivatives,
+    with_rest_at_ends,
+)
 
 LIMITED = ("velocity", "acceleration", "jerk")
 _AT_REST = [(1, 0.0), (2, 0.0)]
@@ -43,12 +50,12 @@ class MinimumJerk(NamedTuple):
             return f"needs as many times as points, here are {len(self.times)} and {len(self.points)}"
         if self.times is not None and np.min(np.diff(self.times)) < MIN_INTERVAL:
             return f"times must increase, by {MIN_INTERVAL:g} s at least, here are {list(self.times)}"
-        uneven = unequal({f"points[{i}]": point for i, point in enumerate(self.points)} | limits)
+        uneven = describe_size_mismatch({f"points[{i}]": point for i, point in enumerate(self.points)} | limits)
         if not uneven and self.times is None and not np.all(np.any(np.diff(self.points, axis=0), axis=1)):
             return "two points that follow each other are the same: give times"
         return uneven
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion.
 
         Raises:
@@ -56,26 +63,26 @@ class MinimumJerk(NamedTuple):
         """
         points = np.array(self.points)
         if self.times is not None:
-            return through(points, np.array(self.times))
-        ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        pace = np.concatenate([[0.0], np.cumsum(ways) / np.sum(ways)])
-        whole = shortest(through(points, pace), (self.velocity, self.acceleration, self.jerk))
-        return through(points, lasting(self.start + whole * pace))
+            return minimum_jerk_spline(points, np.array(self.times))
+        distances = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        fractions = np.concatenate([[0.0], np.cumsum(distances) / np.sum(distances)])
+        total = shortest_duration(minimum_jerk_spline(points, fractions), (self.velocity, self.acceleration, self.jerk))
+        return minimum_jerk_spline(points, check_durations(self.start + total * fractions))
 
 
-def through(points: Array, times: Array) -> Pieces:
+def minimum_jerk_spline(points: Array, times: Array) -> PiecewisePolynomial:
     """Return the motion of minimum jerk that is at points (K, n) at times (K,) [s], at rest before and after."""
     from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
 
     spline = make_interp_spline(times - times[0], points, k=5, bc_type=(_AT_REST, _AT_REST))
     starts = times[:-1] - times[0]
-    return at_rest_around(times, np.stack([spline(starts, nu=k) / factorial(k) for k in range(6)], axis=2))
+    return with_rest_at_ends(times, np.stack([spline(starts, nu=k) / factorial(k) for k in range(6)], axis=2))
 
 
-def shortest(pieces: Pieces, limits: tuple[float | tuple[float, ...] | None, ...]) -> float:
-    """Return how much slower a motion must be, so that its derivatives of order 1, 2, ... keep their limits."""
+def shortest_duration(polynomials: PiecewisePolynomial, limits: tuple[float | tuple[float, ...] | None, ...]) -> float:
+    """Return the shortest duration [s] within limits of the derivatives of order 1, 2, ...; `polynomials` last 1 s."""
     factors = [0.0]
     for order, limit in enumerate(limits, start=1):
         if limit is not None:
-            factors.append(float(np.max(peaks(pieces, order) / np.array(limit))) ** (1.0 / order))
+            factors.append(float(np.max(max_derivatives(polynomials, order) / np.array(limit))) ** (1.0 / order))
     return max(factors)

@@ -1,6 +1,6 @@
-"""Around a round obstacle: the shortest way that keeps its distance, smoothed to minimum jerk.
+"""Around a round obstacle: the shortest path at a clearance, smoothed to minimum jerk.
 
-The way goes straight to the circle of the obstacle and its clearance, along it, and straight on. The spline through
+The path goes straight to the circle of the obstacle and its clearance, along it, and straight on. The spline through
 its corners cuts them a little, so the circle is widened until the whole motion keeps the clearance.
 """
 
@@ -10,12 +10,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive, Real
-from crane_sim.trajectories.line_arc import Duration, unequal
-from crane_sim.trajectories.minimum_jerk import LIMITED, shortest, through
+from crane_sim.trajectories.line_arc import Duration, describe_size_mismatch
+from crane_sim.trajectories.minimum_jerk import LIMITED, minimum_jerk_spline, shortest_duration
 from crane_sim.trajectories.point_to_point import Limits
-from crane_sim.trajectories.polynomials import Array, Pieces, lasting, values
+from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial, check_durations, evaluate
 
-Place = tuple[Real, Real]
+Position = tuple[Real, Real]
 Side = Literal["left", "right", "shorter"]
 STEP = pi / 6.0  # rad, of the arc between two waypoints
 TRIES = 40
@@ -23,11 +23,11 @@ PIECE_SAMPLES = 50  # instants in every piece at which the distance is measured
 
 
 class Obstacle(NamedTuple):
-    """From one place to another in the plane, around a circle."""
+    """From one position to another in the plane, around a circle."""
 
-    begin: Place  # m, x and y
-    end: Place  # m, x and y
-    centre: Place  # m, of the obstacle
+    begin: Position  # m, x and y
+    end: Position  # m, x and y
+    centre: Position  # m, of the obstacle
     radius: Positive  # m, of the obstacle
     clearance: NonNegative  # m, left between the obstacle and the path
     duration: Duration | None = None  # s, or limits, one of both
@@ -42,53 +42,58 @@ class Obstacle(NamedTuple):
         limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if bool(limits) == (self.duration is not None):
             return "needs one of both: duration, or limits velocity, acceleration, jerk"
-        room = self.radius + self.clearance
-        for name, place in (("from", self.begin), ("to", self.end)):
-            distance = hypot(place[0] - self.centre[0], place[1] - self.centre[1])
-            if distance < room:
-                return f"{name} is {distance:.4g} m from the centre, within radius + clearance = {room:.4g} m"
+        min_radius = self.radius + self.clearance
+        for name, position in (("from", self.begin), ("to", self.end)):
+            distance = hypot(position[0] - self.centre[0], position[1] - self.centre[1])
+            if distance < min_radius:
+                return f"{name} is {distance:.4g} m from the centre, within radius + clearance = {min_radius:.4g} m"
         if self.begin == self.end:
             return "from and to are the same place"
-        return unequal({"from": self.begin} | limits)
+        return describe_size_mismatch({"from": self.begin} | limits)
 
-    def pieces(self) -> Pieces:
+    def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion.
 
         Raises:
             ValueError: no circle about the obstacle was found around which the motion keeps the clearance, or its
                 limits leave it no time.
         """
-        points, pace = self.waypoints()
+        points, fractions = self.waypoints()
         limits = (self.velocity, self.acceleration, self.jerk)
-        whole = self.duration if self.duration is not None else shortest(through(points, pace), limits)
-        return through(points, lasting(self.start + whole * pace))
+        total = (
+            self.duration
+            if self.duration is not None
+            else shortest_duration(minimum_jerk_spline(points, fractions), limits)
+        )
+        return minimum_jerk_spline(points, check_durations(self.start + total * fractions))
 
     def waypoints(self) -> tuple[Array, Array]:
-        """Return (waypoints (K, 2) [m], the parts (K,) of the way at which they stand, from 0 to 1)."""
-        room = self.radius + self.clearance
-        places = (np.array(place) for place in (self.begin, self.end, self.centre))
-        begin, end, centre = places
-        wide = room
+        """Return (waypoints (K, 2) [m], fractions (K,) of the path length, from 0 to 1)."""
+        min_radius = self.radius + self.clearance
+        begin, end, centre = (np.array(position) for position in (self.begin, self.end, self.centre))
+        radius = min_radius
         for _ in range(TRIES):
-            points = around(begin, end, centre, wide, self.side)
-            ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
-            pace = np.concatenate([[0.0], np.cumsum(ways) / np.sum(ways)])
-            nearest = distance(through(points, pace), centre)
-            if nearest >= room:
-                return points, pace
-            wide = min(wide + 1.05 * (room - nearest), *(float(np.linalg.norm(p - centre)) for p in (begin, end)))
+            points = detour_waypoints(begin, end, centre, radius, self.side)
+            distances = np.linalg.norm(np.diff(points, axis=0), axis=1)
+            fractions = np.concatenate([[0.0], np.cumsum(distances) / np.sum(distances)])
+            nearest = min_distance(minimum_jerk_spline(points, fractions), centre)
+            if nearest >= min_radius:
+                return points, fractions
+            radius = min(
+                radius + 1.05 * (min_radius - nearest), *(float(np.linalg.norm(p - centre)) for p in (begin, end))
+            )
         raise ValueError(f"no way around keeps {self.clearance:g} m of clearance: the places are too near")
 
 
-def distance(pieces: Pieces, centre: Array) -> float:
-    """Return the smallest distance [m] of a motion in the plane from a place."""
+def min_distance(polynomials: PiecewisePolynomial, centre: Array) -> float:
+    """Return the smallest distance [m] of a motion in the plane from a position."""
     steps = np.arange(PIECE_SAMPLES) / PIECE_SAMPLES
-    spans = np.diff(pieces.starts)[:, None]
-    t = (pieces.starts[:-1, None] + spans * steps).ravel()
-    return float(np.min(np.linalg.norm(values(pieces, t) - centre, axis=1)))
+    durations = np.diff(polynomials.starts)[:, None]
+    t = (polynomials.starts[:-1, None] + durations * steps).ravel()
+    return float(np.min(np.linalg.norm(evaluate(polynomials, t) - centre, axis=1)))
 
 
-def around(begin: Array, end: Array, centre: Array, radius: float, side: Side) -> Array:
+def detour_waypoints(begin: Array, end: Array, centre: Array, radius: float, side: Side) -> Array:
     """Return the waypoints (K, 2) [m] of the shortest way about a circle, which passes it on its left or right.
 
     `left` leaves the obstacle on the right, so the way turns about it clockwise.
@@ -99,7 +104,7 @@ def around(begin: Array, end: Array, centre: Array, radius: float, side: Side) -
     if np.linalg.norm(begin + nearest * way - centre) >= radius:
         return waypoints
     for turn in (-1.0, 1.0) if side == "shorter" else (-1.0,) if side == "left" else (1.0,):
-        points = np.array([begin, *on_circle(begin - centre, end - centre, radius, turn) + centre, end])
+        points = np.array([begin, *arc_waypoints(begin - centre, end - centre, radius, turn) + centre, end])
         points = points[np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9 * radius])]
         length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         if length < shortest_way:
@@ -107,7 +112,7 @@ def around(begin: Array, end: Array, centre: Array, radius: float, side: Side) -
     return waypoints
 
 
-def on_circle(begin: Array, end: Array, radius: float, turn: float) -> Array:
+def arc_waypoints(begin: Array, end: Array, radius: float, turn: float) -> Array:
     """Return waypoints (K, 2) on the circle about the origin, from where the way meets it to where it leaves it.
 
     Args:
@@ -115,9 +120,9 @@ def on_circle(begin: Array, end: Array, radius: float, turn: float) -> Array:
         radius: m.
         turn: 1 for a way that goes about the origin counterclockwise, -1 for the other.
     """
-    first, last = (turn * atan2(place[1], place[0]) for place in (begin, end))
-    reach = [acos(min(1.0, radius / hypot(*place))) for place in (begin, end)]
-    first, last = first + reach[0], last - reach[1]
+    first, last = (turn * atan2(position[1], position[0]) for position in (begin, end))
+    tangents = [acos(min(1.0, radius / hypot(*position))) for position in (begin, end)]
+    first, last = first + tangents[0], last - tangents[1]
     swept = (last - first) % tau
     count = max(1, ceil(swept / STEP))
     angles = turn * (first + swept * np.arange(count + 1) / count)

@@ -1,4 +1,4 @@
-"""Piecewise polynomials of time, evaluated in kernels: which piece holds, and its derivatives."""
+"""Evaluation of piecewise polynomials of time in kernels: the piece at a time, and its derivatives."""
 
 from collections.abc import Sequence
 
@@ -31,13 +31,13 @@ def polynomial_at(coefficients, piece, s):
     return value, first, 2.0 * second, 6.0 * third, 24.0 * fourth
 
 
-def table_complaint(times: Sequence[float], values: Sequence[float], apart: float = 0.0) -> str:
-    """Return what is wrong with a table of values over times, `apart` [s] at least, in one line; empty: nothing."""
-    steps = [later - sooner for sooner, later in zip(times, times[1:], strict=False)]
+def table_complaint(times: Sequence[float], values: Sequence[float], spacing: float = 0.0) -> str:
+    """Return what is wrong with a table of values over times, `spacing` [s] at least, in one line; empty: nothing."""
+    steps = [t1 - t0 for t0, t1 in zip(times, times[1:], strict=False)]
     if len(times) != len(values):
         return f"a table needs as many values as times, here are {len(values)} and {len(times)}"
     if any(step <= 0.0 for step in steps):
         return f"the times of a table must increase, here are {list(times)}"
-    if any(step < apart for step in steps):
-        return f"the times of a table must be {apart:g} s apart, here are {list(times)}"
+    if any(step < spacing for step in steps):
+        return f"the times of a table must be {spacing:g} s apart, here are {list(times)}"
     return ""

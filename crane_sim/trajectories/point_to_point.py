@@ -1,4 +1,4 @@
-"""From one place to another as fast as limits allow, all coordinates together: on a straight line, done at once.
+"""From one position to another as fast as limits allow: on a straight line, all coordinates synchronised.
 
 One profile, from 0 to 1, moves all coordinates, so each keeps its own limits and the tightest one is met. It is a
 trapezium of the velocity, or with a limit of the jerk the double S of seven phases (Biagiotti and Melchiorri,
@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Positive, Real
-from crane_sim.trajectories.line_arc import Coordinates, unequal
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, Pieces, at_rest_around
+from crane_sim.trajectories.line_arc import Coordinates, describe_size_mismatch
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, with_rest_at_ends
 
 ARRIVED = 1e-9  # relative to the distance, which phases below the resolution of doubles may leave
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
@@ -33,36 +33,40 @@ class PointToPoint(NamedTuple):
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         limits = {name: getattr(self, name) for name in ("velocity", "acceleration", "jerk")}
-        return unequal({"from": self.begin, "to": self.end} | limits)
+        return describe_size_mismatch({"from": self.begin, "to": self.end} | limits)
 
-    def pieces(self) -> Pieces:
-        """Return the motion; rest where both places are the same.
+    def to_polynomials(self) -> PiecewisePolynomial:
+        """Return the motion; rest where both positions are the same.
 
         Raises:
             ValueError: its limits leave it no time.
         """
         first = np.array(self.begin)
-        way = np.array(self.end) - first
-        if not np.any(way):
-            return at_rest_around(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
-        velocity, acceleration = tightest(self.velocity, way), tightest(self.acceleration, way)
+        displacement = np.array(self.end) - first
+        if not np.any(displacement):
+            return with_rest_at_ends(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
+        velocity, acceleration = tightest(self.velocity, displacement), tightest(self.acceleration, displacement)
         durations, jerks, accelerations = phases(
-            velocity, acceleration, None if self.jerk is None else tightest(self.jerk, way)
+            velocity, acceleration, None if self.jerk is None else tightest(self.jerk, displacement)
         )
         times, profile = integrate_phases(durations, jerks, accelerations)
-        coefficients = profile[:, None, :] * way[None, :, None]
+        coefficients = profile[:, None, :] * displacement[None, :, None]
         coefficients[:, :, 0] += first
-        return at_rest_around(self.start + times, coefficients)
+        return with_rest_at_ends(self.start + times, coefficients)
 
 
-def tightest(limits: float | tuple[float, ...], way: Array) -> float:
-    """Return the limit of a profile from 0 to 1 that keeps every coordinate, which goes `way` (n,), within its own."""
-    moves = way != 0.0
-    return float(np.min((np.broadcast_to(np.array(limits), way.shape) / np.where(moves, np.abs(way), 1.0))[moves]))
+def tightest(limits: float | tuple[float, ...], displacement: Array) -> float:
+    """Return the limit of a profile from 0 to 1 within the limits of all coordinates for this displacement (n,)."""
+    moves = displacement != 0.0
+    return float(
+        np.min(
+            (np.broadcast_to(np.array(limits), displacement.shape) / np.where(moves, np.abs(displacement), 1.0))[moves]
+        )
+    )
 
 
 def phases(velocity: float, acceleration: float, jerk: float | None) -> tuple[Array, Array, Array]:
-    """Return (durations [s], jerks, accelerations at the beginning) of the seven phases of the way from 0 to 1."""
+    """Return (durations [s], jerks, accelerations at the beginning) of the seven phases from 0 to 1."""
     bend = 0.0 if jerk is None else acceleration / jerk  # time in which the acceleration rises
     rise = bend + velocity / acceleration  # time in which the velocity does
     if jerk is not None and velocity * jerk < acceleration**2:  # the velocity is reached first

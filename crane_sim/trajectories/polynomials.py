@@ -1,4 +1,4 @@
-"""Polynomials of time, piece by piece: what every kind of reference becomes, and what can be done with them."""
+"""Piecewise polynomials of time, the common form of all kinds of trajectory, and operations on them."""
 
 from collections.abc import Sequence
 from math import comb
@@ -11,27 +11,27 @@ Array = npt.NDArray[np.float64]
 MIN_INTERVAL = 1e-6  # s, of a piece: its powers stay in the range of doubles
 
 
-class Pieces(NamedTuple):
-    """n coordinates as polynomials of time."""
+class PiecewisePolynomial(NamedTuple):
+    """n coordinates as piecewise polynomials of time."""
 
-    starts: Array  # (pieces,) s, increasing; the first piece also holds before, the last one ever after
+    starts: Array  # (pieces,) s, increasing; the first piece also holds before, the last one after
     coefficients: Array  # (pieces, n, degree + 1), of powers of t - starts[piece], from the constant on
 
 
-def at_rest_around(times: Array, coefficients: Array) -> Pieces:
+def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:
     """Return the pieces (K, n, degree + 1) between times (K + 1,) [s], with rest before and after.
 
-    What remains of the velocity at the ends is the caller's business: the rest is where the ends are.
+    Rest is at the end positions; velocities at the ends are not checked.
     """
     before, after = np.zeros_like(coefficients[:1]), np.zeros_like(coefficients[:1])
     before[0, :, 0] = coefficients[0, :, 0]
     span = times[-1] - times[-2]
     after[0, :, 0] = coefficients[-1] @ span ** np.arange(coefficients.shape[2])
-    return Pieces(np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after]))
+    return PiecewisePolynomial(np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after]))
 
 
-def lasting(times: Array) -> Array:
-    """Return the times (K + 1,) [s] of pieces whose lengths follow from limits.
+def check_durations(times: Array) -> Array:
+    """Return the times (K + 1,) [s] of pieces, checked: their durations follow from limits.
 
     Raises:
         ValueError: a piece is shorter than the resolution of doubles.
@@ -41,10 +41,10 @@ def lasting(times: Array) -> Array:
     return times
 
 
-def values(pieces: Pieces, t: Array, derivative: int = 0) -> Array:
+def evaluate(polynomials: PiecewisePolynomial, t: Array, derivative: int = 0) -> Array:
     """Return the derivative of that order (K, n) at times t (K,) [s]."""
-    piece = np.clip(np.searchsorted(pieces.starts, t, side="right") - 1, 0, None)
-    rows, s = differentiate(pieces.coefficients, derivative)[piece], t - pieces.starts[piece]
+    piece = np.clip(np.searchsorted(polynomials.starts, t, side="right") - 1, 0, None)
+    rows, s = differentiate(polynomials.coefficients, derivative)[piece], t - polynomials.starts[piece]
     out = np.zeros(rows.shape[:2])
     for k in reversed(range(rows.shape[2])):
         out = out * s[:, None] + rows[:, :, k]
@@ -59,14 +59,14 @@ def differentiate(coefficients: Array, order: int = 1) -> Array:
     return coefficients
 
 
-def peaks(pieces: Pieces, derivative: int) -> Array:
-    """Return the largest size (n,) that the derivative of that order has, exactly: at ends of pieces or where it turns.
+def max_derivatives(polynomials: PiecewisePolynomial, derivative: int) -> Array:
+    """Return the maximum magnitude (n,) of the derivative of that order, exactly: at ends or extrema of pieces.
 
     The first and the last piece are rest.
     """
-    n = pieces.coefficients.shape[1]
-    rows, largest = differentiate(pieces.coefficients, derivative), np.zeros(n)
-    for row, span in zip(rows[1:-1], np.diff(pieces.starts)[1:], strict=True):
+    n = polynomials.coefficients.shape[1]
+    rows, largest = differentiate(polynomials.coefficients, derivative), np.zeros(n)
+    for row, span in zip(rows[1:-1], np.diff(polynomials.starts)[1:], strict=True):
         for k in range(n):
             roots = np.roots(np.trim_zeros(differentiate(row[k])[::-1], "f"))
             turning = roots.real[(np.abs(roots.imag) < 1e-9 * span) & (roots.real > 0.0) & (roots.real < span)]
@@ -75,17 +75,17 @@ def peaks(pieces: Pieces, derivative: int) -> Array:
     return largest
 
 
-def delay_path(pieces: Pieces, delay: float) -> Pieces:
-    """Return the same motion, `delay` seconds later."""
-    return pieces._replace(starts=pieces.starts + delay)
+def delay_by(polynomials: PiecewisePolynomial, delay: float) -> PiecewisePolynomial:
+    """Return the same trajectory, `delay` seconds later."""
+    return polynomials._replace(starts=polynomials.starts + delay)
 
 
-def reorder(pieces: Pieces, order: Sequence[int]) -> Pieces:
+def reorder(polynomials: PiecewisePolynomial, order: Sequence[int]) -> PiecewisePolynomial:
     """Return the coordinates of these numbers, in this order."""
-    return pieces._replace(coefficients=pieces.coefficients[:, list(order)])
+    return polynomials._replace(coefficients=polynomials.coefficients[:, list(order)])
 
 
-def weighted_sum(weights: Sequence[float], parts: Sequence[Pieces]) -> Pieces:
+def weighted_sum(weights: Sequence[float], parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
     """Return the sum of weights[k] parts[k], of the same coordinates."""
     starts = np.unique(np.concatenate([part.starts for part in parts]))
     starts = starts[np.concatenate([[True], np.diff(starts) > MIN_INTERVAL])]
@@ -95,11 +95,11 @@ def weighted_sum(weights: Sequence[float], parts: Sequence[Pieces]) -> Pieces:
         piece = np.clip(np.searchsorted(part.starts, starts + MIN_INTERVAL, side="right") - 1, 0, None)
         moved = shift_origin(part.coefficients[piece], starts - part.starts[piece])
         total[:, :, : moved.shape[2]] += weight * moved
-    return Pieces(starts, total)
+    return PiecewisePolynomial(starts, total)
 
 
 def shift_origin(coefficients: Array, s: Array) -> Array:
-    """Return polynomials (K, n, degree + 1) in powers of what exceeds s (K,)."""
+    """Return polynomials (K, n, degree + 1) in powers of t - s for coefficients in powers of t; s (K,)."""
     out, size = np.zeros_like(coefficients), coefficients.shape[2]
     for k in range(size):
         for j in range(k, size):

@@ -1,69 +1,69 @@
-"""A new path for a law that is at work: a trajectory, joined to where the old path is."""
+"""Replanning: waypoints for a running law, joined to the trajectory that it follows."""
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from crane_sim.trajectories.joint_trajectory import Point, Trajectory
-from crane_sim.trajectories.path import Path, path_of
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Pieces, reorder, values
+from crane_sim.trajectories.joint_trajectory import Point, Waypoints
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, evaluate, reorder
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory
 
 
-def path_of_law(law: Any) -> Path | None:
-    """Return the path within a law, None where it follows none."""
-    if isinstance(law, Path):
+def trajectory_of_law(law: Any) -> Trajectory | None:
+    """Return the trajectory within a law, None where it follows none."""
+    if isinstance(law, Trajectory):
         return law
     fields = law if isinstance(law, tuple) else ()
-    return next((path for path in map(path_of_law, fields) if path is not None), None)
+    return next((trajectory for trajectory in map(trajectory_of_law, fields) if trajectory is not None), None)
 
 
-def with_path(law: Any, path: Path) -> Any:
-    """Return the law with the path within it replaced; what it has learnt stays."""
-    if isinstance(law, Path):
-        return path
+def with_trajectory(law: Any, trajectory: Trajectory) -> Any:
+    """Return the law with the trajectory within it replaced; its state is kept."""
+    if isinstance(law, Trajectory):
+        return trajectory
     if not (isinstance(law, tuple) and hasattr(law, "_fields")):
         return law
-    return type(law)(*(with_path(value, path) for value in law))
+    return type(law)(*(with_trajectory(value, trajectory) for value in law))
 
 
-def join_path(trajectory: Trajectory, path: Path, names: Sequence[str], t: float) -> Path:
-    """Return a path that goes on from `path` at time t [s] to what is still to come of the trajectory.
+def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequence[str], t: float) -> Trajectory:
+    """Return a trajectory that continues `trajectory` at time t [s] through the waypoints after t.
 
     Args:
-        trajectory: its `start` is on the clock of t.
-        path: of the same coordinates.
-        names: of the coordinates, in the path's order.
-        t: from when on the new path is followed.
+        waypoints: their `start` is on the clock of t.
+        trajectory: of the same coordinates.
+        names: of the coordinates, in the trajectory's order.
+        t: time from which the new trajectory is followed.
 
     Raises:
-        ValueError: one line on why the trajectory cannot be followed.
+        ValueError: one line on why the waypoints cannot be followed.
     """
-    if sorted(trajectory.joint_names) != sorted(names):
-        raise ValueError(f"joint_names = {', '.join(trajectory.joint_names)}: must be {', '.join(names)}, in any order")
-    complaint = trajectory.describe_mismatch() or trajectory.describe_end_velocity()
+    if sorted(waypoints.joint_names) != sorted(names):
+        raise ValueError(f"joint_names = {', '.join(waypoints.joint_names)}: must be {', '.join(names)}, in any order")
+    complaint = waypoints.describe_mismatch() or waypoints.describe_end_velocity()
     if complaint:
         raise ValueError(complaint)
-    order = [trajectory.joint_names.index(name) for name in names]
-    ahead = [trajectory.start + point.time_from_start - t for point in trajectory.points]
+    order = [waypoints.joint_names.index(name) for name in names]
+    ahead = [waypoints.start + point.time_from_start - t for point in waypoints.points]
     points = [
         point._replace(time_from_start=remaining)
-        for point, remaining in zip(trajectory.points, ahead, strict=True)
+        for point, remaining in zip(waypoints.points, ahead, strict=True)
         if remaining > MIN_INTERVAL
     ]
     if not points:
         raise ValueError(f"its last point is {-ahead[-1]:g} s ago")
-    old = reorder(pieces_of(path), np.argsort(order).tolist())
-    x, v, a = (tuple(values(old, np.array([t]), k)[0].tolist()) for k in range(3))
+    old = reorder(to_piecewise_polynomial(trajectory), np.argsort(order).tolist())
+    x, v, a = (tuple(evaluate(old, np.array([t]), k)[0].tolist()) for k in range(3))
     begin = Point(x, 0.0, v if points[0].velocities else (), a if points[0].accelerations else ())
-    pieces = trajectory._replace(points=(begin, *points), start=t).pieces()
-    return path_of(reorder(pieces, order), path.of_joints)
+    polynomials = waypoints._replace(points=(begin, *points), start=t).to_polynomials()
+    return compile_trajectory(reorder(polynomials, order), trajectory.of_joints)
 
 
-def pieces_of(path: Path) -> Pieces:
-    """Return the pieces that a path was compiled from."""
-    rows, rest = [], path.coordinates
-    while rest is not None:
-        rows.append(rest.coefficients)
-        rest = rest.rest
-    return Pieces(path.starts, np.stack(rows, axis=1))
+def to_piecewise_polynomial(trajectory: Trajectory) -> PiecewisePolynomial:
+    """Return the piecewise polynomial that a trajectory was compiled from."""
+    rows, coordinates = [], trajectory.coordinates
+    while coordinates is not None:
+        rows.append(coordinates.coefficients)
+        coordinates = coordinates.tail
+    return PiecewisePolynomial(trajectory.starts, np.stack(rows, axis=1))

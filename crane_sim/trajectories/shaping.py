@@ -13,7 +13,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.trajectories.polynomials import Pieces, delay_path, weighted_sum
+from crane_sim.trajectories.polynomials import PiecewisePolynomial, delay_by, weighted_sum
 
 
 class Shaping(NamedTuple):
@@ -26,7 +26,7 @@ class Shaping(NamedTuple):
 
 
 def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tuple[list[float], list[float]]:
-    """Return (weights, delays [s]) of a shaper's copies; the weights add up to one.
+    """Return (weights, delays [s]) of a shaper's impulses; the weights add up to one.
 
     Args:
         kind: which shaper.
@@ -42,7 +42,9 @@ def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tu
     return [size / sum(sizes) for size in sizes], [half * k for k in range(len(sizes))]
 
 
-def shape_path(pieces: Pieces, kind: Literal["zv", "zvd"], frequency: float, damping: float) -> Pieces:
+def apply_input_shaper(
+    polynomials: PiecewisePolynomial, kind: Literal["zv", "zvd"], frequency: float, damping: float
+) -> PiecewisePolynomial:
     """Return the reference shaped for a swing, at rest later by the last delay; arguments as of `impulses`."""
     weights, delays = impulses(kind, frequency, damping)
-    return weighted_sum(weights, [delay_path(pieces, delay) for delay in delays])
+    return weighted_sum(weights, [delay_by(polynomials, delay) for delay in delays])

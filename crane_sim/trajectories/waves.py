@@ -26,7 +26,7 @@ class Sea(NamedTuple):
 
 
 class Response(NamedTuple):
-    """How one motion of a vessel answers a wave: amplitude per metre of wave and lead in phase, over frequency."""
+    """Response of one motion of a vessel to waves: amplitude per metre of wave and phase lead, over frequency."""
 
     frequencies: tuple[float, ...]  # rad/s, increasing
     amplitudes: tuple[float, ...]  # m/m, or rad/m
@@ -46,7 +46,7 @@ def steepness(sea: Sea) -> float:
     return 2.0 * np.pi * sea.significant_height / (GRAVITY * sea.peak_period**2)
 
 
-def largest_observed(peak_period: float) -> float:
+def max_observed_steepness(peak_period: float) -> float:
     """Return the largest steepness of seas that were measured, at a peak period [s] (DNV-RP-C205, 3.5.4)."""
     return float(np.interp(peak_period, (8.0, 15.0), (1.0 / 15.0, 1.0 / 25.0)))
 

@@ -1,4 +1,4 @@
-"""The energy law that weighs its load: where it ends, what its proof says, what it remembers and what it refuses."""
+"""The energy law that estimates the payload's mass: final error, proof, memory, rejected settings."""
 
 from math import exp
 from typing import Any
@@ -8,46 +8,46 @@ import pytest
 
 import crane_sim
 from crane_control.linearisation import linearise
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import Rollout, simulate
 
 G, SCENE = 9.81, "knuckle_unknown_load"
-PLAIN = {"kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}  # of the manoeuvre that this one is compared with
+FIXED_GAINS = {"kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}  # of the law without estimation
 
 
-def plain(mass: float, believed: float) -> Rollout:
-    """Return the manoeuvre under the plain law with the paper's gains, which believes in another mass."""
-    control = {"law": "energy", "period": 0.01, **PLAIN, "nominal": {"payload": {"mass": believed}}}
+def run_without_adaptation(mass: float, nominal_mass: float) -> Rollout:
+    """Return the run of the law without estimation, with the paper's gains and this nominal mass [kg]."""
+    control = {"law": "energy", "period": 0.01, **FIXED_GAINS, "nominal": {"payload": {"mass": nominal_mass}}}
     return simulate(crane_sim.load_scene("knuckle_setpoint", {"payload.mass": mass, "control": control}))
 
 
 @pytest.mark.parametrize("mass", [0.8, 0.9, 1.1, 1.2])
-def test_the_law_ends_on_its_target_whatever_it_lifts(mass: float) -> None:
-    """Whatever it lifts, up to 20 % off, the law ends on its target and swings less than the plain one that knows."""
+def test_the_law_reaches_its_target_with_any_mass(mass: float) -> None:
+    """With masses up to 20 % off the law reaches its target, and swings less than a law with the true mass."""
     run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass}))
     error = np.abs(run.q[-1, :4] - np.array(run.scene.reference))
     assert np.degrees(error[:3]).max() < 0.5 and error[3] < 0.01
-    wrong, told = plain(mass, 1.0), plain(mass, mass)
-    assert run.summary["peak_swing_deg"] < min(r.summary["peak_swing_deg"] for r in (wrong, told))
-    assert np.degrees(abs(wrong.q[-1, 1] - wrong.scene.reference[1])) > 10.0  # pyright: ignore
+    wrong_mass, true_mass = run_without_adaptation(mass, 1.0), run_without_adaptation(mass, mass)
+    assert run.summary["peak_swing_deg"] < min(r.summary["peak_swing_deg"] for r in (wrong_mass, true_mass))
+    assert np.degrees(abs(wrong_mass.q[-1, 1] - wrong_mass.scene.reference[1])) > 10.0  # pyright: ignore
 
 
-def weighed(mass: float, seconds: float, changes: dict[str, Any]) -> tuple[Any, list[tuple[float, ...]]]:
-    """Return (the law, [t, a, p, m̂] at every command) of a run that asks the law from Python, period by period."""
+def record_mass_estimates(mass: float, seconds: float, changes: dict[str, Any]) -> tuple[Any, list[tuple[float, ...]]]:
+    """Return (the law, [t, a, p, m̂] at every command) of a run whose law is called from Python; see the law."""
     scene = crane_sim.load_scene(SCENE, {"payload.mass": mass, **changes})
-    law, plant, seen = fresh(scene.law), Plant(scene), []
+    law, plant, records = with_initial_state(scene.law), Plant(scene), []
     for _ in range(round(seconds / scene.period)):
         plant.advance(law(plant.t, plant.q, plant.v))
-        seen.append((law.estimator.previous[0], *law.estimator.filters, law.estimator.mass[0]))
-    return law, seen
+        records.append((law.estimator.previous[0], *law.estimator.filters, law.estimator.mass[0]))
+    return law, records
 
 
 @pytest.mark.parametrize("mass", [0.5, 1.1])
-def test_the_estimate_comes_to_the_mass_as_the_proof_says(mass: float) -> None:
-    """What tells the filters apart fades with the filters' rate, whatever the crane does meanwhile."""
-    _, seen = weighed(mass, 8.0, {"initial.v": [0.3, 0.2, -0.1, 0.2, 1.0, -0.5]})
-    t, a, p, estimate = np.array(seen).T
+def test_the_estimate_converges_as_in_the_proof(mass: float) -> None:
+    """The difference between the two filters decays at the filters' rate, for any motion of the crane."""
+    _, records = record_mass_estimates(mass, 8.0, {"initial.v": [0.3, 0.2, -0.1, 0.2, 1.0, -0.5]})
+    t, a, p, estimate = np.array(records).T
     # the mean of -n_z over a period is taken from its ends: h² / 12 of its second derivative, 2 / s² at the worst
     assert np.allclose(p - mass * a, (1.0 - mass) * G * np.exp(-2.0 * t), rtol=0, atol=5e-5 * G)
     assert estimate[-1] == pytest.approx(mass, abs=5e-5)
@@ -55,50 +55,52 @@ def test_the_estimate_comes_to_the_mass_as_the_proof_says(mass: float) -> None:
 
 
 @pytest.mark.parametrize("mass", [0.8, 1.2])
-def test_w_never_rises(mass: float) -> None:
-    """The energy of the proof falls all the time, where the plain law's energy alone rises with what is not weighed."""
+def test_lyapunov_function_decreases(mass: float) -> None:
+    """W of the proof decreases throughout, while V alone increases with the mass estimation error."""
     run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass, "duration": 15.0}))
     law: Any = run.scene.law
     joints = [(tuple(q), tuple(v)) for q, v in zip(run.q, run.v, strict=True)]
     w = np.array([law.lyapunov_of(mass, t, *state) for t, state in zip(run.t, joints, strict=True)])
-    plain_energy = np.array([law.lyapunov_of(mass, 1e9, *state) for state in joints])  # all is weighed by then
+    v_energy = np.array(
+        [law.lyapunov_of(mass, 1e9, *state) for state in joints]
+    )  # the estimation error is zero by then
     assert np.all(np.diff(w) < 0.0)
     assert w[-1] < 0.06 * w[0]
-    assert np.max(plain_energy - np.minimum.accumulate(plain_energy)) > 0.01
-    rest = 0.5 * (25.0 / 30.0 + 16.0 / 50.0 + 1.0 / 10.0) / 2.0 * ((1.0 - mass) * G) ** 2
-    assert w[0] - plain_energy[0] == pytest.approx(rest)
+    assert np.max(v_energy - np.minimum.accumulate(v_energy)) > 0.01
+    initial_offset = 0.5 * (25.0 / 30.0 + 16.0 / 50.0 + 1.0 / 10.0) / 2.0 * ((1.0 - mass) * G) ** 2
+    assert w[0] - v_energy[0] == pytest.approx(initial_offset)
 
 
-def test_the_compiled_loop_and_a_law_asked_from_outside_are_one() -> None:
+def test_compiled_loop_and_external_stepping_agree() -> None:
     """Commands to a plant that is stepped from outside, as under ROS, are those of `simulate` bit for bit, twice."""
     run = simulate(SCENE, duration=2.0)
-    again = simulate(run.scene)  # begins with nothing weighed
-    law, plant = fresh(run.scene.law), Plant(run.scene)
+    again = simulate(run.scene)  # begins with the initial estimate
+    law, plant = with_initial_state(run.scene.law), Plant(run.scene)
     for row in run.u[:-1]:
-        demand = law(plant.t, plant.q, plant.v)
-        assert demand == law(plant.t, plant.q, plant.v) == tuple(row)  # a state that comes twice
-        plant.advance(demand)
+        command = law(plant.t, plant.q, plant.v)
+        assert command == law(plant.t, plant.q, plant.v) == tuple(row)  # the same state twice
+        plant.advance(command)
     assert np.array_equal(run.q, again.q) and np.array_equal(run.u, again.u)
 
 
 @pytest.mark.interpreted
-def test_a_payload_that_does_not_weigh_on_the_rope_teaches_nothing() -> None:
-    """While the payload falls the estimate stays, and a winch that is asked to push is taken to do nothing."""
-    law: Any = fresh(crane_sim.load_scene(SCENE).law)
+def test_no_estimator_update_while_the_rope_is_slack() -> None:
+    """While the payload falls the estimate is held, and a compressive winch command counts as zero."""
+    law: Any = with_initial_state(crane_sim.load_scene(SCENE).law)
     q, h, masses = (0.0, 0.5, -0.2, 2.0, 0.0, 0.0), 0.01, []
     for k in range(100):  # a second in which the payload falls freely below a crane at rest
         law(k * h, q, (0.0, 0.0, 0.0, G * k * h, 0.0, 0.0))
         masses.append(law.estimator.mass[0])
     assert law.estimator.filters[0] == pytest.approx(G * exp(-2.0 * 0.99))
-    felt_half = 35  # commands until exp(-2 t) is a half
-    assert len(set(masses[:felt_half])) == felt_half and set(masses[felt_half:]) == {masses[felt_half - 1]}
+    half_life = 35  # commands until exp(-2 t) is a half
+    assert len(set(masses[:half_life])) == half_life and set(masses[half_life:]) == {masses[half_life - 1]}
     assert law(1.0, (*q[:3], 0.2, 0.0, 0.0), (0.0, 0.0, 0.0, -20.0, 0.0, 0.0))[3] > 0.0
     assert law.estimator.winch_effort[0] == 0.0
 
 
 @pytest.mark.interpreted
-def test_the_reach_bounds_the_slew_alone() -> None:
-    """With a reach the slew is pulled by kp e / √(1 + (e/r)²), the other joints as without."""
+def test_reach_saturates_the_slew_alone() -> None:
+    """With `reach` the proportional effort of the slew is kp e / √(1 + (e/r)²); other joints are unchanged."""
     scene = crane_sim.load_scene(SCENE, {"payload.mass": 1.0})
     law, q = scene.law, (-2.0, 0.4, -0.3, 1.8, 0.0, 0.0)
     assert law is not None
@@ -112,14 +114,14 @@ def test_the_reach_bounds_the_slew_alone() -> None:
 
 @pytest.mark.interpreted
 def test_poles_of_the_plain_law_about_its_target() -> None:
-    """Linearised numerically where it ends, the plain law leaves the swing the little damping found elsewhere."""
+    """Linearised numerically at its target, the law without estimation has the swing poles of an independent result."""
     scene = crane_sim.load_scene("knuckle_setpoint")
     assert scene.reference and scene.law
     law, step, target = scene.law, 1e-5, np.array([*scene.reference, 0.0, 0.0])
     a, b = linearise(scene, target, np.array(law(0.0, tuple(target), (0.0,) * 6)))
     rows = [(np.concatenate([target, np.zeros(6)]) + d) for d in np.vstack([step * np.eye(12), -step * np.eye(12)])]
-    found = np.array([law(0.0, tuple(z[:6]), tuple(z[6:])) for z in rows])
-    poles = np.linalg.eigvals(a + b @ ((found[:12] - found[12:]).T / (2.0 * step)))
+    efforts = np.array([law(0.0, tuple(z[:6]), tuple(z[6:])) for z in rows])
+    poles = np.linalg.eigvals(a + b @ ((efforts[:12] - efforts[12:]).T / (2.0 * step)))
     swings = sorted(pole for pole in poles if pole.imag > 2.0)
     assert np.all(poles.real < 0.0)
     # given to two digits of the damping and three of the frequency
@@ -128,7 +130,7 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "line"),
+    ("changes", "message"),
     [
         ({"rope": {"drive": "locked"}}, "possible: rope.drive = 'force'"),
         ({"control.period": "continuous"}, "a law that estimates the mass has memory; give a period"),
@@ -139,8 +141,8 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     ],
     ids=["locked", "continuous", "gravity", "rate", "speed", "reach"],
 )
-def test_what_cannot_be_weighed_is_refused_in_one_line(changes: dict[str, Any], line: str) -> None:
-    """Cranes without a winch's force, gravity or commands, and settings out of range, name their culprit."""
+def test_rejected_settings_of_the_estimator(changes: dict[str, Any], message: str) -> None:
+    """A winch without a force, no gravity, no commands, and settings out of range: single-line errors with the key."""
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene(SCENE, changes)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -3,12 +3,13 @@
 import json
 from math import cos
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import crane_sim
+from crane_sim.laws import with_initial_state
 from crane_sim.simulation.rollout import simulate
 
 CASE = next(
@@ -89,7 +90,7 @@ def test_the_rate_of_v_is_that_of_every_instant() -> None:
 
 
 def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
-    """A law that believes in 1 % too much payload ends where the balance of gains and weights says."""
+    """A law whose nominal payload is 1 % too heavy ends where gains and weights balance."""
     run = simulate("knuckle_wrong_mass")
     error = np.degrees(run.q[-1, :3] - np.array(run.scene.reference[:3]))  # pyright: ignore
     # kp e = weight of the missing 10 g at the joint: 10 e = 9.81 * 5 * 0.01 cos(b), and 10 e = 9.81 * 4 * 0.01 cos(c)
@@ -99,7 +100,7 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
 
 
 @pytest.mark.interpreted
-def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
+def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
     """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
     with pytest.raises(crane_sim.SceneError, match=r"a motion of 2\.56 rad/s .* stays: no effort damps it$"):
@@ -108,7 +109,7 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
-    ("law", "line"),
+    ("law", "message"),
     [
         (lambda t, q, v: [float("nan")] * 4, "efforts that are not finite at t = 0 s"),
         (lambda t, q, v: [0.0, 190.0], "gave 2 efforts at t = 0 s, 4 joints are actuated"),
@@ -117,8 +118,25 @@ def test_lqr_refuses_a_knuckle_boom_straight_up() -> None:
     ],
     ids=["not finite", "too few", "no vector", "raises"],
 )
-def test_a_law_that_misbehaves_is_told_in_one_line(law: Any, line: str) -> None:
-    """A law that raises, or whose answer is no vector of efforts, ends the run with one line that says when."""
+def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
+    """A law that raises, or returns no vector of efforts, ends the run with a single-line error with the time."""
     with pytest.raises(RuntimeError) as caught:
         simulate("knuckle_setpoint", law=law, duration=0.1)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.interpreted
+def test_a_law_with_the_old_name_of_its_reset_is_understood() -> None:
+    """A law whose method is still called `fresh` gets its initial state, with a warning that names the new name."""
+    with pytest.warns(DeprecationWarning, match="OldLaw.fresh is now called with_initial_state"):
+        assert with_initial_state(OldLaw(3)) == OldLaw(0)
+
+
+class OldLaw(NamedTuple):
+    """A law with state under the old interface."""
+
+    calls: int
+
+    def fresh(self) -> "OldLaw":
+        """Return the law with its initial state."""
+        return OldLaw(0)

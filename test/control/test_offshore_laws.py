@@ -1,4 +1,4 @@
-"""Tracking of a payload below a suspension point: what laws learn and see, their poles, and the paper's tables."""
+"""Tracking of a payload below a suspension point: adaptation, features, poles, rejected settings."""
 
 from math import exp, sqrt
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_control.adaptive import DeadZone, share
+from crane_control.adaptive import DeadZone, learning_factor
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
@@ -22,8 +22,8 @@ E1, E2 = Y - (1.35, 0.0), DY  # the path of the scenes rests at (1.35, 0) for te
 
 
 def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
-    """Return the law of a scene, with nothing learnt yet."""
-    return fresh(load_scene(scene, changes).law)
+    """Return the law of a scene with its initial state."""
+    return with_initial_state(load_scene(scene, changes).law)
 
 
 def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -36,14 +36,14 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     """Features at any point have norm 1, and their products at two points are the Gaussian kernel."""
     changes = {"control.adaptation": {"features": 4000, "of": of, "time": True, "width": 0.5, "rate": 0.0}}
-    law, seen = law_of("offshore_resonant", changes), []
+    law, features = law_of("offshore_resonant", changes), []
     for t, y in ((0.0, (1.35, 0.0)), (0.3, (1.2, 0.2))):
         law(t, *hanging(y, (0.0, 0.0)))
-        seen.append(law.tracker.learner.knowledge.values.copy())
-    assert [feature @ feature for feature in seen] == pytest.approx([1.0, 1.0], abs=1e-12)
+        features.append(law.tracker.learner.state.values.copy())
+    assert [feature @ feature for feature in features] == pytest.approx([1.0, 1.0], abs=1e-12)
     distance = 0.15**2 + 0.2**2 + 0.3**2  # m² and s²: velocities and the reference stay
     # the mean of 4000 cosines, each of variance below 1/2: four standard deviations
-    assert seen[0] @ seen[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
+    assert features[0] @ features[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
 
 
 @pytest.mark.interpreted
@@ -51,40 +51,42 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     """Weights after one period, and the effort that they lead to, are equations 64, 67, 74, 86, 97 and 99 by hand."""
     zone = {"cutoff": 0.001, "smoothing": 0.05}
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}})
-    knowledge, c, h = law.tracker.learner.knowledge, 0.5, 0.004
+    state, c, h = law.tracker.learner.state, 0.5, 0.004
     law(0.0, Q, V)
-    assert not np.any(knowledge.weights)  # no time has passed
+    assert not np.any(state.weights)  # zero elapsed time
     effort = law(h, Q, V)
     angles = law.tracker.learner.features.frequencies @ Y
     psi = np.column_stack([np.cos(angles), np.sin(angles)]).ravel() / sqrt(20)
     p = np.array([[KP + (KD - c + c) * c, c], [c, 1.0]])
     size = 0.5 * sum(np.array([E1[i], E2[i]]) @ p @ (E1[i], E2[i]) for i in range(2))
-    share_by_hand = (size - 0.001) / 0.1
-    assert 0.1 < share_by_hand < 0.9  # on the slope of the dead zone
-    weights = -9.0 * share_by_hand * h * np.outer(psi, c * E1 + E2)
-    assert np.allclose(knowledge.weights, weights, rtol=1e-12, atol=0.0)
+    factor = (size - 0.001) / 0.1
+    assert 0.1 < factor < 0.9  # on the slope of the dead zone
+    weights = -9.0 * factor * h * np.outer(psi, c * E1 + E2)
+    assert np.allclose(state.weights, weights, rtol=1e-12, atol=0.0)
     w = -KD * E2 - KP * E1 + weights.T @ psi
-    demand = Y + w / (G * -Q[5] / LENGTH)
-    assert effort == pytest.approx(tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - demand)), rel=1e-11)
+    setpoint = Y + w / (G * -Q[5] / LENGTH)
+    assert effort == pytest.approx(tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - setpoint)), rel=1e-11)
 
 
 def test_the_dead_zone_is_piecewise_linear() -> None:
     """F is 0 up to the cutoff, 1 from two smoothings beyond it on, and the line between; without a zone it is 1."""
     zone = DeadZone(0.007, 0.002)
-    assert [share(zone, q) for q in (0.0, 0.007, 0.011, 1.0)] == pytest.approx([0.0, 0.0, 1.0, 1.0], abs=1e-15)
-    assert [share(zone, q) for q in (0.008, 0.009, 0.01)] == pytest.approx([0.25, 0.5, 0.75])
-    assert share(None, 0.0) == 1.0
+    assert [learning_factor(zone, q) for q in (0.0, 0.007, 0.011, 1.0)] == pytest.approx(
+        [0.0, 0.0, 1.0, 1.0], abs=1e-15
+    )
+    assert [learning_factor(zone, q) for q in (0.008, 0.009, 0.01)] == pytest.approx([0.25, 0.5, 0.75])
+    assert learning_factor(None, 0.0) == 1.0
 
 
-def lyapunov(learner: Any, truth: Any, e: Any, de: Any, zone: bool) -> float:
-    """Return V of equations 92 and 100 for the errors e, de (2,) and what is left to learn."""
+def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> float:
+    """Return V of equations 92 and 100 for the errors e, de (2,) and the error of the weights."""
     kc, c = KD - learner.c, learner.c
     size = 0.5 * (KP + (kc + c) * c) * e @ e + c * e @ de + 0.5 * de @ de
     if zone:
         low, mu = learner.zone
         size = 0.0 if size <= low else (size - low) ** 2 / (4 * mu) if size < low + 2 * mu else size - low - mu
-    rest = learner.knowledge.weights - truth
-    return size + 0.5 * float(np.sum(rest**2)) / learner.rate
+    weight_error = learner.state.weights - true_weights
+    return size + 0.5 * float(np.sum(weight_error**2)) / learner.rate
 
 
 @pytest.mark.parametrize("zone", [False, True])
@@ -93,19 +95,19 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
     settings = {"features": 30, "dead_zone": {"cutoff": 0.002, "smoothing": 0.004} if zone else None}
     law, h = law_of("offshore_resonant", {"control.adaptation": settings}), 1e-3
     learner, c, kc = law.tracker.learner, 0.5, KD - 0.5
-    truth = np.random.default_rng(1).normal(0.0, 0.05, (60, 2))
-    e, de, values, owed = np.array([0.1, -0.05]), np.array([0.0, 0.1]), [], 0.0
+    true_weights = np.random.default_rng(1).normal(0.0, 0.05, (60, 2))
+    e, de, values, expected_decrease = np.array([0.1, -0.05]), np.array([0.0, 0.1]), [], 0.0
     for k in range(8000):  # eight seconds, the reference rests at (1.35, 0)
         law(k * h, *hanging(e + (1.35, 0.0), de))
-        values.append(lyapunov(learner, truth, e, de, zone))
+        values.append(lyapunov(learner, true_weights, e, de, zone))
         size = values[0] if not zone else 0.5 * (KP + KD * c) * e @ e + c * e @ de + 0.5 * de @ de
-        owed += h * (c * KP * e @ e + kc * de @ de) * share(learner.zone, size)
-        bent = -KP * e - KD * de + (learner.knowledge.weights - truth).T @ learner.knowledge.values
-        de = de + h * bent
+        expected_decrease += h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
+        dde = -KP * e - KD * de + (learner.state.weights - true_weights).T @ learner.state.values
+        de = de + h * dde
         e = e + h * de
     # a step of length h errs by about h / 2 of what V falls by, and by h² w0² of V where it stands still
     assert np.max(np.diff(values)) < h**2 * KP * values[0]
-    assert values[0] - values[-1] == pytest.approx(owed, rel=0.02)
+    assert values[0] - values[-1] == pytest.approx(expected_decrease, rel=0.02)
     assert values[0] - values[-1] > 0.1 * values[0]
 
 
@@ -133,9 +135,9 @@ def test_poles_of_the_linearised_loop() -> None:
     poles = np.sort_complex(np.roots(np.polysub(np.polymul([1, 0, w2], [1, kd0, kp0]), right)))
     assert np.all(poles.real < 0.0)
     for axis in (slice(0, None, 2), slice(1, None, 2)):
-        found = np.sort_complex(np.linalg.eigvals(matrix[axis, axis]))
+        actual = np.sort_complex(np.linalg.eigvals(matrix[axis, axis]))
         # differences of efforts of a thousand: 1e3 * 1e-16 / 1e-5 of rounding, and of the step's square, 1e3 * 1e-10
-        assert np.allclose(found, poles, rtol=0, atol=1e-6)
+        assert np.allclose(actual, poles, rtol=0, atol=1e-6)
     assert not np.any(matrix[::2, 1::2]) and not np.any(matrix[1::2, ::2])
 
 
@@ -146,12 +148,12 @@ def test_runs_begin_with_nothing_learnt() -> None:
     runs = [simulate(scene) for _ in range(2)]
     assert np.any(runs[0].u[-1] != 1.35)
     assert np.array_equal(runs[0].q, runs[1].q) and np.array_equal(runs[0].u, runs[1].u)
-    assert not np.any(scene.law.tracker.learner.knowledge.weights)  # pyright: ignore
+    assert not np.any(scene.law.tracker.learner.state.weights)  # pyright: ignore
 
 
 SERVO = {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}
 ALONG_X = {"control.law": "angular", "initial.direction": [1.0, 0.0, 0.0]}
-REFUSED: list[tuple[dict[str, Any], str]] = [
+REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"control.law": "cartesian", "reference": {"q": [1.0, 0.0]}}, "reference.path: .* needs one of the payload"),
     ({"control.law": "cartesian", "suspension.height": "driven"}, "suspension.height: fixed"),
     ({"control.law": "cartesian", "gravity": 0.0}, "gravity = 0: .* needs some"),
@@ -172,9 +174,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "line"), REFUSED, ids=lambda value: value if isinstance(value, str) else "")
-def test_what_does_not_fit_is_refused_in_one_line(changes: dict[str, Any], line: str) -> None:
-    """A law that does not fit its scene, or its settings, says so in one line that names the culprit."""
-    with pytest.raises(SceneError, match=line) as caught:
+@pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
+def test_what_does_not_fit_is_a_single_line_error(changes: dict[str, Any], message: str) -> None:
+    """A law that does not fit its scene, or its settings, is rejected by a single-line error with the key."""
+    with pytest.raises(SceneError, match=message) as caught:
         load_scene("offshore_resonant", changes)
     assert "\n" not in str(caught.value)

@@ -24,8 +24,8 @@ COLUMNS = list(zip((experiment for pair in offshore.PAIRS for experiment in pair
 @pytest.mark.parametrize(("experiment", "printed"), COLUMNS, ids=[f"{e.table}, {e.name}" for e, _ in COLUMNS])
 def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float, ...], seeds: int) -> None:
     """Tables 5, 7 and 9 come out within what their unprinted parameters leave open: one servo for all of them."""
-    found = offshore.measure_errors(experiment, seeds)
-    for row, value, tolerance in zip(found, printed[::2], printed[1::2], strict=True):
+    actual = offshore.measure_errors(experiment, seeds)
+    for row, value, tolerance in zip(actual, printed[::2], printed[1::2], strict=True):
         assert row.paper == value and row.runs == (seeds if experiment.seeded else 1)
         assert value * (1.0 - tolerance) <= row.lowest <= row.ours <= row.highest <= value * (1.0 + tolerance)
         assert row.verdict == f"within {tolerance:.0%}"
@@ -70,14 +70,14 @@ def test_the_harmonic_observer_beats_learning_at_resonance() -> None:
 def test_the_harmonic_law_finds_out_how_long_the_rope_is(part: float) -> None:
     """With a rope 5 % shorter or longer than believed the payload still follows its path within a millimetre."""
     changes = {"rope.length": part * 1.255, "control.nominal": {"rope": {"length": 1.255}}, "duration": 40.0}
-    found = simulate(load_scene("offshore_obstacle", changes | {"control.law": "harmonic"}))
-    assert found.summary["tracking_peak"] < 1e-3
+    actual = simulate(load_scene("offshore_obstacle", changes | {"control.law": "harmonic"}))
+    assert actual.summary["tracking_peak"] < 1e-3
 
 
 def test_held_out_disturbances_are_compared_run_by_run() -> None:
     """A row of one seed is what the three runs of its scene give, and a law that fails has no ratio."""
     sway = observer.disturbances(300)["sine, 0.85 .. 1.2 of it"]
     row = observer.compare("sine, 0.85 .. 1.2 of it", "every state", (300,))
-    found = simulate(load_scene("offshore_resonant", {"base_motion": sway, "control.law": "harmonic"})).summary
-    assert row.harmonic == found["tracking_mse"] and row.failed == 0
+    actual = simulate(load_scene("offshore_resonant", {"base_motion": sway, "control.law": "harmonic"})).summary
+    assert row.harmonic == actual["tracking_mse"] and row.failed == 0
     assert row.times_less == row.least == row.adaptive / row.harmonic

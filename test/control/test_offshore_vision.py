@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from crane_control.estimation.oscillator import THETA, D
-from crane_sim.laws import fresh
+from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import load_scene
 
 LENGTH, KP = 1.255, 9.81 / 1.255  # m, 1/s²
@@ -16,7 +16,7 @@ V = (0.02, -0.03, 0.0, 0.1, 0.2, (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 
 
 def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
     """Return the law of a scene, with nothing learnt yet."""
-    return fresh(load_scene(scene, changes).law)
+    return with_initial_state(load_scene(scene, changes).law)
 
 
 def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -25,24 +25,24 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 @pytest.mark.parametrize("law", ["adaptive", "harmonic"])
-def test_a_law_asked_twice_at_one_time_learns_once(law: str) -> None:
+def test_a_law_called_twice_at_one_time_learns_once(law: str) -> None:
     """A second question at the same time gets the same answer, and later answers do not depend on it."""
     changes = {"control": {"law": law, "period": 0.004, "vision": {"rate": 30.0, "latency": 0.05}}}
     answers = []
     for times in (1, 2):
-        asked = law_of("offshore_resonant", changes)
-        answers.append([[asked(k * 0.004, Q, V) for _ in range(times)][-1] for k in range(60)])
+        law_of_run = law_of("offshore_resonant", changes)
+        answers.append([[law_of_run(k * 0.004, Q, V) for _ in range(times)][-1] for k in range(60)])
     assert answers[0] == answers[1]
 
 
 def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
     """From late frames of a payload that is forced at 3.5 rad/s it finds the frequency and the force of the moment."""
     vision, w, force = {"rate": 30.0, "latency": 0.05, "noise": 0.0}, 3.5, 0.3
-    given = {"wander": 0.5, "rope": 0.0}  # a tip at rest tells nothing of the rope's length: it is known here
-    control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": given}
+    observer = {"wander": 0.5, "rope": 0.0}  # the rope's length is unobservable while the tip is at rest
+    control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": observer}
     law, t = law_of("offshore_obstacle", {"control": control}), 0.0
     ekf, size = law.tracker.learner.ekf, force / (KP - w * w) / LENGTH  # of y'' = w0² (tip - y) + d, the tip at rest
-    x = ekf.trace.x
+    x = ekf.state.x
     assert sqrt(ekf.theta) == pytest.approx(0.8 * sqrt(KP))
     for k in range(5000):
         t = 0.004 * k
@@ -59,15 +59,15 @@ def test_a_camera_is_late_holds_and_filters() -> None:
     """Frames are used once they are old enough, between frames all is held, and velocities are backward differences."""
     vision = {"rate": 10.0, "latency": 0.12, "noise": 0.0, "low_pass": 1.0}
     law = law_of("offshore_obstacle", {"control.vision": vision})
-    memory, share_of_new = law.tracker.eye.memory, 1.0 - exp(-2.0 * pi * 1.0 / 10.0)
+    state, gain = law.tracker.camera.state, 1.0 - exp(-2.0 * pi * 1.0 / 10.0)
     ages, filtered = [], 1.35
     for k in range(100):
         t = k * 0.01
         law(t, *hanging((1.35 + 0.1 * t, 0.0), (0.1, 0.0)))
-        ages.append(t - memory.newest[0])
+        ages.append(t - state.newest[0])
         if ages[-1] < ages[k - 1]:  # a frame has come in
-            before, filtered = filtered, filtered + share_of_new * (memory.newest[1] - filtered)
-            assert memory.filtered[0] == pytest.approx(filtered, abs=1e-12)
-            assert memory.filtered[2] == pytest.approx((filtered - before) / 0.1, abs=1e-11)
+            before, filtered = filtered, filtered + gain * (state.newest[1] - filtered)
+            assert state.filtered[0] == pytest.approx(filtered, abs=1e-12)
+            assert state.filtered[2] == pytest.approx((filtered - before) / 0.1, abs=1e-11)
     assert min(ages[12:]) == pytest.approx(0.12) and max(ages[12:]) == pytest.approx(0.21)
-    assert law_of("offshore_vision").tracker.eye.noise.std() == pytest.approx(0.002, rel=0.05)  # of 3600 numbers
+    assert law_of("offshore_vision").tracker.camera.noise.std() == pytest.approx(0.002, rel=0.05)  # of 3600 numbers

@@ -93,8 +93,8 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
         v = v[: len(q)]
         demanded = law(0.0, tuple(q), tuple(v))
         push = law.kp * (3.0 - q[0]) - law.kd * v[0]
-        found = crane_sim.acceleration(scene, q, v, demanded)
-        assert np.allclose(found, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
+        actual = crane_sim.acceleration(scene, q, v, demanded)
+        assert np.allclose(actual, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
         springs = [0.5 * law.kp * (3.0 - q[0]) ** 2]
         springs += [0.5 * law.rope.kp * (1.5 - q[1]) ** 2 + 10.0 * G * q[1] if groups else 10.0 * G * 2.0]
         assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
@@ -138,8 +138,8 @@ def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) ->
         expected = eigvals(np.block([[a, -b @ b.T / r], [-q, -a.T]]))
         expected = expected[expected.real < 0.0]
     else:
-        flow = expm(period * np.block([[a, b], [np.zeros((1, 5))]]))
-        a, b = flow[:4, :4], flow[:4, 4:]
+        transition = expm(period * np.block([[a, b], [np.zeros((1, 5))]]))
+        a, b = transition[:4, :4], transition[:4, 4:]
         expected = eig(np.block([[a, nil], [-q, eye]]), np.block([[eye, b @ b.T / r], [nil, a.T]]), right=False)
         expected = expected[np.abs(expected) < 1.0]
     # the law's matrices are differences, good to 1e-9; Riccati equations lose two or three digits more
@@ -180,8 +180,8 @@ def test_the_first_link_alone_misleads_lqr() -> None:
     law: Any = scene.law
     seeing = simulate(scene, duration=3.0)
     misled = simulate(scene, lambda t, q, v: law(t, (q[0], q[1]), (v[0], v[1])), duration=3.0)
-    bent = [np.abs(np.diff(run.q[-100:, 1:])).max() for run in (seeing, misled)]
-    assert bent[1] > 10.0 * bent[0]  # linearised they grow by exp(2.7 t) and fall by exp(-0.015 t)
+    waves = [np.abs(np.diff(run.q[-100:, 1:])).max() for run in (seeing, misled)]
+    assert waves[1] > 10.0 * waves[0]  # linearised they grow by exp(2.7 t) and fall by exp(-0.015 t)
 
 
 @pytest.mark.parametrize(
@@ -207,7 +207,7 @@ FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({**FIXED, "control": LQR}, "a motion of 2.56 rad/s about the target stays: no effort damps it"),
         ({"gravity": 0.0, "control": LQR}, "a motion of 0 rad/s about the target stays: no effort damps it"),
@@ -226,13 +226,13 @@ FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5
         ({"control": SAMPLED | {"apparent_mass": 0.0}}, "control.apparent_mass = 0.0: must be greater than 0"),
         (
             {"cable": {"lengths": [1.0, 1.0], "node_masses": [1.0, 9.0]}, "initial": {"angles": [0, 0]}},
-            "the energy law believes in one rigid link",
+            "the energy law needs a nominal cable of one rigid link",
         ),
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_what_a_law_cannot_do_is_refused_in_one_line(groups: dict[str, Any], line: str) -> None:
-    """Targets that cannot be held or reached, and settings that do not fit, name their culprit in one line."""
+def test_what_a_law_cannot_do_is_a_single_line_error(groups: dict[str, Any], message: str) -> None:
+    """Targets that cannot be held or reached, and settings that do not fit: single-line errors with the key."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(**groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

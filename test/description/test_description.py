@@ -1,4 +1,4 @@
-"""The URDF of a crane says the same about geometry and inertia as the model."""
+"""Geometry and inertia of a crane's URDF are those of the model."""
 
 from math import cos, sin
 from xml.etree import ElementTree
@@ -11,8 +11,8 @@ from urdf_kinematics import forward, numbers
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
-from crane_sim.description.cables import Hang, add_cable
-from crane_sim.description.workspace import Room
+from crane_sim.description.cables import SuspendedCable, add_cable
+from crane_sim.description.workspace import BoundingBox
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import polyline
 
@@ -67,9 +67,9 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
 @given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
     """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""
-    found = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
+    actual = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
     # lengths up to 17 m in double precision
-    assert found == pytest.approx(payload(SCENE, q), abs=1e-12)
+    assert actual == pytest.approx(payload(SCENE, q), abs=1e-12)
 
 
 def test_joints_are_the_scenes() -> None:
@@ -97,7 +97,7 @@ def test_links_make_one_tree(scene: Scene) -> None:
 
 
 def test_masses_and_inertias_are_the_models() -> None:
-    """Rods and payload weigh what the scene says, and every inertia is one that a rigid body can have."""
+    """Masses of rods and payload are the scene's, and every inertia is one that a rigid body can have."""
     robot = ElementTree.fromstring(urdf(SCENE))
     inertials = {link.attrib["name"]: link.find("inertial") for link in robot.iter("link")}
     support = SCENE.model.support
@@ -146,8 +146,8 @@ def test_the_nodes_are_the_models(scene: Scene, seed: int) -> None:
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
-        found = forward(document, joints, "payload_link" if k == n else f"node_{k}")
-        assert found == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
+        actual = forward(document, joints, "payload_link" if k == n else f"node_{k}")
+        assert actual == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
 
 
 def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
@@ -156,18 +156,21 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     q = posture(scene, 0)
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
     nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
-    found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
-    assert found == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
+    actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    assert actual == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
 
 
 def test_elastic_nodes_are_where_their_joints_say() -> None:
-    """Nodes whose coordinates are positions slide from the world, in the plane and in space."""
-    hang, room = Hang((1.0, 1.0), (1.0, 1.0)), Room((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), 2.0, spatial=True)
+    """Nodes whose coordinates are positions have prismatic joints from the world, in the plane and in space."""
+    cable, box = (
+        SuspendedCable((1.0, 1.0), (1.0, 1.0)),
+        BoundingBox((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), 2.0, spatial=True),
+    )
     place = {"x": 0.3, "y": -0.2, "z": -1.7}
     for axes in ("xz", "xyz"):
         robot = ElementTree.Element("robot")
         joints = {f"node_{k}_{axis}": k * place[axis] for k in (1, 2) for axis in axes}
-        add_cable(robot, ["trolley", "hoist", *joints], hang, room)
+        add_cable(robot, ["trolley", "hoist", *joints], cable, box)
         document = ElementTree.tostring(robot, encoding="unicode")
         for k, link in ((1, "node_1"), (2, "payload_link")):
             expected = [k * place[axis] if axis in axes else 0.0 for axis in "xyz"]

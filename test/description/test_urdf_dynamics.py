@@ -1,4 +1,4 @@
-"""What a URDF says of masses, inertias and limits is what is simulated: nothing in it is invented."""
+"""Masses, inertias and limits of a URDF are the simulated ones."""
 
 from xml.etree import ElementTree
 
@@ -34,19 +34,19 @@ Frame = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 def frames(robot: ElementTree.Element, names: tuple[str, ...], q: np.ndarray) -> dict[str, Frame]:
     """Return of each link (its axes (3, 3), its origin (3,), the Jacobians of its velocity and turning rate (3, n))."""
     n = len(names)
-    found: dict[str, Frame] = {"world": (np.eye(3), np.zeros(3), np.zeros((3, n)), np.zeros((3, n)))}
+    frames: dict[str, Frame] = {"world": (np.eye(3), np.zeros(3), np.zeros((3, n)), np.zeros((3, n)))}
     joints = {joint.find("child").attrib["link"]: joint for joint in robot.iter("joint")}  # pyright: ignore
 
     def frame(link: str) -> Frame:
-        if link not in found:
+        if link not in frames:
             joint = joints[link]
             above = frame(joint.find("parent").attrib["link"])  # pyright: ignore[reportOptionalMemberAccess]
-            found[link] = beyond(joint, above, names, q)
-        return found[link]
+            frames[link] = beyond(joint, above, names, q)
+        return frames[link]
 
     for link in joints:
         frame(link)
-    return found
+    return frames
 
 
 def beyond(joint: ElementTree.Element, above: Frame, names: tuple[str, ...], q: np.ndarray) -> Frame:
@@ -129,30 +129,30 @@ def test_nothing_weighs_more_than_in_the_scene() -> None:
 
 def limits(scene: Scene) -> dict[str, tuple[str, dict[str, float]]]:
     """Return the type and the limits of each joint that moves."""
-    robot, found = ElementTree.fromstring(urdf(scene)), {}
+    robot, by_name = ElementTree.fromstring(urdf(scene)), {}
     for joint in robot.iter("joint"):
         limit = joint.find("limit")
         given = {} if limit is None else {key: float(value) for key, value in limit.attrib.items()}
-        found[joint.attrib["name"]] = joint.attrib["type"], given
-    return found
+        by_name[joint.attrib["name"]] = joint.attrib["type"], given
+    return by_name
 
 
 def test_limits_are_the_scenes() -> None:
     """What a scene bounds has these bounds in the URDF, even beyond what is drawn: travel, length, effort."""
     bounded = {"trolley": {"mass": 5.0, "limits": [-1.5, 300.0]}, "actuators": {"trolley": {"limit": [-20.0, 30.0]}}}
     hoist = {"hoist": {"drive": "force", "inertia": 4.0, "limits": [0.5, 80.0]}}
-    found = limits(load_scene(TROLLEY | hoist | bounded | {"cable": {"lengths": 2.0, "node_masses": 10.0}}))
+    actual = limits(load_scene(TROLLEY | hoist | bounded | {"cable": {"lengths": 2.0, "node_masses": 10.0}}))
     trolley = {"lower": -1.5, "upper": 300.0, "effort": 30.0, "velocity": UNBOUNDED}
-    assert found["trolley"] == ("prismatic", trolley)
-    assert found["hoist"] == ("prismatic", {"lower": 0.5, "upper": 80.0, "effort": UNBOUNDED, "velocity": UNBOUNDED})
+    assert actual["trolley"] == ("prismatic", trolley)
+    assert actual["hoist"] == ("prismatic", {"lower": 0.5, "upper": 80.0, "effort": UNBOUNDED, "velocity": UNBOUNDED})
 
 
 def test_no_limit_is_invented() -> None:
     """Where the scene has no limit, turning joints are continuous and the numbers of the others bound nothing."""
-    found = limits(DRIVEN["knuckle"])
-    assert {kind for name, (kind, _) in found.items() if name not in ("base", "rope")} == {"continuous"}
+    actual = limits(DRIVEN["knuckle"])
+    assert {kind for name, (kind, _) in actual.items() if name not in ("base", "rope")} == {"continuous"}
     free = {"upper": UNBOUNDED, "effort": UNBOUNDED, "velocity": UNBOUNDED}
-    assert found["rope"] == ("prismatic", {"lower": 0.0} | free)
+    assert actual["rope"] == ("prismatic", {"lower": 0.0} | free)
     assert limits(DRIVEN["chain of rods"])["trolley"] == ("prismatic", {"lower": -UNBOUNDED} | free)
     effort = load_scene("knuckle_setpoint", {"actuators": {"boom": {"limit": 700.0}}})
     assert limits(effort)["boom"] == ("continuous", {"effort": 700.0, "velocity": UNBOUNDED})

@@ -58,7 +58,7 @@ def test_a_shaped_path_is_believed_and_not_judged() -> None:
     shaped = next(entrant for entrant in GROUPS[0].entrants if entrant.name.endswith("ZV"))
     scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
     assert scene.path is not None and scene.path.starts[-1] == 50.0
-    believed = scene.law.path  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
+    believed = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
     assert believed.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
 
 

@@ -19,12 +19,12 @@ def brake(plant: Plant, periods: int) -> None:
         plant.advance((0.0,) * len(plant.scene.actuated))
 
 
-def stored(plant: Plant) -> float:
+def stored_energy(plant: Plant) -> float:
     """Return the energy [J] in the spring of the first brake, and beyond its capacity what the slip will take."""
-    rig: Any = plant._rig
-    drive = rig.hardware.drives[0]
-    stretch, reach = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
-    inner = min(stretch, reach)
+    hardware: Any = plant._hardware
+    drive = hardware.state.drives[0]
+    stretch, max_stretch = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
+    inner = min(stretch, max_stretch)
     return drive.stiffness * inner * (0.5 * inner + stretch - inner)
 
 
@@ -60,7 +60,7 @@ def test_a_boom_stays_and_a_payload_swings() -> None:
 
 
 def test_a_brake_slips_at_its_capacity() -> None:
-    """A brake that slips pulls with its capacity: a trolley stops in the way that half m v² / F says."""
+    """A brake that slips acts with its capacity: a trolley stops within the distance m v² / (2 F)."""
     light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}
     plant = Plant(load_scene(ROD | light))
     brake(plant, 190)
@@ -95,10 +95,10 @@ def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
         scene["brake"] = {"capacity": [capacity]}
     plant = Plant(load_scene(ROD | scene | {"integrator": {"method": "rk4", "step": 0.002}}))
     brake(plant, 1)
-    rig: Any = plant._rig
-    began = rig.hardware.drives[0].anchor
+    hardware: Any = plant._hardware
+    began = hardware.state.drives[0].anchor
     brake(plant, 599)
-    return rig.hardware.drives[0].anchor != began
+    return hardware.state.drives[0].anchor != began
 
 
 @pytest.mark.parametrize("degrees", [20.0, 45.0, 80.0])
@@ -130,9 +130,9 @@ def test_a_brake_gives_no_energy(capacity: float) -> None:
     plant = Plant(scene)
     brake(plant, 1)
     for _ in range(400):
-        before = energy(scene, plant) + stored(plant)
+        before = energy(scene, plant) + stored_energy(plant)
         plant.advance((0.0,))
-        after = energy(scene, plant) + stored(plant)
+        after = energy(scene, plant) + stored_energy(plant)
         assert after <= before + 1e-6  # J of some 15: the method's own error in a period
     assert after < before - 1e-9 or plant.at_rest
 
@@ -154,12 +154,12 @@ def test_releasing_and_restarting() -> None:
     assert not plant.braking
     for _ in range(scene.steps):
         plant.advance((0.0,))
-    wanted = simulate(scene, law=lambda t, q, v: (0.0,)).summary
-    assert plant.summary()["state_sha256"] == wanted["state_sha256"]
+    expected = simulate(scene, law=lambda t, q, v: (0.0,)).summary
+    assert plant.summary()["state_sha256"] == expected["state_sha256"]
 
 
 def test_a_run_goes_on_from_any_state() -> None:
-    """A restart from another state is a run that begins there, and what the crane cannot be in is refused."""
+    """A restart from another state is a run that begins there, and what the crane cannot be in is rejected."""
     plant = Plant(load_scene(ROD))
     plant.reset((1.0, -0.2), (0.1, 0.3))
     other = Plant(load_scene(ROD | {"initial": {"x": 1.0, "v": 0.1, "angles": -0.2, "rates": 0.3}}))

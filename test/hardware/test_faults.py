@@ -48,7 +48,7 @@ def test_a_stuck_joint_stops_and_is_freed() -> None:
 
 
 def test_another_payload() -> None:
-    """A payload's change moves the crane as one with the other mass moves from there, and the audit knows of it."""
+    """After a change the crane moves as one with the other payload, and the energy audit counts the change."""
     plant, reference = Plant(rod(faults={"drop": MASS | {"at": 0.5}})), Plant(rod(payload={"mass": 2.0}))
     for _ in range(50):
         plant.advance((4.0,))
@@ -63,7 +63,7 @@ def test_another_payload() -> None:
 
 
 def test_faults_by_order() -> None:
-    """A fault without a time waits for an order, an order overrules times, and a restart forgets orders."""
+    """A fault without a time is inactive until overridden, overrides precede schedules, and a restart clears them."""
     plant = Plant(rod(faults={"late": {"kind": "sensor_loss", "joint": "trolley"}}))
     for on in (False, True, False):
         plant.set_fault("late", on)
@@ -109,7 +109,7 @@ def test_energies_are_of_the_payload_that_hangs_there() -> None:
 
 
 def test_who_takes_no_hardware_says_so() -> None:
-    """Batches and laws in the equations refuse sensors, actuators and faults in one line; a brake alone is nothing."""
+    """Batches and laws in the equations reject sensors, actuators and faults, not a brake alone."""
     with pytest.raises(SceneError, match="sensors, actuators and faults: a batch has none"):
         simulate_batch(BENCH, {"seed": [1, 2]})
     with pytest.raises(SceneError, match=r"sensors: act once a period, and control\.period is 'continuous'"):
@@ -137,9 +137,9 @@ def test_lockstep_is_simulate(name: str) -> None:
 @pytest.mark.parametrize("name", "overhead_spatial overhead_hoist_chain overhead_elastic overhead_spring".split())
 def test_every_model_takes_another_payload(name: str) -> None:
     """On every kind of crane, a payload that changes leaves an audit as small as without, and a different motion."""
-    found = [
+    summaries = [
         simulate(load_scene(name, {"duration": 1.0, "events": [], "faults": {"other": MASS | times}})).summary
         for times in ({}, {"at": 0.5})
     ]
-    assert found[1]["energy_audit_error"] < 10.0 * found[0]["energy_audit_error"] + 1e-11
-    assert found[0]["state_sha256"] != found[1]["state_sha256"]
+    assert summaries[1]["energy_audit_error"] < 10.0 * summaries[0]["energy_audit_error"] + 1e-11
+    assert summaries[0]["state_sha256"] != summaries[1]["state_sha256"]

@@ -14,7 +14,7 @@ from crane_sim.simulation.rollout import simulate
 WORD = 2**64
 
 
-def mixed(z: int) -> int:
+def mix(z: int) -> int:
     """Return SplitMix64's output for a state, in whole numbers."""
     z = (z + 0x9E3779B97F4A7C15) % WORD
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % WORD
@@ -24,7 +24,7 @@ def mixed(z: int) -> int:
 
 def uniform(seed: int, stream: int, k: int) -> float:
     """Return the uniform number of a stream and a counter."""
-    return (mixed(mixed(mixed(seed) ^ stream) ^ k) >> 11) * 2.0**-53
+    return (mix(mix(mix(seed) ^ stream) ^ k) >> 11) * 2.0**-53
 
 
 def normal(seed: int, stream: int, k: int) -> float:
@@ -37,13 +37,13 @@ def test_noise_is_drawn_by_seed_signal_and_step() -> None:
     scene = rod(seed=2**63 - 5, sensors={"all": {"noise": [0.1, 0.2]}})
     true, shown, _ = history(scene, 50)
     for j, deviation in enumerate((0.1, 0.1, 0.2, 0.2)):
-        wanted = [deviation * normal(2**63 - 5, 3 * j, k) for k in range(50)]
+        expected = [deviation * normal(2**63 - 5, 3 * j, k) for k in range(50)]
         # a sum with a coordinate of size 1 keeps 16 digits of it, logarithm and cosine are within a few ulp
-        assert shown[:, j] - true[:, j] == pytest.approx(wanted, abs=1e-14)
+        assert shown[:, j] - true[:, j] == pytest.approx(expected, abs=1e-14)
 
 
 def test_noise_is_normal_unbiased_and_repeats() -> None:
-    """Noise has the deviation and the bias that the scene says, a normal distribution, and is the same every time."""
+    """Noise has the scene's deviation and bias, a normal distribution, and is the same every time."""
     scene = rod(seed=3, sensors={"all": {"noise": 0.01, "bias": [0.5, -0.25]}})
     true, shown, _ = history(scene, 3000)
     noise = (shown - true - [0.5, 0.5, -0.25, -0.25]) / 0.01
@@ -60,7 +60,7 @@ def test_noise_is_normal_unbiased_and_repeats() -> None:
 
 
 def test_digits_and_delay_are_exact() -> None:
-    """A sensor shows the multiple of its step next to the truth, and the truth of so many periods ago, to the bit."""
+    """A sensor shows the nearest multiple of its step, and the truth delayed by whole periods, to the bit."""
     sensors = {"trolley": {"quantisation": [0.003, 0.01]}, "swing_1": {"delay": 0.04}}
     true, shown, _ = history(rod(sensors=sensors), 60)
     for j, step in ((0, 0.003), (2, 0.01)):
@@ -109,8 +109,8 @@ TIMES = np.linspace(0.0, 0.1, 201)[1:-1]  # s, also within periods
 def test_a_lag_is_an_exponential() -> None:
     """An effort behind a lag follows the exponential between its demands, also within periods, not a staircase."""
     effort, run = follow({"lag": 0.03}, [2.0] * 2 + [10.0] * 8, TIMES)
-    wanted = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
-    assert effort == pytest.approx(wanted, rel=1e-13)  # rounding of some exponentials, one for each period
+    expected = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
+    assert effort == pytest.approx(expected, rel=1e-13)  # rounding of some exponentials, one for each period
     assert run.summary["energy_audit_error"] < 1e-7  # of the method's step: 1.2e-8 with the same efforts and no lag
 
 
@@ -126,7 +126,7 @@ def test_a_rate_limit_is_a_ramp() -> None:
 def test_lag_and_rate_limit_together() -> None:
     """With both, the effort solves u' = (demand - u) / lag within the rate limit, as an integrator finds it."""
     effort, _ = follow({"rate_limit": 150.0, "lag": 0.02}, [0.0] + [10.0] * 9, TIMES)
-    flow = solve_ivp(
+    solution = solve_ivp(
         lambda t, u: np.clip((10.0 - u) / 0.02, -150.0, 150.0),
         (0.01, 0.1),
         [0.0],
@@ -135,7 +135,7 @@ def test_lag_and_rate_limit_together() -> None:
         atol=1e-12,
         max_step=1e-4,  # the slope's kink is no step's end: an error of its square
     )
-    assert effort[TIMES > 0.01] == pytest.approx(flow.y[0], abs=1e-7)
+    assert effort[TIMES > 0.01] == pytest.approx(solution.y[0], abs=1e-7)
 
 
 def test_limit_deadband_and_delay() -> None:
@@ -173,7 +173,7 @@ def test_limit_deadband_and_delay() -> None:
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
 def test_mistakes_are_told_in_one_line(groups: dict[str, Any], message: str) -> None:
-    """A mistake in a group of hardware is one line that names the culprit."""
+    """A mistake in a group of hardware is a single-line error with the key."""
     with pytest.raises(ValueError) as caught:
         rod(**groups)
     assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Looking for events: what a step is asked at, what that costs, and that a short stay beyond a guard is seen."""
+"""Event detection: sample times within a step, evaluations, and guards that are negative for a short time."""
 
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ from crane_sim import system
 from crane_sim.integrators import Status, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.events import GUARD_SAMPLES
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.simulation.rollout import simulate
 
 pytestmark = pytest.mark.interpreted
@@ -60,9 +60,9 @@ def _(p, t, x, u, which):
     return x, which, False
 
 
-@entry
+@entry_point
 def thrown(p, x, end):
-    """Return the flow from (0, x) to `end`, or to the ceiling."""
+    """Return the integration from (0, x) to `end`, or to the ceiling."""
     return integrate_to(RK8(STEP), p, (), start(p, 0.0, x, make_event_log(system.switching(p))), end, end)
 
 
@@ -77,17 +77,20 @@ def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
     """A guard that is negative for just over 1 / GUARD_SAMPLES of a step, and not at its ends, ends the run on time."""
     half = 0.51 * STEP / GUARD_SAMPLES
     for p, x in cases(0.5 * top**2 - 0.5 * half**2, forced, top):
-        flow = thrown(p, x, STEP)
-        assert (flow.status, flow.terminal_guard) == (Status.TERMINATED, 3) and flow.event_log.total == 1
-        assert flow.t == pytest.approx(top - half, abs=1e-13)  # the method is exact for a parabola
+        integration = thrown(p, x, STEP)
+        assert (integration.status, integration.terminal_guard) == (
+            Status.TERMINATED,
+            3,
+        ) and integration.event_log.total == 1
+        assert integration.t == pytest.approx(top - half, abs=1e-13)  # the method is exact for a parabola
 
 
 @pytest.mark.parametrize(("forced", "each"), [(0.0, 12), (1.0, 12 + 2 + GUARD_SAMPLES)])
 def test_what_looking_costs_is_counted(forced: float, each: int) -> None:
     """Guards of positions alone cost no evaluation; others cost both ends' derivatives and what each of them takes."""
     for p, x in cases(1.0, forced, 1.0):
-        flow = thrown(p, x, 5 * STEP)
-        assert (flow.counters.steps, flow.counters.evaluations) == (5, 5 * each)
+        integration = thrown(p, x, 5 * STEP)
+        assert (integration.counters.steps, integration.counters.evaluations) == (5, 5 * each)
 
 
 def test_a_guard_that_is_only_touched_does_not_fail() -> None:
@@ -109,5 +112,5 @@ def test_only_guards_of_forces_solve_for_them(groups: dict[str, Any], each: int)
     """A crane that travel limits alone can stop costs no evaluation more per step than one that nothing can."""
     changes = {"duration": 0.5, "integrator": {"method": "rk8", "step": 0.05}}
     stats = simulate(crane_sim.load_scene("overhead_swing", changes | groups)).stats
-    at_start = int(each > 12)  # where guards are asked before the first step
+    at_start = int(each > 12)  # where guards are evaluated before the first step
     assert stats["steps"] > 0 and stats["rhs_evaluations"] == stats["steps"] * each + at_start

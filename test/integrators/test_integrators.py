@@ -12,7 +12,7 @@ from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 
 
 class Oscillator(NamedTuple):
@@ -54,23 +54,23 @@ def exact(t: float, f: float) -> tuple[float, float]:
     return cos(t) + b * sin(t) - f / 3.0 * sin(2.0 * t), -sin(t) + b * cos(t) - 2.0 * f / 3.0 * cos(2.0 * t)
 
 
-@entry
+@entry_point
 def integrate(method, p, x, end):
-    """Return the flow from (0, x) to `end`."""
+    """Return the integration from (0, x) to `end`."""
     return integrate_to(method, p, (), start(p, 0.0, x, None), end, end)
 
 
-@entry
+@entry_point
 def one_step(method, p, x, t, h):
     """Return one step of size h."""
     return step(method, p, t, x, (), h, scratch(x, p))
 
 
-@entry
+@entry_point
 def look_back(method, p, x, end, t):
-    """Return (state at a time within the last step, flow)."""
-    flow = integrate_to(method, p, (), start(p, 0.0, x, None), end, 1e9)
-    return dense_output(method, p, (), flow, t), flow
+    """Return (state at a time within the last step, integration)."""
+    integration = integrate_to(method, p, (), start(p, 0.0, x, None), end, 1e9)
+    return dense_output(method, p, (), integration, t), integration
 
 
 def dense(rows: Any, n: int) -> np.ndarray:
@@ -129,55 +129,59 @@ def test_gauss_collocation_is_of_its_order() -> None:
 @pytest.mark.interpreted
 def test_a_fixed_step_fills_the_way_evenly() -> None:
     """A step that does not divide the period is shortened, and the end is met exactly."""
-    flow = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
-    assert (flow.t, flow.counters.steps, flow.counters.evaluations) == (1.0, 4, 16)
+    integration = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
+    assert (integration.t, integration.counters.steps, integration.counters.evaluations) == (1.0, 4, 16)
 
 
 @pytest.mark.parametrize("method", [DOP853, DOPRI5])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
 def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
-    """The global error stays within a small multiple of the tolerance that was asked for."""
-    flow = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
+    """The global error stays within a small multiple of the specified tolerance."""
+    integration = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
     # local errors add up over about 20 time units; error per step is controlled, and the estimate is cautious
-    assert np.max(np.abs(np.subtract(flow.x, exact(20.0, 0.7)))) < 20.0 * rtol
-    assert flow.status == Status.OK
+    assert np.max(np.abs(np.subtract(integration.x, exact(20.0, 0.7)))) < 20.0 * rtol
+    assert integration.status == Status.OK
 
 
 def test_evaluations_are_counted() -> None:
     """An accepted step costs 12 evaluations, a rejected one 11 more, and the first step's choice 1."""
-    flow = integrate(DOP853(1e-8, 1e-8), Oscillator(0.7), (1.0, 0.0), 20.0)
-    assert flow.counters.evaluations == 12 * flow.counters.steps + 11 * flow.counters.rejected + 1
+    integration = integrate(DOP853(1e-8, 1e-8), Oscillator(0.7), (1.0, 0.0), 20.0)
+    assert integration.counters.evaluations == 12 * integration.counters.steps + 11 * integration.counters.rejected + 1
 
 
 def test_a_stiff_problem_is_slow_but_right() -> None:
     """Error control holds an explicit method stable on a fast decay instead of letting it explode."""
-    flow = integrate(DOP853(1e-6, 1e-9), Fall(-1e4), (1.0,), 1.0)
+    integration = integrate(DOP853(1e-6, 1e-9), Fall(-1e4), (1.0,), 1.0)
     # the stability bound of the method on the negative axis is about 6: at least 1e4 / 6 steps
-    assert flow.status == Status.OK and abs(flow.x[0]) < 1e-6 and flow.counters.steps + flow.counters.rejected > 1000
+    assert (
+        integration.status == Status.OK
+        and abs(integration.x[0]) < 1e-6
+        and integration.counters.steps + integration.counters.rejected > 1000
+    )
 
 
 def test_long_horizon() -> None:
     """Energy of an oscillator drifts by less than rounding's share over 100 000 steps of order 8."""
-    flow = integrate(RK8(2.0 * pi / 60.0), Oscillator(0.0), (1.0, 0.0), 100_000 * 2.0 * pi / 60.0)
+    integration = integrate(RK8(2.0 * pi / 60.0), Oscillator(0.0), (1.0, 0.0), 100_000 * 2.0 * pi / 60.0)
     # order 8 at h = 0.1 loses h^8 1e-7 a step at worst; 1e5 roundings of 1e-16 add up to 1e-11 at most
-    assert flow.x[0] ** 2 + flow.x[1] ** 2 == pytest.approx(1.0, abs=1e-10)
+    assert integration.x[0] ** 2 + integration.x[1] ** 2 == pytest.approx(1.0, abs=1e-10)
 
 
 def test_reading_between_steps_changes_nothing() -> None:
     """A state read within a step is as accurate as the steps, and leaves the integration as it is."""
     p, method = Oscillator(0.7), DOP853(1e-10, 1e-12)
-    x, flow = look_back(method, p, (1.0, 0.0), 9.0, 9.0)
-    assert flow.t > 9.0  # steps follow the solution, not the instants of reading
+    x, integration = look_back(method, p, (1.0, 0.0), 9.0, 9.0)
+    assert integration.t > 9.0  # steps follow the solution, not the instants of reading
     assert np.allclose(x, exact(9.0, p.f), rtol=0, atol=2e-9)
-    assert look_back(method, p, (1.0, 0.0), 9.0, flow.t)[0] == flow.x
+    assert look_back(method, p, (1.0, 0.0), 9.0, integration.t)[0] == integration.x
 
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01)], ids=["dop853", "rk4"])
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
-    flow = integrate(method, Explosion(), (1.0,), 2.0)
-    assert flow.status != Status.OK and flow.t < 1.5
+    integration = integrate(method, Explosion(), (1.0,), 2.0)
+    assert integration.status != Status.OK and integration.t < 1.5
 
 
 @pytest.mark.interpreted
@@ -209,5 +213,9 @@ def _(p, t, x, u):
 @pytest.mark.interpreted
 def test_an_adaptive_step_is_no_good_when_it_is_not_a_number() -> None:
     """Derivatives that turn into NaN in mid-run stop the adaptive method where they do."""
-    flow = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)
-    assert flow.status == Status.NOT_FINITE and flow.t <= 0.5 and flow.x[0] == pytest.approx(flow.t)
+    integration = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)
+    assert (
+        integration.status == Status.NOT_FINITE
+        and integration.t <= 0.5
+        and integration.x[0] == pytest.approx(integration.t)
+    )

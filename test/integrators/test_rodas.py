@@ -14,7 +14,7 @@ from crane_sim.integrators import Status, dense_output, integrate_to, rodas, scr
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.runge_kutta import dense
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, factor_dense, solve_band, solve_dense
 
 
@@ -33,7 +33,7 @@ def _(p, t, x, u, out, work):
 X0 = np.array([1.0, 0.0, 0.0])
 
 
-@entry
+@entry_point
 def steps(method, p, x, n, h):
     """Return the state after n steps of size h from t = 0."""
     for i in range(n):
@@ -41,11 +41,11 @@ def steps(method, p, x, n, h):
     return x
 
 
-@entry
+@entry_point
 def integrate(method, p, x, end):
-    """Return the flow from (0, x) to `end`, and the state in the middle of its last step."""
-    flow = integrate_to(method, p, (), start(p, 0.0, x, None), end, end)
-    return flow, dense_output(method, p, (), flow, 0.5 * (flow.t0 + flow.t))
+    """Return the integration from (0, x) to `end`, and the state in the middle of its last step."""
+    integration = integrate_to(method, p, (), start(p, 0.0, x, None), end, end)
+    return integration, dense_output(method, p, (), integration, 0.5 * (integration.t0 + integration.t))
 
 
 Tree = tuple[Any, ...]
@@ -54,10 +54,10 @@ Tree = tuple[Any, ...]
 @cache
 def trees(order: int) -> tuple[Tree, ...]:
     """Return the rooted trees of an order, each as the sorted tuple of its branches."""
-    found = set()
+    all_trees = set()
     for sizes in partitions(order - 1, order - 1):
-        found |= {tuple(sorted(branches)) for branches in product(*map(trees, sizes))}
-    return tuple(sorted(found))
+        all_trees |= {tuple(sorted(branches)) for branches in product(*map(trees, sizes))}
+    return tuple(sorted(all_trees))
 
 
 def partitions(total: int, largest: int) -> list[list[int]]:
@@ -104,7 +104,7 @@ def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
 
 
 def test_rows_sum_to_nodes_and_drifts() -> None:
-    """Stages lie where their rows say, and the derivative in time has the weights that it needs."""
+    """Nodes are the sums of their rows, and the derivative in time has consistent weights."""
     alpha, gamma, _ = classical()
     assert np.allclose(alpha.sum(axis=1), rodas.NODES, rtol=0, atol=1e-13)
     assert np.allclose(gamma.sum(axis=1), rodas.DRIFTS, rtol=0, atol=1e-13)
@@ -122,12 +122,12 @@ def test_measured_order() -> None:
 def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
     """The global error stays within a small multiple of the tolerance, at the end and between steps."""
     p = Pendulum(0.7, 1.5)
-    flow, middle = integrate(Rodas(rtol, rtol), p, X0, 10.0)
-    for t, x in ((10.0, flow.x), (0.5 * (flow.t0 + flow.t), middle)):
+    integration, middle = integrate(Rodas(rtol, rtol), p, X0, 10.0)
+    for t, x in ((10.0, integration.x), (0.5 * (integration.t0 + integration.t), middle)):
         # errors per step add up over 10 time units
         assert np.max(np.abs(x - integrate(DOP853(1e-12, 1e-13), p, X0, t)[0].x)) < 20.0 * rtol
-    assert flow.status == Status.OK
-    assert flow.counters.evaluations == 10 * flow.counters.steps + 9 * flow.counters.rejected + 1
+    assert integration.status == Status.OK
+    assert integration.counters.evaluations == 10 * integration.counters.steps + 9 * integration.counters.rejected + 1
 
 
 def test_a_stiff_component_costs_nothing() -> None:
@@ -143,13 +143,13 @@ def test_a_fast_decay_ends_in_one_step() -> None:
     assert x[2] == pytest.approx(sin(1.0), abs=1e-7)  # the stability function falls like 1 / (rate h)
 
 
-@entry
+@entry_point
 def dense_solution(a, b):
     """Overwrite b with the solution of a full system."""
     solve_dense(a, factor_dense(a), b)
 
 
-@entry
+@entry_point
 def band_solution(a, x, b):
     """Add the band's product with x to b, then overwrite b with the solution of the banded system."""
     work = np.zeros(len(b) + 6)
@@ -175,8 +175,8 @@ def test_linear_systems() -> None:
     assert np.allclose(right, expected, rtol=0, atol=1e-13)  # diagonally dominant: rounding alone
 
 
-def test_a_model_of_tuples_is_refused() -> None:
-    """A scene whose model keeps its state in tuples says in one line that this method is not for it."""
+def test_a_model_of_tuples_is_rejected() -> None:
+    """A scene whose model keeps its state in tuples is rejected by a single-line error."""
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene("knuckle_setpoint", {"integrator": {"method": "rodas"}})
     assert "integrator.method = 'rodas'" in str(caught.value) and "\n" not in str(caught.value)

@@ -21,35 +21,35 @@ def name_of(named: Any) -> str:
     return named.__name__
 
 
-def registered(asked: tuple[Any, ...]) -> list[type]:
+def registered_classes(functions: tuple[Any, ...]) -> list[type]:
     """Return the NamedTuples of the folder for which one of the generic functions is registered."""
-    found = {
+    classes = {
         kind for name in MODULES for _, kind in getmembers(import_module(name), isclass) if issubclass(kind, tuple)
     }
-    return sorted((kind for kind in found if any(each.knows(kind) for each in asked)), key=name_of)
+    return sorted((kind for kind in classes if any(each.has_body(kind) for each in functions)), key=name_of)
 
 
-MODELS = registered((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
-SUPPORTS = registered(supports.MANDATORY)
+MODELS = registered_classes((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
+SUPPORTS = registered_classes(supports.MANDATORY)
 
 
-def unanswered(kind: type, asked: tuple[Any, ...]) -> list[str]:
+def missing_functions(kind: type, functions: tuple[Any, ...]) -> list[str]:
     """Return the names of the generic functions that are not registered for a class."""
-    return [name_of(each) for each in asked if not each.knows(kind)]
+    return [name_of(each) for each in functions if not each.has_body(kind)]
 
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)
 def test_every_model_answers_what_it_must(model: type) -> None:
     """A model has all that is mandatory, one form of its derivative, and all or nothing of what switches."""
-    assert not unanswered(model, system.MANDATORY)
-    assert len(unanswered(model, system.DERIVATIVES)) == 1
-    assert unanswered(model, system.SWITCHES) in ([], list(map(name_of, system.SWITCHES)))
+    assert not missing_functions(model, system.MANDATORY)
+    assert len(missing_functions(model, system.DERIVATIVES)) == 1
+    assert missing_functions(model, system.SWITCHES) in ([], list(map(name_of, system.SWITCHES)))
 
 
 @pytest.mark.parametrize("support", SUPPORTS, ids=name_of)
 def test_every_support_answers_what_it_must(support: type) -> None:
     """A support has all that is mandatory, and names its coordinates."""
-    assert not unanswered(support, supports.MANDATORY)
+    assert not missing_functions(support, supports.MANDATORY)
     assert callable(getattr(support, "coordinate", None))
 
 
@@ -61,11 +61,11 @@ def test_models_and_supports_are_found() -> None:
     assert {support.__name__ for support in SUPPORTS} == {"Knuckle", "Point"}
 
 
-@pytest.mark.parametrize("asked", [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY], ids=name_of)
-def test_what_is_mandatory_has_no_default(asked: Any) -> None:
+@pytest.mark.parametrize("function", [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY], ids=name_of)
+def test_what_is_mandatory_has_no_default(function: Any) -> None:
     """A model that lacks something fails there, not with numbers of another one."""
     with pytest.raises(NotImplementedError):
-        asked(*(object() for _ in range(asked.__wrapped__.__code__.co_argcount)))
+        function(*(object() for _ in range(function.__wrapped__.__code__.co_argcount)))
 
 
 def test_importing_the_models_imports_every_module() -> None:

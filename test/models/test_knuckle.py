@@ -14,7 +14,7 @@ from comparison import relative
 
 import crane_sim
 from crane_sim import system
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 from crane_sim.simulation.metrics import derive
 
@@ -70,8 +70,8 @@ def test_accelerations_equal_forty_digit_ones(state: dict[str, Any]) -> None:
     }
     for key, group in groups.items():
         scene = scene_of(state["params"], **group)
-        found = crane_sim.acceleration(scene, state["q"], state["qd"], state["u"])
-        assert relative(found, state[key]) < EQUATIONS, key
+        actual = crane_sim.acceleration(scene, state["q"], state["qd"], state["u"])
+        assert relative(actual, state[key]) < EQUATIONS, key
 
 
 @cache
@@ -110,14 +110,14 @@ def second_derivation(scene: crane_sim.Scene, q: Any, v: Any, u: Any) -> np.ndar
     """Return the accelerations that M, bias, friction and drag of the second derivation give."""
     s, boom, jib = scene.model.support, scene.model.support.boom, scene.model.support.jib
     rods = float(boom.axial_inertia is not None)
-    given = [boom.length, boom.mass, boom.inertia, boom.axial_inertia or 0.0]
-    given += [jib.length, jib.mass, jib.inertia, jib.axial_inertia or 0.0]
-    given += [s.tower.inertia, scene.model.load.mass, scene.model.gravity]
+    numbers = [boom.length, boom.mass, boom.inertia, boom.axial_inertia or 0.0]
+    numbers += [jib.length, jib.mass, jib.inertia, jib.axial_inertia or 0.0]
+    numbers += [s.tower.inertia, scene.model.load.mass, scene.model.gravity]
     rope = getattr(scene.model.cable, "spring", None)
     for spring in (s.boom_spring, s.jib_spring, rope):
-        given += [spring.stiffness, spring.rest] if spring else [0.0, 0.0]
-    given += [float(s.jib_spring.relative) if s.jib_spring else 0.0, rods]
-    mass, bias, jacobian = derivation()(*q, *v, *given)
+        numbers += [spring.stiffness, spring.rest] if spring else [0.0, 0.0]
+    numbers += [float(s.jib_spring.relative) if s.jib_spring else 0.0, rods]
+    mass, bias, jacobian = derivation()(*q, *v, *numbers)
     force = np.array([*u, 0.0, 0.0]) - bias[:, 0]
     if scene.model.drag:
         velocity = jacobian @ v
@@ -144,7 +144,7 @@ def test_accelerations_equal_a_second_derivation(group: str) -> None:
         assert relative(crane_sim.acceleration(scene, q, v, u), second_derivation(scene, q, v, u)) < EQUATIONS
 
 
-@entry
+@entry_point
 def balance(p, q, v, u, h):
     """Return (dE/dt by central differences along the motion, power) at a state."""
     x = system.state(p, 0.0, q, v)
@@ -181,11 +181,11 @@ def test_imposed_rope_motion_is_the_force_driven_one_at_that_tension(drive: str)
         v[3] = 0.0 if drive == "locked" else v[3]
         u = u[: len(scene.actuated)]
         tension = derive(scene, np.zeros(1), q[None], v[None], u[None]).tension[0]
-        found = crane_sim.acceleration(scene, q, v, u)
+        actual = crane_sim.acceleration(scene, q, v, u)
         expected_rope = {"rate": u[-1], "lagging rate": (u[-1] - v[3]) / 0.2, "locked": 0.0}[drive]
         # the tension is formed from terms up to 1e2 times the result
-        assert found[3] == pytest.approx(expected_rope, abs=1e-10)
-        assert relative(crane_sim.acceleration(free, q, v, [*u[:3], -tension]), found) < 1e-11
+        assert actual[3] == pytest.approx(expected_rope, abs=1e-10)
+        assert relative(crane_sim.acceleration(free, q, v, [*u[:3], -tension]), actual) < 1e-11
 
 
 def test_small_swings_have_the_pendulum_frequency() -> None:
@@ -203,8 +203,8 @@ def test_small_swings_have_the_pendulum_frequency() -> None:
     }
     scene = scene_of(heavy, rope={"drive": "locked"})
     angle = 1e-5  # the frequency changes by angle^2 / 16
-    found = crane_sim.acceleration(scene, [0.3, 0.5, -0.2, 2.0, 0.0, angle], np.zeros(6), [0.0, 0.0, 0.0])
-    assert -found[5] / angle == pytest.approx(9.81 / 2.0, rel=1e-9)
+    actual = crane_sim.acceleration(scene, [0.3, 0.5, -0.2, 2.0, 0.0, angle], np.zeros(6), [0.0, 0.0, 0.0])
+    assert -actual[5] / angle == pytest.approx(9.81 / 2.0, rel=1e-9)
 
 
 def test_energy_of_the_reference() -> None:

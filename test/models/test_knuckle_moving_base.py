@@ -38,9 +38,9 @@ def place(t: Any) -> list[Any]:
 def about(axis: int, angle: Any) -> np.ndarray:
     """Return the matrix (3, 3) of a right-handed turn about a coordinate axis."""
     c, s, (i, j) = mp.cos(angle), mp.sin(angle), ((axis + 1) % 3, (axis + 2) % 3)
-    found = np.array([[mp.mpf(int(a == b)) for b in range(3)] for a in range(3)], dtype=object)
-    found[i, i], found[i, j], found[j, i], found[j, j] = c, -s, s, c
-    return found
+    rotation = np.array([[mp.mpf(int(a == b)) for b in range(3)] for a in range(3)], dtype=object)
+    rotation[i, i], rotation[i, j], rotation[j, i], rotation[j, j] = c, -s, s, c
+    return rotation
 
 
 def masses(scene: crane_sim.Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -69,9 +69,9 @@ def vectors(scene: crane_sim.Scene, q: Any, t: Any) -> np.ndarray:
     slewed = ship @ about(2, q[0])
     raised = [slewed @ about(1, -q[k]) for k in (1, 2)]
     rope = slewed @ about(0, q[4]) @ about(1, -q[5])
-    knee = np.array(x[:3], dtype=object) + boom * raised[0][:, 0]
-    tip = knee + jib * raised[1][:, 0]
-    centres = [knee - 0.5 * boom * raised[0][:, 0], knee + 0.5 * jib * raised[1][:, 0], tip - q[3] * rope[:, 2]]
+    elbow = np.array(x[:3], dtype=object) + boom * raised[0][:, 0]
+    tip = elbow + jib * raised[1][:, 0]
+    centres = [elbow - 0.5 * boom * raised[0][:, 0], elbow + 0.5 * jib * raised[1][:, 0], tip - q[3] * rope[:, 2]]
     return np.array([*centres, *raised[0].T, *raised[1].T, *slewed.T])
 
 
@@ -108,9 +108,9 @@ def _with_winch(scene: crane_sim.Scene, mass: np.ndarray, known: np.ndarray, win
         return np.linalg.solve(mass, known + winch * np.eye(6)[3])
     system = mass.copy()
     system[:, 3] = -np.eye(6)[3]  # the rope's force is unknown in place of its acceleration
-    found = np.linalg.solve(system, known - mass[:, 3] * winch)
-    found[3] = winch
-    return found
+    accelerations = np.linalg.solve(system, known - mass[:, 3] * winch)
+    accelerations[3] = winch
+    return accelerations
 
 
 @pytest.mark.parametrize("changes", [{"rope.drive": "rate"}, TURNING], ids=["plain", "turning rods in air"])
@@ -122,9 +122,9 @@ def test_accelerations_are_those_of_masses_in_the_world(changes: dict[str, Any])
     with mp.workdps(40):
         for _ in range(12):
             q, v, u, t = rng.uniform(low, high), rng.normal(0, 1, 6), rng.normal(0, 50, 4), rng.uniform(0, 9)
-            found = crane_sim.acceleration(scene, tuple(q), tuple(v), tuple(u), t)
+            actual = crane_sim.acceleration(scene, tuple(q), tuple(v), tuple(u), t)
             # two derivations in doubles differ by rounding times the condition of the 6x6 matrix, ~1e3
-            assert relative(found, newton(scene, q, v, u, t)) < 1e-11
+            assert relative(actual, newton(scene, q, v, u, t)) < 1e-11
 
 
 def test_heave_is_gravity() -> None:
@@ -134,8 +134,8 @@ def test_heave_is_gravity() -> None:
     t, state = 1.7, ((0.3, 0.6, -0.4, 2.2, 0.3, -0.5), (0.2, -0.1, 0.4, 0.3, 0.5, -0.7), (10.0, 300.0, 90.0, 0.4))
     lift = -heave["amplitude"] * heave["frequency"] ** 2 * np.sin(heave["frequency"] * t + heave["phase"])
     still = crane_sim.load_scene(CRANE | {"base_motion": None, "gravity": 9.81 + float(lift)}, {"rope.drive": "rate"})
-    found = crane_sim.acceleration(moving, *state, t)
-    assert relative(found, crane_sim.acceleration(still, *state)) < 1e-13  # rounding
+    actual = crane_sim.acceleration(moving, *state, t)
+    assert relative(actual, crane_sim.acceleration(still, *state)) < 1e-13  # rounding
 
 
 @pytest.mark.slow

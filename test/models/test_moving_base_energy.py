@@ -32,8 +32,8 @@ def of_masses(masses: Array, place: Callable[[float], Array], base: Any = SHIP) 
     """Return the kinetic and potential energy [J] of masses (n,), whose points of the base are `place` from TIME on."""
 
     def world(s: float) -> Array:
-        turned, origin = pose(base, TIME + s)
-        return origin[0] + place(s) @ turned[0].T
+        rotate, origin = pose(base, TIME + s)
+        return origin[0] + place(s) @ rotate[0].T
 
     return float(0.5 * masses @ np.sum(rate(world) ** 2, axis=1) + G * masses @ world(0.0)[:, 2])
 
@@ -70,15 +70,15 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
     }
     q, v = np.array([0.2, 0.7, -0.3, 2.0, 0.1, -0.2]), np.array([0.5, -0.3, 0.4, 0.2, -0.6, 0.7])
     masses = knuckle_points(q)[0]
-    found = of_masses(masses, lambda s: knuckle_points(q + s * v)[1])
+    actual = of_masses(masses, lambda s: knuckle_points(q + s * v)[1])
 
     def axes(s: float) -> Array:  # the tower's first two, in the world: its inertia is about its third one
         a = q[0] + s * v[0]
-        turned = pose(SHIP, TIME + s)[0][0]
-        return np.array([[np.cos(a), np.sin(a), 0.0], [-np.sin(a), np.cos(a), 0.0]]) @ turned.T
+        rotate = pose(SHIP, TIME + s)[0][0]
+        return np.array([[np.cos(a), np.sin(a), 0.0], [-np.sin(a), np.cos(a), 0.0]]) @ rotate.T
 
     turning = rate(axes)[0] @ axes(0.0)[1]
-    return crane_sim.load_scene(document), q, v, found + 0.5 * TOWER * float(turning) ** 2
+    return crane_sim.load_scene(document), q, v, actual + 0.5 * TOWER * float(turning) ** 2
 
 
 def pendulum() -> tuple[crane_sim.Scene, Array, Array, float]:
@@ -105,11 +105,11 @@ def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
         start = np.array([q[0] + s * v[0], 0.0, 0.0])
         return start + np.cumsum(np.vstack([np.zeros(3), np.array(LENGTHS)[:, None] * links(s)]), axis=0)
 
-    def turned(s: float) -> Array:
+    def rotate(s: float) -> Array:
         return links(s) @ pose(PLANE, TIME + s)[0][0].T
 
-    found = of_masses(np.array([trolley, *MASSES]), place, PLANE)
-    return scene, q, v, found + 0.5 * inertia * float(np.sum(rate(turned) ** 2))
+    actual = of_masses(np.array([trolley, *MASSES]), place, PLANE)
+    return scene, q, v, actual + 0.5 * inertia * float(np.sum(rate(rotate) ** 2))
 
 
 def on_a_bridge(local: Array, moves: Array) -> float:
@@ -147,9 +147,9 @@ CRANES = [knuckle, pendulum, overhead_plane, overhead_space, overhead_elastic]
 def test_energy_in_the_world_is_that_of_masses_followed_there(crane: Callable[[], Any]) -> None:
     """Kinetic and potential energy equal those of all masses, whose places in the world are differentiated."""
     scene, q, v, expected = crane()
-    found = crane_sim.energy(scene, q, v, TIME)
-    assert found == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J
-    assert abs(found - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0  # J: the base matters
+    actual = crane_sim.energy(scene, q, v, TIME)
+    assert actual == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J
+    assert abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0  # J: the base matters
 
 
 def test_relative_energy_knows_nothing_of_the_base() -> None:
@@ -173,7 +173,7 @@ def test_a_run_gives_both_energies() -> None:
     assert float(np.ptp(more)) > 5.0  # J
 
 
-def test_an_unknown_frame_is_refused() -> None:
+def test_an_unknown_frame_is_rejected() -> None:
     """A frame that does not exist is named with those that do."""
     scene, q, v, _ = pendulum()
     with pytest.raises(crane_sim.SceneError, match=r"frame = 'ship': possible: world, base"):

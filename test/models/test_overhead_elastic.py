@@ -14,7 +14,7 @@ from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.models import guards
 from crane_sim.models.energy_meter import Meter
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.simulation.rollout import simulate
 
 DATA = Path(__file__).parents[1] / "data"
@@ -55,35 +55,40 @@ def scene_of_case(spec: Any) -> crane_sim.Scene:
     )
 
 
-@entry
-def passed(method, p, q, v, u, times, nodes):
-    """Return (flow at the last of the times, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
+@entry_point
+def integrate_case(method, p, q, v, u, times, nodes):
+    """Return (last integration, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
     x = system.state(p, 0.0, q, v)
-    flow = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, make_event_log(system.switching(p))))
+    integration = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, make_event_log(system.switching(p))))
     for i in range(len(times)):
-        flow = integrate_to(method, p, u, flow, times[i], times[len(times) - 1])
-        system.points(p, times[i], dense_output(method, p, u, flow, times[i]), nodes[i])
-    gained = system.kinetic(p, flow.x) + system.potential(p, flow.x) - system.kinetic(p, x) - system.potential(p, x)
-    return flow, gained - system.energy_supplied(p, flow.x)
+        integration = integrate_to(method, p, u, integration, times[i], times[len(times) - 1])
+        system.points(p, times[i], dense_output(method, p, u, integration, times[i]), nodes[i])
+    gained = (
+        system.kinetic(p, integration.x)
+        + system.potential(p, integration.x)
+        - system.kinetic(p, x)
+        - system.potential(p, x)
+    )
+    return integration, gained - system.energy_supplied(p, integration.x)
 
 
 def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:
-    """Return (flow, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
+    """Return (integration, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
     nodes = np.empty((len(times), system.point_count(scene.model), 3))
     model, efforts = scene.model._replace(meter=Meter()), (0.0,) * len(scene.actuated)
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
-    flow, lost = passed(method, model, q, v, efforts, np.array(times), nodes)
-    return flow, nodes[:, 1:], lost
+    integration, lost = integrate_case(method, model, q, v, efforts, np.array(times), nodes)
+    return integration, nodes[:, 1:], lost
 
 
 @pytest.mark.parametrize("method", [DOP853(1e-12, 1e-14), Rodas(1e-10, 1e-13)], ids=lambda m: type(m).__name__)
 def test_the_stiff_reference_is_met(method: Any) -> None:
     """Explicit and Rosenbrock method follow five springs of 1e7 N/m as the reference does, and keep the energy."""
     case = CHAIN["14_elastic_k1e7"]
-    flow, nodes, lost = run(scene_of_case(case["spec"]), method, case["t"])
+    integration, nodes, lost = run(scene_of_case(case["spec"]), method, case["t"])
     expected = np.array(case["node_positions_xyz"])[..., [0, 2, 1]]  # the reference has its y upwards
     assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
-    assert flow.x[0] == pytest.approx(case["x"][-1], abs=1e-9)
+    assert integration.x[0] == pytest.approx(case["x"][-1], abs=1e-9)
     assert abs(lost) < 1e-7  # of 1e5 J that swing; the tolerance of 1e-12 a step, some 1e4 steps
 
 
@@ -113,8 +118,8 @@ def test_a_slack_cable(name: str) -> None:
     times, modes = np.array(case["event_times"]), case["modes_after_event"]
     taut = next(i for i, mode in enumerate(modes) if mode > 0)
     before = [t for t in case["t"] if t < times[taut]]
-    flow, nodes, _ = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), [*before, float(times[taut]) + 1e-3])
-    events = flow.event_log.rows[: taut + 1]
+    integration, nodes, _ = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), [*before, float(times[taut]) + 1e-3])
+    events = integration.event_log.rows[: taut + 1]
     # after the first jolt errors grow without bound, before it they are those of the integration
     assert np.max(np.abs(nodes[:-1] - np.array(case["node_positions_xyz"])[: len(before)])) < 1e-8
     assert np.max(np.abs(events[:, 0] - times[: taut + 1])) < 1e-8

@@ -8,7 +8,7 @@ import pytest
 import crane_sim
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 
 pytestmark = pytest.mark.interpreted
 
@@ -45,13 +45,13 @@ IMPOSED = {
 }
 
 
-@entry
+@entry_point
 def state_of(p, q, v):
     """Return the state at t = 0.37 s."""
     return system.state(p, 0.37, q, v)
 
 
-@entry
+@entry_point
 def derivative(p, x, u):
     """Return (dx/dt, power, kinetic + potential energy) at t = 0.37 s."""
     out = np.empty_like(x)
@@ -59,8 +59,8 @@ def derivative(p, x, u):
     return out, system.power(p, 0.37, x, u), system.kinetic(p, x) + system.potential(p, x)
 
 
-@entry
-def solved(p, x, u, shift, b):
+@entry_point
+def solve_shifted_system(p, x, u, shift, b):
     """Overwrite b with the solution of (shift I - J) y = b at t = 0.37 s."""
     system.solve_shifted(p, system.factor_shifted(p, system.compute_jacobian(p, 0.37, x, u), shift), b)
 
@@ -85,7 +85,7 @@ def test_derivatives_are_exact(groups: Any) -> None:
     for shift in (3.0, 300.0):
         b = np.append(rng.normal(size=n), np.zeros(len(x) - n))
         expected = np.linalg.solve(shift * np.eye(n) - jacobian, b[:n])
-        solved(p, x, u, shift, b)
+        solve_shifted_system(p, x, u, shift, b)
         # differences of h = 1e-5 are right to about 1e-9 of a derivative
         assert np.max(np.abs(b[:n] - expected)) < 1e-7 * np.max(np.abs(expected))
     change = (derivative(p, x + h * slope, u)[2] - derivative(p, x - h * slope, u)[2]) / (2.0 * h)
@@ -104,7 +104,7 @@ def test_links_start_where_axes_and_hoist_are() -> None:
 
 
 @pytest.mark.parametrize(
-    ("cable", "groups", "line"),
+    ("cable", "groups", "message"),
     [
         ({"stiffness": None}, {}, "cable.stiffness = None: an elastic cable has one"),
         ({"inertia": [1.0]}, {}, "cable.inertia: belongs to rigid links"),
@@ -116,8 +116,8 @@ def test_links_start_where_axes_and_hoist_are() -> None:
     ],
     ids=lambda case: str(case)[:30],
 )
-def test_a_bad_scene_is_refused_in_one_line(cable: Any, groups: Any, line: str) -> None:
+def test_a_bad_scene_is_a_single_line_error(cable: Any, groups: Any, message: str) -> None:
     """Keys that an elastic cable lacks or cannot have are named."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of([1.0], [1.0], 1e3, {}, cable=cable, **groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -88,11 +88,11 @@ def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
 
 def test_a_base_at_rest_is_the_ground() -> None:
     """A base whose motion is zero leaves accelerations as they are without one."""
-    found, expected = (
+    actual, expected = (
         crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [3.0, -2.0])
         for scene in (spatial(base_motion=STILL), spatial())
     )
-    assert found == pytest.approx(expected, abs=1e-14)  # the same sums, a few of them in another order
+    assert actual == pytest.approx(expected, abs=1e-14)  # the same sums, a few of them in another order
 
 
 @pytest.mark.slow
@@ -111,11 +111,11 @@ def test_an_accelerated_heave_is_gravity() -> None:
     """A base that accelerates upwards is felt as so much more gravity, a tilted one as gravity that leans."""
     rising = {"heave": {"amplitude": 2.0, "frequency": 1.0, "phase": -np.pi / 2}}  # 2 m/s² upwards at t = 0
     heavy = spatial(gravity=11.81)
-    found, expected = (
+    actual, expected = (
         crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [3.0, -2.0])
         for scene in (spatial(base_motion=rising), heavy)
     )
-    assert found == pytest.approx(expected, abs=1e-13)  # rounding
+    assert actual == pytest.approx(expected, abs=1e-13)  # rounding
     tilted = spatial(base_motion={"roll": {"amplitude": 0.0, "frequency": 0.0, "offset": 0.3}})
     down = np.array([0.0, -np.sin(0.3), -np.cos(0.3)])
     q = np.concatenate([np.zeros(2), np.tile(down, 3)])
@@ -125,15 +125,15 @@ def test_an_accelerated_heave_is_gravity() -> None:
 
 
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({"base_motion": {"sway": {"amplitude": 1.0, "frequency": 1.0}}}, "sway leaves the plane"),
         ({"base_motion": {}, "cable": {"model": "straight", "lengths": [1.0, 1.0], "node_masses": 1.0}}, "straight"),
     ],
     ids=["plane", "straight"],
 )
-def test_what_a_moving_base_cannot_carry_is_refused_in_one_line(groups: Any, line: str) -> None:
-    """Motions that leave the plane, and straight cables, are refused with what to do instead."""
+def test_what_a_moving_base_cannot_carry_is_a_single_line_error(groups: Any, message: str) -> None:
+    """Motions that leave the plane, and straight cables, are rejected with what to do instead."""
     document = {
         "crane": "overhead",
         "duration": 1.0,
@@ -142,4 +142,4 @@ def test_what_a_moving_base_cannot_carry_is_refused_in_one_line(groups: Any, lin
     }
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene(document | groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

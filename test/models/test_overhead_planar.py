@@ -8,7 +8,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 from crane_sim.simulation.rollout import simulate
 
@@ -56,13 +56,13 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
     m, lengths = [0.1] * (n - 1) + [0.1 * ratio], rng.uniform(0.5, 1.5, n)
     for _ in range(3):
         q, v = np.array([0.3, *rng.uniform(-1, 1, n)]), rng.normal(0, 1, n + 1)
-        found = crane_sim.acceleration(scene_of(m, lengths, q[1:]), q, v, [7.0])
+        actual = crane_sim.acceleration(scene_of(m, lengths, q[1:]), q, v, [7.0])
         expected = exact(m, lengths, q, v, 7.0, 5.0)
         # the tridiagonal system is positive definite; its condition does not grow with the ratio
-        assert np.max(np.abs(found - expected)) < 1e-12 * np.max(np.abs(expected))
+        assert np.max(np.abs(actual - expected)) < 1e-12 * np.max(np.abs(expected))
 
 
-@entry
+@entry_point
 def balance(p, t, q, v, u, h):
     """Return (dE/dt by central differences along the motion, power) at a state."""
     x = system.state(p, t, q, v)
@@ -144,5 +144,5 @@ def test_massless_nodes_merge() -> None:
     plain = scene_of([1.0, 5.0], [1.0, 0.7], [0.2, 0.3])
     assert merged.joint_names == plain.joint_names
     still = [0.0, 0.0, 0.0]
-    found, expected = (crane_sim.acceleration(scene, [0.0, 0.2, 0.3], still, [1.0]) for scene in (merged, plain))
-    assert np.array_equal(found, expected)
+    actual, expected = (crane_sim.acceleration(scene, [0.0, 0.2, 0.3], still, [1.0]) for scene in (merged, plain))
+    assert np.array_equal(actual, expected)

@@ -96,7 +96,7 @@ def test_unit_vectors_stay_on_the_sphere(long_run: Rollout) -> None:
 
 
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({"joints": {"stiffness": 1.0}}, "joints: belongs to 2 dimensions"),
         ({"cable": {"lengths": [1.0], "node_masses": [1.0], "inertia": [0.1]}}, "cable.inertia: belongs to 2 dim"),
@@ -108,8 +108,8 @@ def test_unit_vectors_stay_on_the_sphere(long_run: Rollout) -> None:
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_a_bad_scene_is_refused_in_one_line(groups: dict[str, Any], line: str) -> None:
-    """What has no meaning in space is refused, with the culprit's name."""
+def test_a_bad_scene_is_a_single_line_error(groups: dict[str, Any], message: str) -> None:
+    """What has no meaning in space is rejected, with the key."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of([1.0], [1.0], [[0.0, 0.0, -1.0]], **groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

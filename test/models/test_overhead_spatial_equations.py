@@ -8,7 +8,7 @@ import pytest
 
 import crane_sim
 from crane_sim import system
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 
 pytestmark = pytest.mark.interpreted
@@ -41,7 +41,7 @@ def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[
     return np.concatenate([q, units.ravel()]), np.concatenate([v, rates.ravel()])
 
 
-def aligned(q: Array, v: Array, n: int) -> tuple[Array, Array]:
+def align_links(q: Array, v: Array, n: int) -> tuple[Array, Array]:
     """Return unit vectors and rates (n, 3) in many digits, the rounding of the given ones taken out."""
     units, rates = (exactly(part[-3 * n :]).reshape(n, 3) for part in (q, v))
     units = units / exactly([mpmath.sqrt(square) for square in np.sum(units * units, axis=1)])[:, None]
@@ -58,7 +58,7 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         hoist: the same of the first length, a mass 0 allowed; None where there is none.
     """
     with mpmath.workdps(60):
-        n, (units, rates) = len(m), aligned(q, v, len(m))
+        n, (units, rates) = len(m), align_links(q, v, len(m))
         span, pace = exactly(lengths), exactly(np.zeros(n))
         if hoist is not None:
             span[0], pace[0] = mpmath.mpf(q[2]), mpmath.mpf(v[2])
@@ -82,9 +82,9 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         return np.concatenate([x[:2], x[last:] if hoist is not None else [], turning.ravel()]).astype(float)
 
 
-def error(found: Any, expected: Array) -> float:
+def error(actual: Any, expected: Array) -> float:
     """Return the largest error relative to the largest acceleration."""
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
+    return float(np.max(np.abs(actual - expected)) / np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize(("n", "ratio"), [(1, 2.0), (2, 1.0), (10, 1e4), (10, 1e8)])
@@ -95,12 +95,12 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
     scene = scene_of(m, lengths)
     for _ in range(2):
         q, v = state_of(rng, scene, n)
-        found = crane_sim.acceleration(scene, q, v, [7.0, -3.0])
+        actual = crane_sim.acceleration(scene, q, v, [7.0, -3.0])
         # the tridiagonal system is positive definite; its condition does not grow with the ratio
-        assert error(found, exact(m, lengths, q, v, ((5.0, 7.0), (8.0, -3.0)), None)) < 1e-12
+        assert error(actual, exact(m, lengths, q, v, ((5.0, 7.0), (8.0, -3.0)), None)) < 1e-12
 
 
-@entry
+@entry_point
 def balance(p, t, q, v, row, h):
     """Return (accelerations, dE/dt by central differences, power, actuated coordinates) under the efforts in `row`."""
     u = system.efforts_from_row(p, row)
@@ -141,8 +141,8 @@ def test_every_drive(drive: str) -> None:
     for _ in range(3):
         q, v = state_of(rng, scene, 3)
         v[:2] = [0.0 if axis is STILL else rate for axis, rate in zip(axes, v[:2], strict=True)]
-        found, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
-        assert error(found, exact(m, lengths, q, v, axes, hoist)) < 1e-13  # nothing heavy: rounding only
+        actual, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
+        assert error(actual, exact(m, lengths, q, v, axes, hoist)) < 1e-13  # nothing heavy: rounding only
         assert change == pytest.approx(power, rel=1e-6, abs=1e-5)  # the step's square, and rounding over the step
         assert np.array_equal(actuated, [q[driven], v[driven]])
 
@@ -155,7 +155,7 @@ def test_forces_on_nodes() -> None:
     q, v = state_of(np.random.default_rng(3), scene, 1)
     v[:2] = 0.0
     unit, rate = q[2:], v[2:]
-    found, change, power, _ = balance(scene.model, 0.0, q, v, np.zeros(0), 1e-5)
+    actual, change, power, _ = balance(scene.model, 0.0, q, v, np.zeros(0), 1e-5)
     pull = np.array([2.0, -3.0, 50.0 - 2.0 * G]) / 2.0
-    assert np.allclose(found[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13)
+    assert np.allclose(actual[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13)
     assert change == pytest.approx(power, rel=1e-6, abs=1e-5)

@@ -67,7 +67,7 @@ def test_a_force_driven_hoist() -> None:
 
 
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({"bridge": {"drive": "force", "mass": 0.0, "limits": [-0.2, 0.2]}}, "the bridge reached its travel limit"),
         (
@@ -80,8 +80,8 @@ def test_a_force_driven_hoist() -> None:
     ],
     ids=["limit", "slack"],
 )
-def test_what_ends_a_run(groups: dict[str, Any], line: str) -> None:
+def test_what_ends_a_run(groups: dict[str, Any], message: str) -> None:
     """A bridge at its limit and a slack link end the run and are named."""
     cable = {"model": "rigid", "lengths": [3.0, 1.0], "node_masses": [0.5, 10.0], "slack": "stop"}
-    with pytest.raises(SimulationError, match=line):
+    with pytest.raises(SimulationError, match=message):
         simulate(wound(0.5 * np.pi, cable=cable, **groups))  # a plane in which only the bridge moves

@@ -50,7 +50,7 @@ def ship(t: Any, only: tuple[str, ...] = AXES) -> list[Any]:
     ]
 
 
-def turned(roll: Any, pitch: Any, yaw: Any) -> sp.Matrix:
+def rotation_matrix(roll: Any, pitch: Any, yaw: Any) -> sp.Matrix:
     """Return Rz(yaw) Ry(pitch) Rx(roll)."""
     return sp.rot_ccw_axis3(yaw) * sp.rot_ccw_axis2(pitch) * sp.rot_ccw_axis1(roll)
 
@@ -59,9 +59,9 @@ def in_world(r: Any) -> Callable[[float], Any]:
     """Return a function of time: position, velocity, acceleration (3, 3) in the world of a point r (3,) of the ship."""
     t = sp.Symbol("t")
     surge = ship(t)
-    at = sp.Matrix(surge[:3]) + turned(*surge[3:]) * sp.Matrix(r)
-    found = sp.lambdify(t, sp.Matrix.hstack(at, at.diff(t), at.diff(t, 2)), cse=True)
-    return lambda now: np.array(found(now)).T
+    at = sp.Matrix(surge[:3]) + rotation_matrix(*surge[3:]) * sp.Matrix(r)
+    derivatives = sp.lambdify(t, sp.Matrix.hstack(at, at.diff(t), at.diff(t, 2)), cse=True)
+    return lambda now: np.array(derivatives(now)).T
 
 
 def spherical(angles: Any, rates: Any, drive: Any, gravity: float, force: Any) -> np.ndarray:
@@ -99,8 +99,8 @@ def test_accelerations_are_those_of_the_paper(moving: bool) -> None:
         seconds = spherical(angles, rates, drive + (x, y), GRAVITY + z - given[2] / MASS, given)
         n, n1, n2 = direction(angles, rates, seconds)
         q, v = (*rng.normal(size=3), *n), (*rng.normal(size=2), 0.0, *n1)
-        found = crane_sim.acceleration(scene, q, v, drive, now)
-        assert found == pytest.approx([*drive, 0.0, *n2], rel=1e-12, abs=1e-11)  # rounding, at accelerations of 1e1
+        actual = crane_sim.acceleration(scene, q, v, drive, now)
+        assert actual == pytest.approx([*drive, 0.0, *n2], rel=1e-12, abs=1e-11)  # rounding, at accelerations of 1e1
 
 
 def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
@@ -195,13 +195,13 @@ def test_joint_states_place_the_payload() -> None:
     scene = scene_of()
     q = np.array([0.3, -0.2, 0.9, 0.48, 0.6, -0.64])
     shown = derive(scene, np.zeros(1), q[None], np.zeros((1, 6)), np.zeros((1, 2)))
-    found = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
-    assert found == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
+    actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    assert actual == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
     assert shown.payload[0] - shown.tip[0] == pytest.approx(LENGTH * q[3:], abs=1e-15)  # one product
 
 
 @pytest.mark.parametrize(
-    ("group", "line"),
+    ("group", "message"),
     [
         ({"suspension": {"drive": "servo", "kp": 10.0}}, "suspension.kd: is missing"),
         ({"suspension": {"kp": 10.0}}, "suspension.kp: only a servo has one"),
@@ -212,8 +212,8 @@ def test_joint_states_place_the_payload() -> None:
         ({"reference": {"q": [1.0, 2.0, 3.0]}}, "reference.q: has 3 values"),
     ],
 )
-def test_a_scene_that_is_not_possible_is_refused_in_one_line(group: dict[str, Any], line: str) -> None:
+def test_a_scene_that_is_not_possible_is_a_single_line_error(group: dict[str, Any], message: str) -> None:
     """Every setting that contradicts another is named with its value."""
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as caught:
         scene_of(**group)
-    assert line in str(refused.value) and "\n" not in str(refused.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -71,7 +71,7 @@ DROP = {"kind": "smooth", "from": 2.0, "to": 20.0, "start": 0.0, "duration": 1.0
 DROPPED = ROD | {"hoist": {"drive": "prescribed", "profile": DROP}}
 
 
-def hoisted(effort: float, **hoist: Any) -> dict[str, Any]:
+def hoist_scene(effort: float, **hoist: Any) -> dict[str, Any]:
     """Return a scene whose hoist is driven by a force."""
     return ROD | {"hoist": {"drive": "force"} | hoist, "inputs": {"hoist": {"kind": "constant", "value": effort}}}
 
@@ -82,8 +82,8 @@ WINDING: dict[str, tuple[Any, dict[str, Any]]] = {
     "rate, long steps": ("knuckle_winch", WOUND | {"rope": {"drive": "rate"}, "integrator": {"method": "dop853"}}),
     "lagging rate": ("knuckle_winch", WOUND | {"rope": {"drive": "rate", "time_constant": 0.1}, "duration": 6.0}),
     "force": ("knuckle_winch", HAULED | {"rope": {"drive": "force", "limits": [0.0, 5.0]}}),
-    "drum": (hoisted(-300.0, inertia=5.0), {}),
-    "massless winch": (hoisted(-300.0), {}),
+    "drum": (hoist_scene(-300.0, inertia=5.0), {}),
+    "massless winch": (hoist_scene(-300.0), {}),
 }
 SWUNG = {"integrator": FIXED, "initial": {"direction_rate": [4.0, 0.0, 0.0]}, "duration": 1.0}
 RUNNING_OUT = {"integrator": FIXED, "duration": 0.5, "inputs": {"rope": {"kind": "constant", "value": 12.0}}}
@@ -110,16 +110,18 @@ PULLED = {"drum": {"inertia": 5.0}, "massless winch": {}}
 
 def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
     """Return (scene, changes) of all runs of this file, by name."""
-    asked: dict[str, tuple[Any, dict[str, Any]]] = {}
-    asked |= {f"point {name}": ("pendulum_free", PUSHED | changes) for name, (changes, _) in POINT.items()}
-    asked |= {f"knuckle {name}": case[:2] for name, case in KNUCKLE.items()}
-    asked |= {f"winding {name}": case for name, case in WINDING.items()}
+    runs_by_name: dict[str, tuple[Any, dict[str, Any]]] = {}
+    runs_by_name |= {f"point {name}": ("pendulum_free", PUSHED | changes) for name, (changes, _) in POINT.items()}
+    runs_by_name |= {f"knuckle {name}": case[:2] for name, case in KNUCKLE.items()}
+    runs_by_name |= {f"winding {name}": case for name, case in WINDING.items()}
     for name, (scene, changes, key) in PUSHING.items():
-        asked |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
-    asked |= {f"law {name}": case[:2] for name, case in LAWS.items()}
+        runs_by_name |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
+    runs_by_name |= {f"law {name}": case[:2] for name, case in LAWS.items()}
     for name, hoist in PULLED.items():
-        asked |= {f"pulled {name} {push}": (hoisted(500.0, **hoist, push=push), {}) for push in (False, True)}
-    return asked
+        runs_by_name |= {
+            f"pulled {name} {push}": (hoist_scene(500.0, **hoist, push=push), {}) for push in (False, True)
+        }
+    return runs_by_name
 
 
 class Run:
@@ -132,12 +134,12 @@ class Run:
     @property
     def end(self) -> float:
         """When the run ended early [s]."""
-        found = re.match("stopped at t = ([-+.e0-9]+) s: ", self.error)
-        assert found, self.error
-        return float(found[1])
+        match = re.match("stopped at t = ([-+.e0-9]+) s: ", self.error)
+        assert match, self.error
+        return float(match[1])
 
 
-def ended(scene: Any, changes: dict[str, Any]) -> Run:
+def run_to_end(scene: Any, changes: dict[str, Any]) -> Run:
     """Run a scene to its end, early or not."""
     try:
         run, error = crane_sim.simulate(load_scene(scene, changes)), ""
@@ -149,7 +151,7 @@ def ended(scene: Any, changes: dict[str, Any]) -> Run:
 @pytest.fixture(scope="module")
 def runs() -> dict[str, Run]:
     """Return all runs: `test_jit` proves that compiled code moves the same way."""
-    return {name: ended(*case) for name, case in questions().items()}
+    return {name: run_to_end(*case) for name, case in questions().items()}
 
 
 @pytest.mark.parametrize("name", POINT)
@@ -163,8 +165,8 @@ def test_the_suspension_point_stops_at_its_limits(runs: dict[str, Run], name: st
 @pytest.mark.parametrize("name", KNUCKLE)
 def test_joints_of_a_knuckle_crane_stop_at_their_limits(runs: dict[str, Run], name: str) -> None:
     """A joint that reaches its limit ends the run in that period, whatever drives it, and the cause is named."""
-    (_, _, joint, (low, high), told), run = KNUCKLE[name], runs[f"knuckle {name}"]
-    assert f": the {told}; change " in run.error
+    (_, _, joint, (low, high), message), run = KNUCKLE[name], runs[f"knuckle {name}"]
+    assert f": the {message}; change " in run.error
     q, v = run.q[:, joint], run.v[:, joint]
     assert np.all((q >= low) & (q <= high))
     way = min(q[-1] - low, high - q[-1])
@@ -192,7 +194,7 @@ def test_a_rigid_rope_pushes_only_where_it_may(runs: dict[str, Run], name: str) 
 
 
 def test_a_rope_goes_slack_when_mechanics_say_so(runs: dict[str, Run]) -> None:
-    """A pendulum thrown to the side, and a load that drops faster than it falls, go slack when a closed form says."""
+    """A pendulum thrown to the side, and a load that drops faster than it falls, go slack at a closed form's time."""
     g, length, rate = 9.81, 1.255, 4.0  # tension 0: cos = (2 - rate² l / g) / 3
     top = np.arccos((2.0 - rate**2 * length / g) / 3.0)
     expected = quad(lambda a: 1.0 / np.sqrt(rate**2 - 2.0 * g / length * (1.0 - np.cos(a))), 0.0, top)[0]
@@ -254,17 +256,17 @@ def test_chains_see_every_link(name: str, hoist: str) -> None:
 
 
 def test_batches_end_at_stops() -> None:
-    """A batch says which crane reached its limit and when, by the line that a run alone ends with."""
+    """A batch reports which crane reached its limit and when, with the error of a single run."""
     scene = load_scene("pendulum_free", PUSHED)
     batch = simulate_batch(scene, {"inputs.tip_x.value": [0.1, 1.0, 4.0]})
     errors = batch.errors
     assert errors[0] is None
     for t, error in zip((1.0, 0.5), errors[1:], strict=True):
-        found = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
-        assert found and float(found[1]) == pytest.approx(t, abs=DIGITS)
-    with pytest.raises(SimulationError) as ended:
+        match = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
+        assert match and float(match[1]) == pytest.approx(t, abs=DIGITS)
+    with pytest.raises(SimulationError) as run_to_end:
         crane_sim.simulate(scene)
-    assert str(ended.value) == errors[1] and ended.value.run.summary["event_count"] == 1
+    assert str(run_to_end.value) == errors[1] and run_to_end.value.run.summary["event_count"] == 1
 
 
 def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:
@@ -306,7 +308,7 @@ def test_what_is_absent_costs_nothing() -> None:
         ("overhead_hoist", {"hoist.push": True}, "hoist.push = True: belongs to a drive by force, here it is 'prescri"),
     ],
 )
-def test_bad_limits_are_refused_by_name(name: str, changes: dict[str, Any], message: str) -> None:
-    """Limits that the start or the target does not keep, or that belong to nothing, are refused in one line."""
+def test_bad_limits_are_rejected_by_name(name: str, changes: dict[str, Any], message: str) -> None:
+    """Limits that the start or the target does not keep, or that belong to nothing: single-line errors."""
     with pytest.raises(SceneError, match=re.escape(message)):
         load_scene(name, changes)

@@ -69,10 +69,10 @@ def test_a_straight_cable_pulls_as_its_chain_does(lengths: list[float]) -> None:
     cable = {"lengths": lengths, "node_masses": [light] * (len(lengths) - 1) + [10.0]}
     trolley = {"trolley": {"drive": "force", "mass": 5.0}}
     rod, chain = (scene_of(cable | {"model": model}, **trolley) for model in ("straight", "rigid"))
-    found = tensions(rod, [0.0, 0.5], [0.4, 1.2])
+    actual = tensions(rod, [0.0, 0.5], [0.4, 1.2])
     expected = tensions(chain, [0.0, *[0.5] * len(lengths)], [0.4, *[1.2] * len(lengths)])
-    assert found == pytest.approx(expected, abs=2e-3)  # N of 68: the rod's error is some multiple of the light masses'
-    assert np.ptp(found) > 5e-4  # each link carries another load
+    assert actual == pytest.approx(expected, abs=2e-3)  # N of 68: the rod's error is some multiple of the light masses'
+    assert np.ptp(actual) > 5e-4  # each link carries another load
 
 
 def test_a_hoisted_straight_cable_pulls_as_its_chain_does() -> None:
@@ -81,10 +81,10 @@ def test_a_hoisted_straight_cable_pulls_as_its_chain_does() -> None:
     profile = {"kind": "polynomial", "coefficients": [0.5, 0.3, 1.5]}  # m/s² of 3 pay the cable out
     hoist = {"hoist": {"drive": "prescribed", "profile": profile}}
     rod, chain = (scene_of(cable | {"model": model}, **hoist) for model in ("straight", "rigid"))
-    found = tensions(rod, [0.0, 0.5, 0.4], [0.0, 0.3, 0.9])
+    actual = tensions(rod, [0.0, 0.5, 0.4], [0.0, 0.3, 0.9])
     expected = tensions(chain, [0.0, 0.5, *[0.4] * 3], [0.0, 0.3, *[0.9] * 3])
-    assert found == pytest.approx(expected, abs=2e-3)  # as above
-    assert float(found[0]) < 0.8 * 10.0 * G  # and far from the weight
+    assert actual == pytest.approx(expected, abs=2e-3)  # as above
+    assert float(actual[0]) < 0.8 * 10.0 * G  # and far from the weight
 
 
 def test_a_run_has_the_tensions_of_its_loop() -> None:

@@ -104,7 +104,7 @@ def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
 
 
-@jit.entry
+@jit.entry_point
 def compiled_algebra(x, y, h, ks):
     """Return everything that the state algebra computes."""
     row = (0.5, None, 0.25)
@@ -140,8 +140,8 @@ def test_state_algebra_is_the_same_in_python() -> None:
     )
 
 
-@jit.entry
-def dragged(drag, force, velocity):
+@jit.entry_point
+def apply_drag(drag, force, velocity):
     """Compiled `add_drag`."""
     return add_drag(drag, force, velocity)
 
@@ -149,13 +149,13 @@ def dragged(drag, force, velocity):
 def test_a_generic_function_chooses_by_type() -> None:
     """The body is chosen by the type of the first argument, in Python and compiled; None takes the default."""
     force, velocity = (1.0, 2.0, 3.0), (3.0, 0.0, 4.0)
-    assert dragged(None, force, velocity) == add_drag(None, force, velocity) == force
+    assert apply_drag(None, force, velocity) == add_drag(None, force, velocity) == force
     expected = (1.0 - 7.5, 2.0, 3.0 - 10.0)
-    assert dragged(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
-    assert add_drag.knows(PayloadDrag) and not add_drag.knows(int)
+    assert apply_drag(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
+    assert add_drag.has_body(PayloadDrag) and not add_drag.has_body(int)
 
 
-@jit.entry
+@jit.entry_point
 def velocity_in_a_frame(position, velocity, rate):
     """Compiled `inertial_velocity`."""
     return inertial_velocity(position, velocity, rate)
@@ -180,7 +180,7 @@ def test_only_compilation_is_told() -> None:
     """`watched` calls when a kernel is compiled, not when it runs again."""
     begun: list[str] = []
 
-    @jit.entry
+    @jit.entry_point
     def double(x):
         return 2.0 * x
 

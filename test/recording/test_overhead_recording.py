@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from rerun.chunk import RrdReader
 
 from crane_sim import load_scene
-from crane_sim.description.cables import Hang
-from crane_sim.description.workspace import Room
+from crane_sim.description.cables import SuspendedCable
+from crane_sim.description.workspace import BoundingBox
 from crane_sim.recording.camera import ASPECT, VIEW, of_room
 from crane_sim.recording.layout import Suspension, hanging_still
 from crane_sim.recording.rerun.curves import cable_channels
@@ -142,7 +142,7 @@ EDGE = st.floats(0.0, 4.0)
 def test_all_of_the_motion_is_in_the_picture(x: float, dx: float, dy: float, depth: float, spatial: bool) -> None:
     """Seen from where the recording puts the eye, no corner of the crane's room is outside the field of view."""
     dy = dy if spatial else 0.0
-    room = Room((x, 0.0, -depth), (x + dx * depth, dy * depth, 0.0), depth, spatial)
+    room = BoundingBox((x, 0.0, -depth), (x + dx * depth, dy * depth, 0.0), depth, spatial)
     framing = of_room(room)
     eye, at = np.array(framing.eye), np.array(framing.look_at)
     ahead = (at - eye) / np.linalg.norm(at - eye)
@@ -159,7 +159,7 @@ def test_all_of_the_motion_is_in_the_picture(x: float, dx: float, dy: float, dep
 
 def test_a_far_way_is_followed() -> None:
     """Where the whole way would make the crane a dot, the eye goes along with the trolley, close to it."""
-    room = Room((0.0, 0.0, -2.0), (200.0, 0.0, 0.0), 2.0, spatial=False)
+    room = BoundingBox((0.0, 0.0, -2.0), (200.0, 0.0, 0.0), 2.0, spatial=False)
     framing = of_room(room)
     assert framing.follows == "crane/trolley/boxes"
     assert np.linalg.norm(np.subtract(framing.eye, framing.look_at)) < 10.0 * room.depth
@@ -170,8 +170,8 @@ def test_an_elastic_cable_is_told_by_its_nodes() -> None:
     angles = np.radians([10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
     steps = np.column_stack([np.sin(angles), np.zeros(6), -np.cos(angles)]) * 1.1
     nodes = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) + (5.0, 0.0, 0.0)
-    room = Room((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
-    cable = Suspension(Hang((1.0,) * 6, (1.0,) * 6), room, "positions")
+    room = BoundingBox((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
+    cable = Suspension(SuspendedCable((1.0,) * 6, (1.0,) * 6), room, "positions")
     block: Any = SimpleNamespace(nodes=nodes[None])
     found = {channel.entity: channel for channel in cable_channels(cable)}
     assert found["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")

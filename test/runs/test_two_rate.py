@@ -19,7 +19,7 @@ from two_rate_messages import PERIOD, make_demand, make_setpoints, make_state
 from crane_control.nodes.tracker_node import make_two_rate_law
 from crane_sim import load_scene, orchestration
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import fast_half, fresh
+from crane_sim.laws import fast_half, with_initial_state
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.states import ExecutionTime
 from crane_sim.simulation.plant import Plant
@@ -42,7 +42,7 @@ def run_plant(law: Any) -> tuple[Plant, list[int]]:
 @pytest.fixture(scope="module")
 def whole() -> tuple[Plant, list[int]]:
     """Return a run of the law in one process."""
-    law = fresh(SCENE.law)
+    law = with_initial_state(SCENE.law)
     return run_plant(lambda t, q, v: (law(t, q, v), law.slow_half.demand))
 
 
@@ -53,7 +53,7 @@ def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(whole: tup
 
 def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> None:
     """A servo with the demands of a separate tracker moves the crane as the whole law does, bit for bit."""
-    slow, fast = fresh(SCENE.law), fast_half(fresh(SCENE.law))
+    slow, fast = with_initial_state(SCENE.law), fast_half(with_initial_state(SCENE.law))
 
     def both(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[tuple[float, ...], None]:
         if slow.slow_half.due(t):

@@ -14,7 +14,7 @@ from crane_sim.models.supports.hoist import PrescribedHoist
 from crane_sim.models.supports.rails import PrescribedAxis
 from crane_sim.scenes.averaging import average, average_scene
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.hardware import mechanics
+from crane_sim.simulation.hardware import joint_mechanics
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.base_motion import base_motion_at, base_positions
 from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
@@ -65,7 +65,7 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
         assert not v.any() and not a.any()
 
 
-@crane_sim.numerics.jit.entry
+@crane_sim.numerics.jit.entry_point
 def motion_at(base: Any, t: float) -> Any:
     """Compiled `base_motion_at` for calls from Python."""
     return base_motion_at(base, t)
@@ -76,7 +76,7 @@ def numbers_of(law: Any) -> np.ndarray:
     found, channel = [law.target], law.channels
     while channel is not None:
         found += [[channel.effort], channel.gain]
-        channel = channel.rest
+        channel = channel.tail
     return np.concatenate(found)
 
 
@@ -122,7 +122,7 @@ def test_lqr_holds_the_target_on_a_surging_base() -> None:
 def test_default_brakes_do_not_depend_on_the_instant() -> None:
     """What brakes are computed from is that of a base at rest, whatever the base does at t = 0."""
     still, pitching = (
-        mechanics(load_scene(ROD | changes)) for changes in ({}, {"base_motion": PITCHED["base_motion"]})
+        joint_mechanics(load_scene(ROD | changes)) for changes in ({}, {"base_motion": PITCHED["base_motion"]})
     )
     for one, other in zip(still, pitching, strict=True):
         assert np.allclose(one, other, rtol=1e-9)  # of two models of one crane: rounding, over a small velocity

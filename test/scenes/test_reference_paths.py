@@ -12,28 +12,30 @@ from scipy.integrate import solve_ivp
 
 import crane_sim
 from crane_sim.scenes.scene import load_scene
-from crane_sim.trajectories.joint_trajectory import Trajectory
+from crane_sim.trajectories.joint_trajectory import Waypoints
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import sample_path
 from crane_sim.trajectories.point_to_point import PointToPoint
-from crane_sim.trajectories.polynomials import Pieces, values
-from crane_sim.trajectories.shaping import impulses, shape_path
+from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate
+from crane_sim.trajectories.shaping import apply_input_shaper, impulses
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 ROUNDING = 1e-12  # of numbers of the size of one
 SWING = sqrt(9.81 / 1.255)  # rad/s
-MOVE = PointToPoint((0.0,), (1.0,), 0.5, 0.8).pieces()
+MOVE = PointToPoint((0.0,), (1.0,), 0.5, 0.8).to_polynomials()
 FINE = {"rtol": 1e-11, "atol": 1e-13, "method": "DOP853", "max_step": 0.05}
 
 
-def swing_after(pieces: Pieces, frequency: float, damping: float) -> float:
+def swing_after(polynomials: PiecewisePolynomial, frequency: float, damping: float) -> float:
     """Return the amplitude of s'' + 2 D w s' + w² s = -r'' when the reference r has come to rest."""
 
     def rates(t: float, x: np.ndarray) -> list[float]:
-        push = values(pieces, np.array([t]), 2)[0, 0]
+        push = evaluate(polynomials, np.array([t]), 2)[0, 0]
         return [x[1], -push - 2.0 * damping * frequency * x[1] - frequency**2 * x[0]]
 
     x = np.zeros(2)
-    for first, last in zip(pieces.starts[:-1], pieces.starts[1:], strict=True):  # the acceleration jumps in between
+    for first, last in zip(
+        polynomials.starts[:-1], polynomials.starts[1:], strict=True
+    ):  # the acceleration jumps in between
         x = solve_ivp(rates, (first, np.nextafter(last, first)), x, **FINE).y[:, -1]
     return float(np.hypot(x[0], (x[1] + damping * frequency * x[0]) / (frequency * sqrt(1.0 - damping**2))))
 
@@ -44,7 +46,7 @@ def test_a_shaped_reference_leaves_no_swing(kind: Any, damping: float) -> None:
     """Integrated by scipy, an oscillator that the plain reference sets swinging rests after the shaped one."""
     assert swing_after(MOVE, SWING, damping) > 1e-3
     assert (
-        swing_after(shape_path(MOVE, kind, SWING, damping), SWING, damping) < 1e-9
+        swing_after(apply_input_shaper(MOVE, kind, SWING, damping), SWING, damping) < 1e-9
     )  # the integrator's tolerance, summed
 
 
@@ -64,11 +66,11 @@ def test_zvd_is_flat_where_zv_is_not() -> None:
 
 def test_a_shaped_path_ends_where_the_plain_one_does() -> None:
     """Shaping a path of two coordinates delays it by half a swing, changes neither end and adds no velocity."""
-    plain = MinimumJerk(((0.0, 1.0), (2.0, -1.0), (3.0, 0.0)), (1.0, 3.0, 4.0)).pieces()
-    late = shape_path(plain, "zv", SWING, 0.0)
+    plain = MinimumJerk(((0.0, 1.0), (2.0, -1.0), (3.0, 0.0)), (1.0, 3.0, 4.0)).to_polynomials()
+    late = apply_input_shaper(plain, "zv", SWING, 0.0)
     t = np.linspace(0.0, 7.0, 141)
-    expected = 0.5 * (values(plain, t) + values(plain, t - pi / SWING))
-    assert np.max(np.abs(values(late, t) - expected)) < ROUNDING
+    expected = 0.5 * (evaluate(plain, t) + evaluate(plain, t - pi / SWING))
+    assert np.max(np.abs(evaluate(late, t) - expected)) < ROUNDING
     assert late.starts[-1] == pytest.approx(4.0 + pi / SWING, abs=ROUNDING)
 
 
@@ -91,8 +93,8 @@ def test_files_say_what_the_scene_could(tmp_path: File, ending: str) -> None:
     file, t = tmp_path / f"way.{ending}", np.linspace(0.0, 4.0, 41)
     file.write_text(CSV if ending == "csv" else yaml.safe_dump({"header": {}} | TABLE) + "---\n")
     written, read = path_scene(**TABLE).path, path_scene(kind="trajectory", file=str(file)).path
-    assert np.array_equal(sample_path(written, t), sample_path(read, t))
-    assert sample_path(read, np.array([9.0]))[0, 0] == pytest.approx([2.0, 1.0], abs=ROUNDING)
+    assert np.array_equal(sample_trajectory(written, t), sample_trajectory(read, t))
+    assert sample_trajectory(read, np.array([9.0]))[0, 0] == pytest.approx([2.0, 1.0], abs=ROUNDING)
 
 
 def test_shaping_takes_its_frequency_from_the_rope() -> None:
@@ -213,7 +215,7 @@ def test_what_editors_and_spreadsheets_add_to_a_file_is_ignored(tmp_path: File) 
     """A byte order mark and empty lines change nothing."""
     (tmp_path / "way.csv").write_text("\ufeff" + CSV.replace("\n3", "\n\n3") + "\n\n")
     found, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).path, np.linspace(0.0, 4.0, 9)
-    assert np.array_equal(sample_path(found, t), sample_path(path_scene(**TABLE).path, t))
+    assert np.array_equal(sample_trajectory(found, t), sample_trajectory(path_scene(**TABLE).path, t))
 
 
 ROWS = {
@@ -235,9 +237,9 @@ def table(kinds: int) -> dict[str, Any]:
 @pytest.mark.parametrize(("kinds", "halfway"), [(1, [0.5, 2.0]), (2, [0.5, 2.0]), (3, [0.5625, 2.125])])
 def test_tables_are_interpolated_as_controllers_do(kinds: int, halfway: list[float]) -> None:
     """Linear, cubic or quintic by what is given; halfway, a quintic adds h² (a0 + a1) / 64 to the mean."""
-    pieces = TypeAdapter(Trajectory).validate_python(table(kinds)).pieces()
-    assert pieces.coefficients.shape[2] == 2 * kinds
-    assert values(pieces, np.array([2.0]))[0] == pytest.approx(halfway, abs=ROUNDING)
+    polynomials = TypeAdapter(Waypoints).validate_python(table(kinds)).to_polynomials()
+    assert polynomials.coefficients.shape[2] == 2 * kinds
+    assert evaluate(polynomials, np.array([2.0]))[0] == pytest.approx(halfway, abs=ROUNDING)
     for k, name in enumerate(list(ROWS)[:kinds]):
-        ends = values(pieces, np.array([1.0, np.nextafter(3.0, 0.0)]), k)
+        ends = evaluate(polynomials, np.array([1.0, np.nextafter(3.0, 0.0)]), k)
         assert np.max(np.abs(ends - np.array(ROWS[name]))) < ROUNDING

@@ -12,7 +12,7 @@ from crane_sim.cli import report
 from crane_sim.models.supports.knuckle_boom import Rod
 from crane_sim.scenes.scene import load_scene
 from crane_sim.scenes.schema.knuckle_checks import check_rods
-from crane_sim.trajectories.waves import BREAKING, Sea, largest_observed, steepness
+from crane_sim.trajectories.waves import BREAKING, Sea, max_observed_steepness, steepness
 
 PLANE = {
     "crane": "overhead",
@@ -182,8 +182,8 @@ def test_the_steepness_of_a_sea() -> None:
     """Steepness is height over the length g T² / (2 pi) of the peak wave; steep seas warn, breaking ones are none."""
     length = 9.81 * 10.0**2 / (2.0 * math.pi)
     assert steepness(Sea(length / 20.0, 10.0)) == pytest.approx(1.0 / 20.0, rel=1e-14)  # rounding
-    assert largest_observed(4.0) == 1.0 / 15.0 and largest_observed(20.0) == 1.0 / 25.0
-    assert "warnings" not in load_scene(PLANE, sea(0.99 * largest_observed(10.0) * length, 10.0)).notes
+    assert max_observed_steepness(4.0) == 1.0 / 15.0 and max_observed_steepness(20.0) == 1.0 / 25.0
+    assert "warnings" not in load_scene(PLANE, sea(0.99 * max_observed_steepness(10.0) * length, 10.0)).notes
     (line,) = load_scene(PLANE, sea(0.99 * BREAKING * length, 10.0)).notes["warnings"]
     assert line.startswith(
         "base_motion.sea: its steepness is 1/7.07; at a peak period of 10 s measured seas stay below"

@@ -1,4 +1,4 @@
-"""Many cranes at once: the same bits as one by one, whatever moves them, and mistakes told in one line."""
+"""Many cranes at once: the same bits as one by one, independent of the source; single-line errors."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ LONG = ("knuckle in lanes", "chain")  # to compile: up to three minutes
 
 @pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in KINDS])
 def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
-    """Every crane of a batch ends, and passes the instants asked for, bit for bit where `simulate` takes it alone."""
+    """Every crane of a batch ends, with samples at the given times, equal bit for bit to those of `simulate`."""
     name, overrides, parameters, lanes = KINDS[kind]
     document = load_scene(name, overrides | {"duration": TIMES[-1]}).to_dict()
     batch = simulate_batch(document, parameters, sample_times=TIMES, threads=2)
@@ -53,7 +53,7 @@ FAILURES: dict[str, tuple[str, dict[str, Any], str, list[Any], int]] = {
 
 @pytest.mark.parametrize("kind", FAILURES)
 def test_a_crane_that_fails_fails_alone(kind: str) -> None:
-    """A crane that cannot go on says so in the words of `simulate` and stands where that stopped; no other one does."""
+    """A crane that cannot go on has the error of `simulate` and ends at the same state; the others continue."""
     name, overrides, key, values, bad = FAILURES[kind]
     document = load_scene(name, overrides | {"duration": TIMES[-1]}).to_dict()
     batch = simulate_batch(document, {key: values}, sample_times=TIMES)
@@ -67,7 +67,7 @@ def test_a_crane_that_fails_fails_alone(kind: str) -> None:
     np.testing.assert_array_equal(batch.q[bad - 1], alone.q[-1])
 
 
-MISTAKES: dict[str, tuple[str, dict[str, Any], str]] = {
+REJECTED: dict[str, tuple[str, dict[str, Any], str]] = {
     "nothing varies": ("overhead_swing", {}, "parameters: are empty"),
     "one value": ("overhead_swing", {"payload.mass": 3.0}, "'payload.mass' = 3.0: must be an array"),
     "lengths": ("overhead_swing", {"payload.mass": [1.0, 2.0], "trolley.mass": [1.0]}, "'trolley.mass' has 1 entries"),
@@ -92,18 +92,18 @@ MISTAKES: dict[str, tuple[str, dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("kind", MISTAKES)
+@pytest.mark.parametrize("kind", REJECTED)
 def test_mistakes_name_the_culprit(kind: str) -> None:
-    """What cannot be a batch is refused before anything runs, in one line that names the parameter or the crane."""
-    name, parameters, told = MISTAKES[kind]
-    with pytest.raises(SceneError) as refused:
+    """What cannot be a batch is rejected before any run, by a single-line error with the parameter or the crane."""
+    name, parameters, message = REJECTED[kind]
+    with pytest.raises(SceneError) as caught:
         simulate_batch(name, parameters)
-    assert told in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
-def test_a_law_without_compiled_form_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A law that only Python can ask is refused by name: in a batch it could not run."""
+def test_a_law_without_compiled_form_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A law that is not compiled is rejected with its name: in a batch it could not run."""
 
     class Still:
         def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:

@@ -44,18 +44,18 @@ def test_energy_over_a_million_steps() -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
-    ("scene", "line"),
+    ("scene", "message"),
     [
         ("overhead_slack", "link 1 went slack, and a rigid link cannot be; take cable.model: elastic"),
         ("overhead_limits", "the trolley reached its travel limit; change trolley.limits, or what drives the trolley"),
     ],
 )
-def test_a_model_that_is_no_longer_valid_ends_the_run(scene: str, line: str) -> None:
+def test_a_model_that_is_no_longer_valid_ends_the_run(scene: str, message: str) -> None:
     """The run stops with time, cause and remedy in one line, and everything up to there is kept."""
     with pytest.raises(crane_sim.SimulationError) as caught:
         simulate(scene)
     run = caught.value.run
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
     stopped = run.events[-1][0]
     assert run.t[-1] <= stopped < run.t[-1] + run.scene.period and len(run.t) > 10
     assert np.all(np.isfinite(run.q)) and run.summary["steps"] == len(run.t) - 1
@@ -86,7 +86,7 @@ def test_a_bent_cable_is_not_taken_for_a_rod() -> None:
     assert bent.notes["model"] == heavy.notes["model"] == "rigid"
 
 
-def test_a_step_that_the_stiffest_motion_cannot_bear_is_refused() -> None:
+def test_a_step_that_the_stiffest_motion_cannot_bear_is_rejected() -> None:
     """A fixed step beyond the safe one is an error that names it; the safe one itself runs and stays finite."""
     with pytest.raises(crane_sim.SceneError, match="too large for the stiffest motion, .* safe step") as caught:
         crane_sim.load_scene("overhead_chain", {"integrator": {"method": "rk4", "step": 0.01}})

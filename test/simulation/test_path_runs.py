@@ -17,11 +17,11 @@ from crane_sim.ros.controller.path_input import TrajectoryInput
 from crane_sim.simulation.metrics import Tracking, in_base
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
-from crane_sim.trajectories.joint_trajectory import Point, Trajectory
+from crane_sim.trajectories.joint_trajectory import Point, Waypoints
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.path import Path, path_of, sample_path
-from crane_sim.trajectories.polynomials import values
-from crane_sim.trajectories.replanning import join_path, pieces_of, with_path
+from crane_sim.trajectories.polynomials import evaluate
+from crane_sim.trajectories.replanning import join_trajectory, to_piecewise_polynomial, with_trajectory
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, sample_trajectory
 
 FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
 SCENE = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
@@ -35,23 +35,23 @@ def run() -> crane_sim.Rollout:
 
 def test_figures_are_their_definitions(run: crane_sim.Rollout) -> None:
     """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
-    error = np.linalg.norm(run.payload[:, :2] - sample_path(SCENE.path, run.t)[:, 0], axis=1)
+    error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.path, run.t)[:, 0], axis=1)
     expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
-    found = [run.summary[name] for name in FIGURES]
-    assert found[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
-    assert found[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
+    actual = [run.summary[name] for name in FIGURES]
+    assert actual[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
+    assert actual[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
 
 
 def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
     """One block or many give the same bits."""
     parts = (run.t, run.q, run.v, run.u, run.payload)
-    found = []
+    actual = []
     for cuts in ([], [1, 2, 700, 3000]):
         tracking = Tracking(SCENE)
         for block in zip(*(np.split(part[:-1], cuts) for part in parts), strict=True):
             tracking.extend(*block)
-        found.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
-    assert found[0] == found[1] == {name: run.summary[name] for name in FIGURES}
+        actual.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
+    assert actual[0] == actual[1] == {name: run.summary[name] for name in FIGURES}
 
 
 def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
@@ -61,8 +61,8 @@ def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
     assert law is not None
     for _ in range(scene.steps):
         plant.advance(law(plant.t, plant.q, plant.v))
-    found = plant.summary()
-    assert {name: found[name] for name in FIGURES} == {name: run.summary[name] for name in FIGURES}
+    actual = plant.summary()
+    assert {name: actual[name] for name in FIGURES} == {name: run.summary[name] for name in FIGURES}
 
 
 def test_a_scene_without_a_path_has_no_such_figures() -> None:
@@ -89,29 +89,32 @@ class Follower(NamedTuple):
 
 
 NAMES = ("x", "y")
-OLD = path_of(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).pieces())
+OLD = compile_trajectory(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).to_polynomials())
 POINTS = (Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)), Point((6.0, 7.0), 5.0, (0.0, 0.0), (0.0, 0.0)))
 
 
 def test_a_new_path_goes_on_from_the_old_one() -> None:
     """Position, velocity and acceleration are continuous at the change, points passed are left out, names sorted."""
     first = Point((9.0, 9.0), 0.5, (0.0, 0.0), (0.0, 0.0))
-    new = join_path(Trajectory(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
-    before, after = values(pieces_of(OLD), np.array([1.5])), values(pieces_of(new), np.array([1.5]))
+    new = join_trajectory(Waypoints(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
+    before, after = (
+        evaluate(to_piecewise_polynomial(OLD), np.array([1.5])),
+        evaluate(to_piecewise_polynomial(new), np.array([1.5])),
+    )
     assert after == pytest.approx(before, abs=1e-12)  # rounding
     for k in (1, 2):
-        old, now = (values(pieces_of(path), np.array([1.5]), k) for path in (OLD, new))
+        old, now = (evaluate(to_piecewise_polynomial(path), np.array([1.5]), k) for path in (OLD, new))
         assert now == pytest.approx(old, abs=1e-12)
-    ends = values(pieces_of(new), np.array([2.5, 5.5, 99.0]))
+    ends = evaluate(to_piecewise_polynomial(new), np.array([2.5, 5.5, 99.0]))
     assert ends == pytest.approx(np.array([[5.0, 5.0], [7.0, 6.0], [7.0, 6.0]]), abs=1e-9)  # times of some seconds
 
 
 def test_a_law_at_work_keeps_what_it_has_learnt() -> None:
     """The path deep inside a law is replaced, and its memory is the same array."""
     law = Follower(Follower(OLD, 2.0), np.ones(3))
-    new = join_path(Trajectory(NAMES, POINTS), OLD, NAMES, 0.0)
-    found = with_path(law, new)
-    assert found.inner.inner is new and found.memory is law.memory and found.inner.memory == 2.0
+    new = join_trajectory(Waypoints(NAMES, POINTS), OLD, NAMES, 0.0)
+    actual = with_trajectory(law, new)
+    assert actual.inner.inner is new and actual.memory is law.memory and actual.inner.memory == 2.0
 
 
 class OneTopicNode:
@@ -151,10 +154,10 @@ def test_trajectories_from_the_topic() -> None:
     assert len(node.lines) == 3 and all(line.startswith("joint_trajectory: refused: ") for line in node.lines)
     node.callback(message([[3.0, 4.0], [5.0, 6.0]]))
     new = orders.apply_to(law, 1.0).inner
-    assert isinstance(new, Path)
-    found = values(pieces_of(new), np.array([1.0, 2.0, 3.0, 9.0]))
-    start = values(pieces_of(OLD), np.array([1.0]))[0]
-    assert found == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
+    assert isinstance(new, Trajectory)
+    actual = evaluate(to_piecewise_polynomial(new), np.array([1.0, 2.0, 3.0, 9.0]))
+    start = evaluate(to_piecewise_polynomial(OLD), np.array([1.0]))[0]
+    assert actual == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
     assert orders.apply_to(Follower(new, None), 1.1).inner is new
 
 

@@ -13,7 +13,7 @@ PERIOD = 0.01
 T = np.arange(1000) * PERIOD
 
 
-def settled(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ()) -> float | None:
+def settling_time(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ()) -> float | None:
     """Return when a joint settled, 10 s long, whose target is 0, from errors (1000,), its initial one, and blocks."""
     settling = Settling(np.zeros(1), np.array([initial]))
     for t, q in zip(np.split(T, cuts), np.split(error, cuts), strict=True):
@@ -24,27 +24,27 @@ def settled(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ()) -> fl
 def test_a_joint_that_begins_at_its_target_settles() -> None:
     """A joint at its target that is pushed aside and comes back has settled, though 2 % of nothing is nothing."""
     pushed = np.where((T > 1.0) & (T < 2.5), 0.1, 0.5 * RESOLUTION)
-    assert settled(pushed, 0.0) == pytest.approx(2.5)
-    assert settled(0.0 * T, 0.0) == 0.0
-    assert settled(np.full(1000, 2.0 * RESOLUTION), 0.0) is None
+    assert settling_time(pushed, 0.0) == pytest.approx(2.5)
+    assert settling_time(0.0 * T, 0.0) == 0.0
+    assert settling_time(np.full(1000, 2.0 * RESOLUTION), 0.0) is None
 
 
 def test_a_joint_must_stay_at_its_target() -> None:
     """A joint that comes within 2 % in the last tenth of the run has not settled, one that comes before has."""
     late, early = (np.where(T < at, 0.021, 0.019) for at in (9.96, 10.0 * (1.0 - HELD)))
-    assert settled(late, 1.0) is None
-    assert settled(early, 1.0) == pytest.approx(9.0)
-    assert settled(np.full(1000, 0.021), 1.0) is None
+    assert settling_time(late, 1.0) is None
+    assert settling_time(early, 1.0) == pytest.approx(9.0)
+    assert settling_time(np.full(1000, 0.021), 1.0) is None
 
 
 def test_a_manoeuvre_settles_within_its_part_of_the_way() -> None:
     """Errors are measured by 2 % of the first one where that is more than the resolution."""
-    assert settled(np.exp(-T), 1.0) == pytest.approx(np.log(50.0), abs=PERIOD)
+    assert settling_time(np.exp(-T), 1.0) == pytest.approx(np.log(50.0), abs=PERIOD)
 
 
 def test_settling_knows_no_blocks() -> None:
     """The same errors in other blocks settle at the same time."""
-    assert settled(np.exp(-T), 1.0, (1, 2, 513, 700)) == settled(np.exp(-T), 1.0)
+    assert settling_time(np.exp(-T), 1.0, (1, 2, 513, 700)) == settling_time(np.exp(-T), 1.0)
 
 
 def errors(energy: np.ndarray, cuts: tuple[int, ...] = ()) -> tuple[float, float]:
@@ -72,7 +72,7 @@ def test_the_largest_error_of_the_balance_is_kept() -> None:
 
 
 def test_looking_at_a_run_does_not_change_its_figures() -> None:
-    """A plant whose summary is asked for now and then ends with the figures of `simulate`, to the last bit."""
+    """A plant whose summary is read several times ends with the figures of `simulate`, to the last bit."""
     scene = load_scene("knuckle_setpoint", {"duration": 1.0})
     law, plant = scene.law, Plant(scene)
     assert law is not None
@@ -80,6 +80,6 @@ def test_looking_at_a_run_does_not_change_its_figures() -> None:
         plant.advance(tuple(law(plant.t, plant.q, plant.v)))
         if k % 7 == 0:
             plant.summary()
-    found, expected = plant.summary(), simulate(scene).summary
-    assert {key: found[key] for key in found} == {key: expected[key] for key in found}
-    assert 0.0 < found["energy_audit_error"] <= found["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding
+    actual, expected = plant.summary(), simulate(scene).summary
+    assert {key: actual[key] for key in actual} == {key: expected[key] for key in actual}
+    assert 0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding

@@ -122,7 +122,7 @@ def test_sample_times_do_not_change_the_steps() -> None:
 
 
 @pytest.mark.parametrize("times", [[-1.0], [1.0, 0.5], [99.0], [float("nan")]], ids=str)
-def test_impossible_sample_times_are_refused(times: list[float]) -> None:
+def test_impossible_sample_times_are_rejected(times: list[float]) -> None:
     """Instants outside the run, backwards or not numbers are errors that name themselves."""
     with pytest.raises(ValueError, match="sample_times"):
         simulate("knuckle_setpoint", duration=2.0, sample_times=times)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.obstacle import Obstacle, distance
-from crane_sim.trajectories.path import further_at, path_of, sample_path
+from crane_sim.trajectories.obstacle import Obstacle, min_distance
 from crane_sim.trajectories.point_to_point import PointToPoint
-from crane_sim.trajectories.polynomials import Pieces, peaks, values
+from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate, max_derivatives
+from crane_sim.trajectories.trajectory import compile_trajectory, higher_derivatives_at, sample_trajectory
 
 pytestmark = pytest.mark.interpreted
 
@@ -40,46 +40,46 @@ def test_arcs_are_their_formulas(profile: Any, turn: float) -> None:
     """Position, velocity and acceleration on an arc are those of R e^(i a(t)), at rest before and after."""
     arc = Arc((0.2, -0.1), 1.35, 0.3, 0.3 + turn, 40.0, 10.0, profile)
     t = np.linspace(0.0, 60.0, 1201)
-    found = sample_path(path_of(arc.pieces()), t)
+    actual = sample_trajectory(compile_trajectory(arc.to_polynomials()), t)
     s, ds, dds = way(profile, np.clip((t - 10.0) / 40.0, 0.0, 1.0))
     rate, second = turn * ds / 40.0, turn * dds / 1600.0
     spot = 1.35 * np.exp(1j * (0.3 + turn * s))
     expected = (0.2 - 0.1j + spot, 1j * rate * spot, (1j * second - rate**2) * spot)
     for k, exact in enumerate(expected):
-        assert np.max(np.abs(found[:, k] - np.stack([exact.real, exact.imag], axis=1))) < ROUNDING
+        assert np.max(np.abs(actual[:, k] - np.stack([exact.real, exact.imag], axis=1))) < ROUNDING
 
 
 @pytest.mark.parametrize("profile", ["sine", "smooth"])
 def test_lines_are_their_formulas(profile: Any) -> None:
     """A straight line has the profile's own position, velocity and acceleration in every coordinate."""
     t, ends = np.linspace(0.0, 6.0, 301), np.array([[1.0, 2.0, 3.0], [0.0, 5.0, 3.0]])
-    pieces = Line(tuple(ends[0]), tuple(ends[1]), 4.0, 1.0, profile).pieces()
+    polynomials = Line(tuple(ends[0]), tuple(ends[1]), 4.0, 1.0, profile).to_polynomials()
     s, ds, dds = way(profile, np.clip((t - 1.0) / 4.0, 0.0, 1.0))
     for k, exact in enumerate((ends[0] + np.outer(s, ends[1] - ends[0]), ds / 4.0, dds / 16.0)):
         wanted = exact if k == 0 else np.outer(exact, ends[1] - ends[0])
-        assert np.max(np.abs(values(pieces, t, k) - wanted)) < ROUNDING
+        assert np.max(np.abs(evaluate(polynomials, t, k) - wanted)) < ROUNDING
 
 
 def test_the_length_of_an_arc() -> None:
     """The speed along an arc adds up to radius times angle."""
-    path = path_of(Arc((0.0, 0.0), 1.35, 0.0, -2.5, 4.0).pieces())
-    length, _ = quad(lambda t: float(np.linalg.norm(sample_path(path, np.array([t]))[0, 1])), 0.0, 4.0)
+    path = compile_trajectory(Arc((0.0, 0.0), 1.35, 0.0, -2.5, 4.0).to_polynomials())
+    length, _ = quad(lambda t: float(np.linalg.norm(sample_trajectory(path, np.array([t]))[0, 1])), 0.0, 4.0)
     assert length == pytest.approx(1.35 * 2.5, abs=1e-10)  # the quadrature's own accuracy
 
 
-@entry
+@entry_point
 def further(path, t):
-    """Compiled `further_at`."""
-    return further_at(path, t)
+    """Compiled `higher_derivatives_at`."""
+    return higher_derivatives_at(path, t)
 
 
 def test_higher_derivatives() -> None:
     """Jerk and snap of the compiled path are the derivatives of its acceleration."""
-    pieces = MinimumJerk(POINTS, TIMES).pieces()
-    path = path_of(pieces)
+    polynomials = MinimumJerk(POINTS, TIMES).to_polynomials()
+    path = compile_trajectory(polynomials)
     for t in (12.3, 27.0, 33.9, 55.0):
-        for k, found in enumerate(further(path, t)):
-            assert np.max(np.abs(np.array(found) - values(pieces, np.array([t]), 3 + k))) < ROUNDING
+        for k, actual in enumerate(further(path, t)):
+            assert np.max(np.abs(np.array(actual) - evaluate(polynomials, np.array([t]), 3 + k))) < ROUNDING
 
 
 LIMITS = [
@@ -97,64 +97,66 @@ def test_point_to_point_keeps_its_limits_and_wastes_none(limits: tuple[float, fl
     """No coordinate exceeds a limit, all arrive together where they should, and at every time a limit is reached."""
     velocity, acceleration, jerk = limits
     of_axes = (acceleration, 0.9 * acceleration, acceleration)
-    pieces = PointToPoint((0.0, 1.0, 2.0), (3.0, 0.0, 2.0), velocity, of_axes, jerk, 0.5).pieces()
-    t = np.linspace(0.5, pieces.starts[-1], 2001)[1:-1]
+    polynomials = PointToPoint((0.0, 1.0, 2.0), (3.0, 0.0, 2.0), velocity, of_axes, jerk, 0.5).to_polynomials()
+    t = np.linspace(0.5, polynomials.starts[-1], 2001)[1:-1]
     reached = np.zeros(len(t), dtype=bool)
     for order, limit in enumerate((velocity, acceleration, jerk), start=1):
         if limit is not None:
-            size = np.abs(values(pieces, t, order)[:, 0]) / limit
-            assert size.max() <= 1.0 + 1e-12 and np.all(peaks(pieces, order) <= limit * (1.0 + 1e-12))  # rounding
+            size = np.abs(evaluate(polynomials, t, order)[:, 0]) / limit
+            assert size.max() <= 1.0 + 1e-12 and np.all(
+                max_derivatives(polynomials, order) <= limit * (1.0 + 1e-12)
+            )  # rounding
             reached |= size > 1.0 - 1e-9
     assert np.mean(reached) > 0.99  # all but instants next to a change of phase
-    assert values(pieces, np.array([0.0, 1e3])) == pytest.approx(np.array([[0, 1, 2], [3, 0, 2]]), abs=ROUNDING)
-    assert smoothness(pieces) >= (1 if jerk is None else 2)
+    assert evaluate(polynomials, np.array([0.0, 1e3])) == pytest.approx(np.array([[0, 1, 2], [3, 0, 2]]), abs=ROUNDING)
+    assert smoothness(polynomials) >= (1 if jerk is None else 2)
 
 
 def test_point_to_point_that_goes_nowhere_rests() -> None:
     """From a place to itself is rest, not a division by zero."""
-    pieces = PointToPoint((1.0, 2.0), (1.0, 2.0), 1.0, 1.0).pieces()
-    assert np.all(values(pieces, np.linspace(-1.0, 2.0, 7)) == [1.0, 2.0])
+    polynomials = PointToPoint((1.0, 2.0), (1.0, 2.0), 1.0, 1.0).to_polynomials()
+    assert np.all(evaluate(polynomials, np.linspace(-1.0, 2.0, 7)) == [1.0, 2.0])
 
 
-def smoothness(pieces: Pieces, tolerance: float = 1e-8) -> int:
+def smoothness(polynomials: PiecewisePolynomial, tolerance: float = 1e-8) -> int:
     """Return how many derivatives are continuous, jumps below the tolerance times the derivative's size are none."""
-    inner = pieces.starts[1:]
+    inner = polynomials.starts[1:]
     for k in range(5):
-        row = values(pieces, inner, k)
-        before = values(pieces, np.nextafter(inner, -np.inf), k)
-        if np.max(np.abs(row - before)) > tolerance * max(1e-3, float(peaks(pieces, k).max())):
+        row = evaluate(polynomials, inner, k)
+        before = evaluate(polynomials, np.nextafter(inner, -np.inf), k)
+        if np.max(np.abs(row - before)) > tolerance * max(1e-3, float(max_derivatives(polynomials, k).max())):
             return k - 1
     return 4
 
 
-def inside(pieces: Pieces) -> Pieces:
+def inside(polynomials: PiecewisePolynomial) -> PiecewisePolynomial:
     """Return the pieces without the rest before and after."""
-    return Pieces(pieces.starts[1:-1], pieces.coefficients[1:-1])
+    return PiecewisePolynomial(polynomials.starts[1:-1], polynomials.coefficients[1:-1])
 
 
 def test_minimum_jerk_of_two_points_is_the_quintic() -> None:
     """Two waypoints give 10 tau³ - 15 tau⁴ + 6 tau⁵."""
-    pieces = MinimumJerk(((1.0, 2.0), (4.0, 0.0)), (2.0, 7.0)).pieces()
+    polynomials = MinimumJerk(((1.0, 2.0), (4.0, 0.0)), (2.0, 7.0)).to_polynomials()
     t = np.linspace(0.0, 9.0, 91)
     s, _, _ = way("smooth", np.clip((t - 2.0) / 5.0, 0.0, 1.0))
-    assert np.max(np.abs(values(pieces, t) - (np.array([1.0, 2.0]) + np.outer(s, [3.0, -2.0])))) < ROUNDING
+    assert np.max(np.abs(evaluate(polynomials, t) - (np.array([1.0, 2.0]) + np.outer(s, [3.0, -2.0])))) < ROUNDING
 
 
 def test_minimum_jerk_passes_its_waypoints_smoothly() -> None:
     """Four derivatives are continuous at inner waypoints, and velocity and acceleration vanish at the ends."""
-    pieces = MinimumJerk(POINTS, TIMES).pieces()
-    assert np.max(np.abs(values(pieces, np.array(TIMES)) - POINTS)) < ROUNDING
-    assert smoothness(pieces) == 2  # rest begins and ends with a jump of the jerk
-    inner = inside(pieces)
+    polynomials = MinimumJerk(POINTS, TIMES).to_polynomials()
+    assert np.max(np.abs(evaluate(polynomials, np.array(TIMES)) - POINTS)) < ROUNDING
+    assert smoothness(polynomials) == 2  # rest begins and ends with a jump of the jerk
+    inner = inside(polynomials)
     knots = np.array(TIMES[1:-1])
     for k in range(5):
-        jump = values(inner, knots, k) - values(inner, np.nextafter(knots, 0.0), k)
+        jump = evaluate(inner, knots, k) - evaluate(inner, np.nextafter(knots, 0.0), k)
         assert np.max(np.abs(jump)) < 1e-13 * 16.0**2  # rounding, times how fast the pieces of 4 to 16 s change
 
 
 def test_minimum_jerk_cannot_be_improved() -> None:
     """No admissible variation changes the squared jerk to first order: its inner product with the jerk vanishes."""
-    pieces, t0 = MinimumJerk(POINTS, TIMES).pieces(), TIMES[0]
+    polynomials, t0 = MinimumJerk(POINTS, TIMES).to_polynomials(), TIMES[0]
     vanishing = np.polynomial.Polynomial.fromroots([(t - t0) / 40.0 for t in TIMES])
     at_rest = np.polynomial.Polynomial.fromroots([0.0, 0.0, 1.0, 1.0])
     x, weights = np.polynomial.legendre.leggauss(12)
@@ -163,7 +165,7 @@ def test_minimum_jerk_cannot_be_improved() -> None:
         total, size = np.zeros(2), np.zeros(2)
         for first, last in zip(TIMES[:-1], TIMES[1:], strict=True):
             t = 0.5 * (first + last) + 0.5 * (last - first) * x
-            terms = values(pieces, t, 3) * (bump((t - t0) / 40.0) * weights * 0.5 * (last - first))[:, None]
+            terms = evaluate(polynomials, t, 3) * (bump((t - t0) / 40.0) * weights * 0.5 * (last - first))[:, None]
             total, size = total + terms.sum(axis=0), size + np.abs(terms).sum(axis=0)
         assert np.all(np.abs(total) < 1e-10 * size)  # rounding of sums that cancel
 
@@ -171,28 +173,32 @@ def test_minimum_jerk_cannot_be_improved() -> None:
 def test_minimum_jerk_takes_the_time_that_limits_ask() -> None:
     """Without times, the motion is as fast as its tightest limit allows."""
     limits = {"velocity": (0.1, 0.08), "acceleration": 0.05, "jerk": 0.02}
-    pieces = MinimumJerk(POINTS, **limits, start=3.0).pieces()
-    ratios = [np.max(peaks(pieces, k) / np.array(limit)) for k, limit in enumerate(limits.values(), start=1)]
+    polynomials = MinimumJerk(POINTS, **limits, start=3.0).to_polynomials()
+    ratios = [
+        np.max(max_derivatives(polynomials, k) / np.array(limit)) for k, limit in enumerate(limits.values(), start=1)
+    ]
     assert max(ratios) == pytest.approx(1.0, abs=1e-9)  # peaks are found as roots of quartics
-    assert pieces.starts[1] == 3.0
+    assert polynomials.starts[1] == 3.0
 
 
 @pytest.mark.parametrize("side", ["shorter", "left", "right"])
 def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
     """The motion from A to B stays clear of the circle on the side asked for, and not by much."""
     obstacle = Obstacle((1.35, 0.0), (0.0, -1.35), (0.8, -0.8), 0.3, 0.1, 40.0, start=10.0, side=side)
-    pieces = obstacle.pieces()
+    polynomials = obstacle.to_polynomials()
     t = np.linspace(10.0, 50.0, 4001)
-    place = values(pieces, t)
+    place = evaluate(polynomials, t)
     gap = np.linalg.norm(place - (0.8, -0.8), axis=1)
     assert gap.min() > 0.4 - 1e-6  # the motion is looked at in fifty instants a piece
     assert gap.min() < 0.41
     assert (np.linalg.norm(place[2000]) > np.hypot(0.8, 0.8)) == (side == "left")  # A to B, B is clockwise of A
-    assert values(pieces, np.array([0.0, 60.0])) == pytest.approx(np.array([[1.35, 0.0], [0.0, -1.35]]), abs=ROUNDING)
+    assert evaluate(polynomials, np.array([0.0, 60.0])) == pytest.approx(
+        np.array([[1.35, 0.0], [0.0, -1.35]]), abs=ROUNDING
+    )
 
 
 def test_an_obstacle_aside_changes_nothing() -> None:
     """Where the straight way is free, it is taken."""
-    pieces = Obstacle((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0).pieces()
-    assert np.max(np.abs(values(pieces, np.linspace(0.0, 5.0, 51))[:, 1])) < ROUNDING
-    assert distance(pieces, np.array([1.0, 1.0])) >= 0.9
+    polynomials = Obstacle((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0).to_polynomials()
+    assert np.max(np.abs(evaluate(polynomials, np.linspace(0.0, 5.0, 51))[:, 1])) < ROUNDING
+    assert min_distance(polynomials, np.array([1.0, 1.0])) >= 0.9

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 import crane_sim
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.base_motion import axis_at
 from crane_sim.trajectories.waves import Response, Sea, Waves, apply_response, density, sample_sea
 
@@ -67,10 +67,10 @@ def test_a_response_is_interpolated_and_its_ends_are_held() -> None:
     """Amplitudes go straight between the table's rows, phases the short way round; beyond the ends both are held."""
     waves = Waves(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
     table = Response((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
-    found = apply_response(waves, table)
-    assert found.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
-    assert np.rad2deg(found.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)
-    assert np.array_equal(found.frequencies, waves.frequencies)
+    actual = apply_response(waves, table)
+    assert actual.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
+    assert np.rad2deg(actual.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)
+    assert np.array_equal(actual.frequencies, waves.frequencies)
 
 
 def scene_of(**base_motion: Any) -> crane_sim.Scene:
@@ -110,7 +110,7 @@ def test_sinusoids_and_a_sea_add_up() -> None:
     assert base.frequencies[3, :2].tolist() == [0.7, 0.3]
 
 
-@entry
+@entry_point
 def motion(base, times, out):
     """Write (position, velocity, acceleration) of the six axes at times (n,) into out (n, 6, 3)."""
     for k in range(len(times)):
@@ -126,20 +126,20 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     np.savetxt(file, rows, delimiter=", ", header="time, yaw, heave", comments="", fmt="%.17g")
     base = scene_of(file=str(file)).model.base
     between = np.linspace(0.0, 2.0, 777)
-    at_rows, found = np.empty((len(t), 6, 3)), np.empty((len(between), 6, 3))
+    at_rows, actual = np.empty((len(t), 6, 3)), np.empty((len(between), 6, 3))
     motion(base, t, at_rows)
-    motion(base, between, found)
+    motion(base, between, actual)
     assert at_rows[:, 5, 0] == pytest.approx(rows[:, 1], abs=1e-12)  # the spline's equations, solved in rounding
     s, c = 0.3 * np.sin(3.0 * between), 0.3 * np.cos(3.0 * between)
     expected = np.stack([c, -3.0 * s, -9.0 * c], axis=1)
     # a quintic at steps of 25 ms: h⁶ 3⁶ of values, h⁴ 3⁶ of second derivatives
-    errors = np.max(np.abs(found[:, 2] - expected), axis=0)
+    errors = np.max(np.abs(actual[:, 2] - expected), axis=0)
     assert errors[0] < 1e-8 and errors[2] < 1e-4
-    assert not found[:, [0, 1, 3, 4]].any()
+    assert not actual[:, [0, 1, 3, 4]].any()
 
 
 @pytest.mark.parametrize(
-    ("text", "line"),
+    ("text", "message"),
     [
         ("", "has no column 'time'"),
         ("time,rol\n0,1\n", "unknown column 'rol', did you mean 'roll'?"),
@@ -155,13 +155,13 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     ],
     ids=lambda text: str(text)[:30].replace("\n", " "),
 )
-def test_a_bad_file_is_refused_in_one_line(text: str, line: str, tmp_path: Path) -> None:
-    """What is wrong with a file is told with its name, the row and what is possible."""
+def test_a_bad_file_is_a_single_line_error(text: str, message: str, tmp_path: Path) -> None:
+    """Errors in a file have its name, the row and the possible values."""
     file = tmp_path / "motion.csv"
     file.write_text(text)
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(file=str(file))
-    assert line in str(caught.value) and "motion.csv" in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "motion.csv" in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
@@ -176,7 +176,7 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("groups", "line"),
+    ("groups", "message"),
     [
         ({"surge": {"amplitude": 1.0}}, "base_motion.surge[0].frequency: is missing"),
         ({"roll": [{"amplitude": 1.0, "frequency": 1.0, "phas": 1.0}]}, "roll[0]: unknown key 'phas'"),
@@ -191,8 +191,8 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
     ],
     ids=lambda case: str(case)[:40],
 )
-def test_a_bad_motion_is_refused_in_one_line(groups: Any, line: str) -> None:
-    """Mistakes in the group are told with the key, its value and what is possible."""
+def test_a_bad_motion_is_a_single_line_error(groups: Any, message: str) -> None:
+    """Errors in the group have the key, its value and the possible values."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(**groups)
-    assert line in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -15,7 +15,7 @@ from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import polyline
 from crane_sim.stepping.periods import begin
@@ -28,7 +28,7 @@ ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "rodas": Rodas}
 METHODS = (*FIXED, *ADAPTIVE)
 
 
-@entry
+@entry_point
 def integrate(method, p, source, q, v, end, times):
     """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
     x = system.project(p, system.state(p, 0.0, q, v))
@@ -41,7 +41,7 @@ def integrate(method, p, source, q, v, end, times):
     return flow, dense_output(method, p, source, flow, end)
 
 
-@entry
+@entry_point
 def read_outputs(p, t, x, source):
     """Return (q, v, tensions (L,)) at a state."""
     q, v = system.joints(p, x)
@@ -61,7 +61,7 @@ class CraneSimEngine:
 
     def methods(self) -> list[str]:
         """Return the names of the methods that fit the scene."""
-        arrays = system.rhs_into.knows(type(self.p))
+        arrays = system.rhs_into.has_body(type(self.p))
         smooth = begin(self.p, self.q, self.v)[0].event_log is None
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 

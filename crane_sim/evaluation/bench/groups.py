@@ -17,7 +17,7 @@ from crane_sim.evaluation.bench.group_cases import CASES, Case, Changes
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.integrators import Status, apply_pending_events, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled, dimension
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.stepping.periods import begin
@@ -26,7 +26,7 @@ _TINY = 1e-9  # s, from one evaluation to the next: they depend on each other, a
 _STEP = 1e-6  # s, of the method: safe for the stiffest case
 
 
-@entry
+@entry_point
 def march(p, x, u, evaluations):
     """Return the state, nested tuples, after so many evaluations, each moving it on by a little."""
     for _ in range(evaluations):
@@ -34,7 +34,7 @@ def march(p, x, u, evaluations):
     return x
 
 
-@entry
+@entry_point
 def march_array(p, x, u, evaluations):
     """Return the state, an array, after so many evaluations, each moving it on by a little."""
     y, out, work = x.copy(), np.empty_like(x), system.workspace(p)
@@ -45,7 +45,7 @@ def march_array(p, x, u, evaluations):
     return y
 
 
-@entry
+@entry_point
 def pass_time(method, p, x, u, end):
     """Return the integration at time `end` [s] that began with state x at 0."""
     switches = system.switching(p)

@@ -18,7 +18,7 @@ from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.integrators import integrate_to, start
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
-from crane_sim.numerics.jit import entry
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.stepping.periods import begin
 
@@ -46,13 +46,13 @@ class Trial(NamedTuple):
     evaluations: int  # of the equations, without linear systems
 
 
-@entry
+@entry_point
 def integrate(method, p, x, u, end):
     """Return the integration from (0, x) to `end`."""
     return integrate_to(method, p, u, start(p, 0.0, x, None), end, end)
 
 
-@entry
+@entry_point
 def derivative(p, t, x, u):
     """Return the time derivative of the state."""
     return system.rhs(p, t, x, u)

@@ -15,11 +15,11 @@ from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.process_signals import end_with_parent
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.metrics import LOOK, in_base, polyline, tip_accelerations
+from crane_sim.simulation.metrics import DIFFERENCE_STEP, in_base, polyline, tip_accelerations
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
-from crane_sim.trajectories.path import Array, sample_path
+from crane_sim.trajectories.trajectory import Array, sample_trajectory
 
 LEVEL = 90.0  # deg: a rope that swings so far is not under control
 
@@ -96,7 +96,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
     settling.extend(run.t, error[:, None])
     (settled,) = settling.times(run.t[-1], error[-1:], period=0.0)  # the last instant outside, not the one after it
     accelerations = np.empty(len(run.t))
-    tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), LOOK, accelerations)
+    tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), DIFFERENCE_STEP, accelerations)
     return Figures(
         mse=float(np.mean(error**2)),
         mae=float(np.mean(error)),
@@ -114,7 +114,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
 def path_positions(scene: Scene, t: Array) -> Array:
     """Return where the payload should be (K, n) [m] at times t (K,), in the axes of the base."""
     assert scene.path is not None, "trials with a path are scenes with one"
-    return sample_path(scene.path, np.ascontiguousarray(t))[:, 0]
+    return sample_trajectory(scene.path, np.ascontiguousarray(t))[:, 0]
 
 
 def target_position(scene: Scene) -> Array:

@@ -13,7 +13,7 @@ from crane_sim.evaluation.reproduce.table import Shown
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.metrics import in_base
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.trajectories.path import sample_path
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 SEEDS = 30
 FEATURES, NOISE = "control.adaptation.seed", "control.vision.seed"
@@ -170,7 +170,7 @@ def sentences() -> Iterator[Measured]:
 
 def payload_and_path(run: Rollout) -> tuple[Any, Any]:
     """Return where the payload was, and where its path was (K, 2) [m], horizontal, relative to the base."""
-    goal, base = sample_path(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
+    goal, base = sample_trajectory(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
     found = run.payload if base is None else in_base(base, run.t, run.payload)
     return found[:, :2], goal
 

@@ -5,8 +5,9 @@ spoil as it does that of the N x N mass matrix. Angles are absolute, from the do
 n_k = (sin α_k, -cos α_k) points down link k, t_k = (cos α_k, sin α_k) where it moves when α_k grows. Node 0 is the
 trolley.
 
-A link with a moment of inertia (`Rods`) also carries a force across, and its turning is an unknown too. Stiffness and
-damping where links meet (`Joints`) are couples on the links, which their ends' nodes feel as forces across.
+A link with a moment of inertia (`Rods`) also transmits a transverse force, and its angular acceleration is an
+unknown, too. Stiffness and damping of joints between links (`Joints`) are couples on the links, equivalent to
+transverse forces on the nodes at their ends.
 """
 
 from typing import Any, NamedTuple
@@ -79,7 +80,7 @@ def assemble_rhs(w, bias_acc, gravity):
 
 @lean_generic
 def solve_links(rods, w, top):
-    """Turn what is asked of the links into tensions [N] and angular accelerations [rad/s²] in the work array w.
+    """Solve for tensions [N] and angular accelerations [rad/s²] of the links in the work array w.
 
     Args:
         rods: the links' inertia, None where they have none.
@@ -101,31 +102,31 @@ def link_angles(w):
 
 @lean_kernel
 def assemble_diagonal(w, top):
-    """Fill the diagonal, and take the first link's hoist into what its tension has to supply."""
+    """Fill the diagonal, and add the hoist to the right-hand side of the first link."""
     axis_inv_mass, hoist_inv_mass, hoist_bias_acc, _ = top
     for k in range(1, w.shape[1] - 1):
         w[DIAGONAL, k] = w[INV_MASS, k - 1] + w[INV_MASS, k]
     w[DIAGONAL, 0] = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass + hoist_inv_mass
     w[RHS_ALONG, 0] -= hoist_bias_acc
-    if hoist_inv_mass < 0.0:  # a massless winch: the first tension is given, and the first link's equation only says so
+    if hoist_inv_mass < 0.0:  # a massless winch: the first tension is given, which replaces the first link's equation
         w[DIAGONAL, 0], w[RHS_ALONG, 0] = 1.0, hoist_bias_acc
         w[RHS_ALONG, 1] += w[BEND_COS, 0] * hoist_bias_acc
 
 
 @lean_kernel
-def eliminate_row(w, k, known, less, more):
-    """Eliminate row k of the system; return what that takes from the next row's pivot and adds to its right side.
+def eliminate_row(w, k, off_diagonal, less, more):
+    """Eliminate row k of the system; return the changes of the next row's pivot (to subtract) and right-hand side.
 
     Args:
         w: work array.
         k: of the row.
-        known: by which rows k and the next one know each other.
-        less, more: what the row before has taken and added.
+        off_diagonal: entry of rows k and k + 1.
+        less, more: changes of pivot and right-hand side by the row before.
     """
     pivot, right = w[DIAGONAL, k] - less, w[RHS_ALONG, k] + more
     inverse = 1.0 / pivot
-    w[TENSION, k], w[FACTOR, k] = right * inverse, known * inverse
-    return known * known / pivot, w[FACTOR, k] * right
+    w[TENSION, k], w[FACTOR, k] = right * inverse, off_diagonal * inverse
+    return off_diagonal * off_diagonal / pivot, w[FACTOR, k] * right
 
 
 @lean_kernel
@@ -266,7 +267,7 @@ class Joints(NamedTuple):
 
 @lean_generic
 def add_joints(joints, w, x, first):
-    """Add what the joints' moments ask of the links, with angles from x[first] on; return the force on the trolley."""
+    """Add the moments of joints to the links' right-hand sides, angles from x[first] on; return the trolley's force."""
     return 0.0
 
 

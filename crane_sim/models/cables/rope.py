@@ -38,8 +38,8 @@ class LockedRope(NamedTuple):
     length: Positive  # m
 
 
-class Span(NamedTuple):
-    """The line from tip to payload, in the support's frame."""
+class RopeKinematics(NamedTuple):
+    """Direction, length and rates of the rope, from tip to payload, in the support's frame."""
 
     n: Vector  # unit vector
     length: float  # m
@@ -48,34 +48,34 @@ class Span(NamedTuple):
 
 
 @kernel
-def span(pose, xc):
-    """Return the Span of payload state xc below a support in posture pose."""
+def rope_kinematics(pose, xc):
+    """Return the RopeKinematics of payload state xc below a support in posture pose."""
     ex, ey, ez = xc[0] - pose.tip[0], xc[1] - pose.tip[1], xc[2] - pose.tip[2]
     vx, vy, vz = xc[3] - pose.tip_velocity[0], xc[4] - pose.tip_velocity[1], xc[5] - pose.tip_velocity[2]
     length = sqrt(ex * ex + ey * ey + ez * ez)
     inverse = 1.0 / length
     n = (ex * inverse, ey * inverse, ez * inverse)
-    return Span(n, length, n[0] * vx + n[1] * vy + n[2] * vz, (vx, vy, vz))
+    return RopeKinematics(n, length, n[0] * vx + n[1] * vy + n[2] * vz, (vx, vy, vz))
 
 
 @kernel
-def swing_angles(line):
-    """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of a Span; θ1 = 0 where θ2 = ±90 degrees leaves it open."""
-    nx, ny, nz = line.n
-    vx, vy, vz = line.velocity
+def swing_angles(rope_state):
+    """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of RopeKinematics; θ1 = 0 where θ2 = ±90 deg."""
+    nx, ny, nz = rope_state.n
+    vx, vy, vz = rope_state.velocity
     c2 = sqrt(ny * ny + nz * nz)
     s1, c1 = (ny / c2, -nz / c2) if c2 > 0.0 else (0.0, 1.0)
-    return s1, c1, c2, (c1 * vy + s1 * vz) / line.length, (c2 * vx + nx * (c1 * vz - s1 * vy)) / line.length
+    return s1, c1, c2, (c1 * vy + s1 * vz) / rope_state.length, (c2 * vx + nx * (c1 * vz - s1 * vy)) / rope_state.length
 
 
 @generic
-def rope_tension(rope, p, pose, line, tau, force, reaction):
+def rope_tension(rope, p, pose, rope_state, tau, force, reaction):
     """Return the tension [N].
 
     Args:
         rope: the rope's parameters; their type chooses the drive.
         p: the crane.
-        pose, line: posture of the support, Span of the rope.
+        pose, rope_state: posture of the support, RopeKinematics.
         tau: efforts of all joints; the winch's is the fourth.
         force: on the payload, the rope's left out (3,) [N].
         reaction: on the tip, the rope's left out (3,) [N].
@@ -84,65 +84,69 @@ def rope_tension(rope, p, pose, line, tau, force, reaction):
 
 
 @rope_tension.register(ForceRope)
-def _(rope, p, pose, line, tau, force, reaction):
-    return -add_spring(rope.spring, tau[3], line.length)
+def _(rope, p, pose, rope_state, tau, force, reaction):
+    return -add_spring(rope.spring, tau[3], rope_state.length)
 
 
 @rope_tension.register(RateRope)
-def _(rope, p, pose, line, tau, force, reaction):
-    return imposed_tension(p, pose, line, tau, force, reaction, imposed_acceleration(rope.time_constant, line, tau[3]))
+def _(rope, p, pose, rope_state, tau, force, reaction):
+    return imposed_tension(
+        p, pose, rope_state, tau, force, reaction, imposed_acceleration(rope.time_constant, rope_state, tau[3])
+    )
 
 
 @rope_tension.register(LockedRope)
-def _(rope, p, pose, line, tau, force, reaction):
-    return imposed_tension(p, pose, line, tau, force, reaction, 0.0)
+def _(rope, p, pose, rope_state, tau, force, reaction):
+    return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
 
 
 @generic
-def imposed_acceleration(time_constant, line, u):
+def imposed_acceleration(time_constant, rope_state, u):
     """Return the second derivative of the rope's length that the winch imposes at input u."""
     return u
 
 
 @imposed_acceleration.register(float)
-def _(time_constant, line, u):
-    return (u - line.rate) / time_constant
+def _(time_constant, rope_state, u):
+    return (u - rope_state.rate) / time_constant
 
 
 @kernel
-def imposed_tension(p, pose, line, tau, force, reaction, length_acceleration):
+def imposed_tension(p, pose, rope_state, tau, force, reaction, length_acceleration):
     """Return the tension that gives the rope this second derivative of its length."""
     qdd = support_acceleration(p.support, pose, p.gravity, tau, reaction)
     relative, yaw_acceleration = tip_acceleration(p.support, pose, qdd)
     tip = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
-    nx, ny, nz = line.n
+    nx, ny, nz = rope_state.n
     m = p.load.mass
     pull = nx * (force[0] / m - tip[0]) + ny * (force[1] / m - tip[1]) + nz * (force[2] / m - tip[2])
-    return (pull + centripetal(pose, line) - length_acceleration) / (1.0 / m + tip_mobility(p.support, pose, line.n))
+    return (pull + centripetal(pose, rope_state) - length_acceleration) / (
+        1.0 / m + tip_mobility(p.support, pose, rope_state.n)
+    )
 
 
 @kernel
-def centripetal(pose, line):
+def centripetal(pose, rope_state):
     """Return length times |n'|², n' in inertial axes."""
-    ex, ey = line.n[0] * line.length, line.n[1] * line.length
-    vx, vy, vz = line.velocity
+    ex, ey = rope_state.n[0] * rope_state.length, rope_state.n[1] * rope_state.length
+    vx, vy, vz = rope_state.velocity
     vx, vy = vx - pose.yaw_rate * ey, vy + pose.yaw_rate * ex
-    return (vx * vx + vy * vy + vz * vz - line.rate * line.rate) / line.length
+    return (vx * vx + vy * vy + vz * vz - rope_state.rate * rope_state.rate) / rope_state.length
 
 
 @generic
-def winch_power(rope, u, line, tension):
+def winch_power(rope, u, rope_state, tension):
     """Return the power [W] that the winch supplies."""
-    return -tension * line.rate
+    return -tension * rope_state.rate
 
 
 @winch_power.register(ForceRope)
-def _(rope, u, line, tension):
-    return u[3] * line.rate
+def _(rope, u, rope_state, tension):
+    return u[3] * rope_state.rate
 
 
 @winch_power.register(LockedRope)
-def _(rope, u, line, tension):
+def _(rope, u, rope_state, tension):
     return 0.0
 
 
@@ -159,7 +163,7 @@ def _(rope, energy, length):
 
 @generic
 def limit_winch(rope, u):
-    """Return u with the winch's demand replaced by what a rope can do: it pulls, it cannot push."""
+    """Return u with the winch's command replaced by what a rope can transmit: tension."""
     return u
 
 
@@ -176,14 +180,14 @@ def project_to_rope(rope, pose, xc):
 
 @project_to_rope.register(LockedRope)
 def _(rope, pose, xc):
-    line = span(pose, xc)
-    nx, ny, nz = line.n
+    rope_state = rope_kinematics(pose, xc)
+    nx, ny, nz = rope_state.n
     x, y, z = pose.tip
     return (
         x + rope.length * nx,
         y + rope.length * ny,
         z + rope.length * nz,
-        xc[3] - line.rate * nx,
-        xc[4] - line.rate * ny,
-        xc[5] - line.rate * nz,
+        xc[3] - rope_state.rate * nx,
+        xc[4] - rope_state.rate * ny,
+        xc[5] - rope_state.rate * nz,
     )

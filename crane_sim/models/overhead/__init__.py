@@ -23,7 +23,7 @@ def energies(p, x):
 
 @lean_routine_generic
 def smallest_guard(p, t, x, tau, work):
-    """Return what `system.guard` does, at joint efforts tau."""
+    """Return the result of `system.guard` at joint efforts tau."""
     raise NotImplementedError
 
 
@@ -35,5 +35,5 @@ def mode_of_stopped_axis(p, t, x, tau, axis, mode):
 
 @routine_generic
 def switch(p, t, x, tau, number):
-    """Return what `system.apply_reset_map` does, at joint efforts tau."""
+    """Return the result of `system.apply_reset_map` at joint efforts tau."""
     raise NotImplementedError

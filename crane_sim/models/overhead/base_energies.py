@@ -1,6 +1,6 @@
 """Energies of overhead cranes on a moving base: what it adds to those relative to it, mass by mass.
 
-An axis whose motion is imposed has no mass, and a winch's drum feels no turning of the base: neither adds anything.
+An axis with prescribed motion has no mass, and the drum's reflected mass does not rotate with the base: neither counts.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from crane_sim.models.overhead import layout_of, planar, spatial
 from crane_sim.models.overhead.elastic import ElasticCrane, mass_of, node_vector
 from crane_sim.models.overhead.modes import payload_mass
 from crane_sim.models.overhead.planar import PlanarCrane
-from crane_sim.models.overhead.spatial import SpatialCrane, place
+from crane_sim.models.overhead.spatial import SpatialCrane, write_positions
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import generic, kernel, routine
 
@@ -96,7 +96,7 @@ def _(p, x, mass, r, v):
     nq, _, _ = layout_of(p)
     links = system.workspace(p).links
     spatial.fill_links(p, x, links)
-    place(p, x, r)
+    write_positions(p, x, r)
     v[:] = node_velocities(links, x[nq], x[nq + 1], spatial.hoisted_link(p.hoist, p.cable, x, nq)[1])
     for k in range(len(r) - 1):
         mass[k + 1] = node_mass(p, x, k)
@@ -130,7 +130,7 @@ def base_energy_of_masses(base, gravity, mass, r, v):
 
 @generic
 def base_energy_of_rods(rods, base, w):
-    """Return what the base adds to the kinetic energy [J] of links that turn as rods; `w`: work array of `chain`."""
+    """Return the kinetic energy [J] that the base adds to links that rotate as rods; `w`: work array of `chain`."""
     return 0.0
 
 

@@ -1,6 +1,6 @@
-"""An overhead crane on a moving base: what the base imposes on axes and nodes, whose states are relative to it.
+"""An overhead crane on a moving base: inertial forces on axes and nodes, whose states are relative to the base.
 
-Each function takes the base as of `moving_base.carried_at`, and does nothing for a base that rests (None).
+Each function takes the base as of `moving_base.carried_at`, and does nothing for a base at rest (None).
 """
 
 from typing import NamedTuple
@@ -22,12 +22,12 @@ from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import Base, SplineBase
 
 Moving = Base | SplineBase
-NOTHING = -0.0
-"""What a base at rest adds: unlike 0.0 it does not even change the sign of a zero."""
+NO_LOAD = -0.0
+"""Contribution of a base at rest: adding -0.0 does not even change the sign of a zero."""
 
 
 class Load(NamedTuple):
-    """What the base does to the axes, and with what power."""
+    """Inertial forces of the base on the axes, and their power."""
 
     x: float  # N, on the trolley along its rail
     y: float  # N, on the bridge
@@ -35,21 +35,21 @@ class Load(NamedTuple):
 
 
 @lean_generic
-def axes_load(base, trolley, bridge, share, place, speed):
+def axes_load(base, trolley, bridge, share, position, velocity):
     """Return the Load of trolley and bridge alone.
 
     Args:
         base: as of `moving_base.carried_at`.
-        trolley, bridge: axes; None where there is no bridge. One whose motion is imposed feels nothing.
-        share: of the mass that the bridge moves, how much is at the trolley's place; the rest is where x = 0.
-        place, speed: of the trolley along x and y [m], [m/s].
+        trolley, bridge: axes; None where there is no bridge. Prescribed motion has no load.
+        share: of the mass that the bridge moves, fraction at the trolley's position; the remainder is at x = 0.
+        position, velocity: of the trolley along x and y [m], [m/s].
     """
-    return Load(NOTHING, NOTHING, NOTHING)
+    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
 @axes_load.register(Carried)
-def _(base, trolley, bridge, share, place, speed):
-    (x, y), (vx, vy) = place, speed
+def _(base, trolley, bridge, share, position, velocity):
+    (x, y), (vx, vy) = position, velocity
     along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
     across = axis_mass(bridge) * imposed_acceleration(base, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
     return Load(along, across, along * vx + across * vy)
@@ -57,27 +57,27 @@ def _(base, trolley, bridge, share, place, speed):
 
 @lean_kernel
 def imposed_gradient(base, r, v):
-    """Return how much more (3,) [m/s²] the base imposes on what is r [m] farther and v [m/s] faster."""
+    """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
     turning = Carried(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
     return imposed_acceleration(turning, r, v)
 
 
 @lean_generic
 def add_links_load(base, trolley, rods, w, x, v, rate):
-    """Add what the base imposes on the nodes of a chain in the plane to its work array w.
+    """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
 
     Args:
         base: as of `moving_base.carried_at`.
         trolley: the axis that carries the chain.
         rods: the links' inertia, None where they have none.
         w: work array of `chain`.
-        x, v: place [m] and velocity [m/s] of the trolley.
-        rate: at which the first link lengthens [m/s].
+        x, v: position [m] and velocity [m/s] of the trolley.
+        rate: of the first link's length [m/s].
 
     Returns:
         The Load of trolley and links; its force along the rail is still to be added.
     """
-    return Load(NOTHING, NOTHING, NOTHING)
+    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
 @add_links_load.register(Carried)
@@ -96,13 +96,13 @@ def _(base, trolley, rods, w, x, v, rate):
         w[RHS_ALONG, k] += s * ex - c * ez
         w[RHS_ACROSS, k] += c * ex + s * ez
         paid = 0.0
-    return Load(load + couples.x, NOTHING, power)
+    return Load(load + couples.x, NO_LOAD, power)
 
 
 @lean_generic
 def add_rods_load(rods, base, w):
-    """Add what the base's turning asks of links that have a moment of inertia; return their Load."""
-    return Load(NOTHING, NOTHING, NOTHING)
+    """Add the effect of the base's rotation on links with a moment of inertia; return their Load."""
+    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
 @add_rods_load.register(Rods)
@@ -119,26 +119,26 @@ def _(rods, base, w):
             pull = -force * w[COS, 0]
         acc = force * w[INV_MASS, k]
         add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
-    return Load(pull, NOTHING, power)
+    return Load(pull, NO_LOAD, power)
 
 
 @lean_generic
-def add_nodes_load(base, links, place, speed, rate, acc):
-    """Add what the base imposes on the nodes of a chain in space to their accelerations acc; return their power [W].
+def add_nodes_load(base, links, position, velocity, rate, acc):
+    """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
 
     Args:
         base: as of `moving_base.carried_at`.
         links: `directions.Directions`.
-        place, speed: of the trolley along x and y [m], [m/s].
-        rate: at which the first link lengthens [m/s].
+        position, velocity: of the trolley along x and y [m], [m/s].
+        rate: of the first link's length [m/s].
         acc: (N + 1, 3) [m/s²].
     """
-    return NOTHING
+    return NO_LOAD
 
 
 @add_nodes_load.register(Carried)
-def _(base, links, place, speed, rate, acc):
-    (x, y), (vx, vy), z, vz, power, paid = place, speed, 0.0, 0.0, 0.0, rate
+def _(base, links, position, velocity, rate, acc):
+    (x, y), (vx, vy), z, vz, power, paid = position, velocity, 0.0, 0.0, 0.0, rate
     for k in range(len(links.squared_rates)):
         length = links.lengths[k]
         x, y, z = x + length * links.units[k, 0], y + length * links.units[k, 1], z + length * links.units[k, 2]
@@ -156,7 +156,7 @@ def _(base, links, place, speed, rate, acc):
 
 @generic
 def to_world_in_place(base, t, out):
-    """Turn points (N, 3) [m] of the base, in `out`, to where they are in the world at time t [s]."""
+    """Transform points (N, 3) [m] in `out` from the base to the world at time t [s]."""
     pose = pose_at(base, t)
     for k in range(len(out)):
         out[k, 0], out[k, 1], out[k, 2] = to_world(pose, (out[k, 0], out[k, 1], out[k, 2]))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.moving_base import Carried, carried_at, imposed_acceleration
-from crane_sim.models.overhead.base_load import NOTHING, Moving, axes_load, imposed_gradient
+from crane_sim.models.overhead.base_load import NO_LOAD, Moving, axes_load, imposed_gradient
 from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
@@ -45,7 +45,7 @@ class ElasticCrane(NamedTuple):
     switches: Switches | None = None
     meter: Meter | None = None
     base: Moving | None = None
-    share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
+    share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
 
 @lean_generic
@@ -138,7 +138,7 @@ ZERO_VECTOR = (0.0, 0.0, 0.0)
 
 @lean_kernel
 def axes_motion(p, x):
-    """Return (place [m], velocity [m/s]) of the trolley along x and y."""
+    """Return (position [m], velocity [m/s]) of the trolley along x and y."""
     nq, _, d, _ = elastic_layout(p)
     if d == 3:
         return (x[0], x[1]), (x[nq], x[nq + 1])
@@ -148,14 +148,14 @@ def axes_motion(p, x):
 @lean_kernel
 def base_load(p, t, x):
     """Return the Load of trolley and bridge, as `axes_load` does."""
-    place, speed = axes_motion(p, x)
-    return axes_load(carried_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, place, speed)
+    position, velocity = axes_motion(p, x)
+    return axes_load(carried_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, position, velocity)
 
 
 @lean_generic
 def add_base_accelerations(base, p, x, out):
     """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
-    return NOTHING
+    return NO_LOAD
 
 
 @add_base_accelerations.register(Carried)
@@ -237,16 +237,16 @@ def _(base, p, x, power):
 
 @lean_kernel
 def axes_base_jacobian(base, p, x, power):
-    """Add what trolley and bridge have of `base_power_jacobian`."""
+    """Add the terms of trolley and bridge to `base_power_jacobian`."""
     nq, _, d, _ = elastic_layout(p)
     (_, (vx, vy)), load = axes_motion(p, x), axes_load(base, p.trolley, p.bridge, p.share, *axes_motion(p, x))
     trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
     for b in range(d - 1):
-        reach = p.share if b == 0 else 1.0
+        fraction = p.share if b == 0 else 1.0
         axis = unit_vector(d, b)
-        place, speed = imposed_gradient(base, axis, ZERO_VECTOR), imposed_gradient(base, ZERO_VECTOR, axis)
-        power[b] += trolley * place[0] + bridge * reach * place[1]
-        power[nq + b] += trolley * speed[0] + bridge * reach * speed[1] + (load.x if b == 0 else load.y)
+        position, velocity = imposed_gradient(base, axis, ZERO_VECTOR), imposed_gradient(base, ZERO_VECTOR, axis)
+        power[b] += trolley * position[0] + bridge * fraction * position[1]
+        power[nq + b] += trolley * velocity[0] + bridge * fraction * velocity[1] + (load.x if b == 0 else load.y)
 
 
 @lean_generic
@@ -261,7 +261,7 @@ def _(forces, p, t, x, out):
     i = nq + first + d * (forces.node - 1) + (forces.axis if d == 3 else forces.axis // 2)
     force = value_at(forces.channel, t)
     out[i] += force / mass_of(p, x, forces.node)
-    return force * x[i] + add_node_forces(forces.rest, p, t, x, out)
+    return force * x[i] + add_node_forces(forces.tail, p, t, x, out)
 
 
 @system.rhs_into.register(ElasticCrane)
@@ -298,16 +298,16 @@ def assemble_rhs(p, x, force, out):
     for k in range(1, len(masses)):
         (nx, ny, nz), tension, taken = link_pull(p, x, k)
         gx, gy, gz, inverse = tension * nx, tension * ny, tension * nz, 1.0 / masses[k - 1]
-        place(out, i, d, (gx - fx) * inverse, (gy - fy) * inverse, (gz - fz) * inverse - p.gravity)
+        write_vector(out, i, d, (gx - fx) * inverse, (gy - fy) * inverse, (gz - fz) * inverse - p.gravity)
         fx, fy, fz, lost, i = gx, gy, gz, lost + taken, i + d
     inverse = 1.0 / mass_of(p, x, len(masses))
-    place(out, i, d, -fx * inverse, -fy * inverse, -fz * inverse - p.gravity)
+    write_vector(out, i, d, -fx * inverse, -fy * inverse, -fz * inverse - p.gravity)
     return lost
 
 
 @lean_kernel
-def place(out, i, d, ax, ay, az):
-    """Write a vector to out[i] and on; in the plane its last component takes the place of the one that is not there."""
+def write_vector(out, i, d, ax, ay, az):
+    """Write a vector to out[i] and on; in the plane its last component is the second one."""
     out[i], out[i + 1] = ax, ay
     out[i + d - 1] = az
 

@@ -92,7 +92,7 @@ def fill_slopes(p, x, k, slopes):
 
 @kernel
 def put_vector(out, d, x, y, z):
-    """Write a vector into out (d,); in the plane its last component takes the place of the one that is not there."""
+    """Write a vector into out (d,); in the plane its last component is the second one."""
     out[0], out[1] = x, y
     out[d - 1] = z
 
@@ -139,7 +139,7 @@ def slopes_of_power(p, t, x, tau):
 
 @routine
 def add_upper_end_power(p, t, x, tau, info, slopes, factors, power):
-    """Add what axes and hoist do themselves; fill the factors [m/s] by which the first link's force becomes power."""
+    """Add the terms of axes and hoist; fill the factors [m/s] by which the first link's force becomes power."""
     nq, first, d, _ = elastic_layout(p)
     unit = slopes.unit
     factors[0] = pull_power_jacobian(p, p.trolley, x, tau, 0, 0, info.tension * unit[0], power)
@@ -168,7 +168,7 @@ def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
 
 @generic
 def add_node_forces_power(forces, p, t, power):
-    """Add what velocities do to the power of given forces."""
+    """Add the derivatives of the power of forces on nodes with respect to velocities."""
 
 
 @add_node_forces_power.register(NodeForces)
@@ -176,7 +176,7 @@ def _(forces, p, t, power):
     nq, first, d, _ = elastic_layout(p)
     a = forces.axis if d == 3 else forces.axis // 2
     power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
-    add_node_forces_power(forces.rest, p, t, power)
+    add_node_forces_power(forces.tail, p, t, power)
 
 
 class Bands(NamedTuple):
@@ -188,7 +188,7 @@ class Bands(NamedTuple):
 
 
 class Factors(NamedTuple):
-    """What solves systems with one shift."""
+    """Factors for systems with one shift."""
 
     shift: float  # 1/s
     lu: Any  # (nq, 2 w + 1)

@@ -26,7 +26,7 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     switching_of,
 )
-from crane_sim.models.supports.hoist import hoist_inertia
+from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
 from crane_sim.numerics.jit import lean_kernel, routine
 
@@ -74,7 +74,7 @@ def _(p, x):  # a slack link stores nothing
     if d == 3:
         kinetic += 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
     if first == d:
-        kinetic += 0.5 * hoist_inertia(p.hoist) * x[nq + first - 1] ** 2
+        kinetic += 0.5 * hoist_reflected_mass(p.hoist) * x[nq + first - 1] ** 2
     for k in range(len(p.cable.masses)):
         mass, (vx, vy, vz) = mass_of(p, x, k + 1), node_vector(p, x, k + 1, 1)
         _, _, stretch, _ = link(p, x, k)

@@ -1,7 +1,7 @@
-"""Where an overhead crane's equations switch, or end: friction, limits, a slack link, a payload that changes.
+"""Switching and terminal events of an overhead crane: friction, limits, a slack link, changes of the payload.
 
 Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping), then
-how many changes of the payload have passed.
+the number of payload changes up to then.
 """
 
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ from crane_sim.system import Switching
 
 
 class Switches(NamedTuple):
-    """What can switch and what ends a run; infinite where there is no limit."""
+    """Parameters of switching and terminal guards; infinite where there is no limit."""
 
     lower: tuple[float, float]  # m, of trolley and bridge
     upper: tuple[float, float]
@@ -36,7 +36,7 @@ class Switches(NamedTuple):
 
 @generic
 def switching_of(switches, forces, nq):
-    """Return what `system.switching` does for a crane with these switches.
+    """Return the result of `system.switching` for a crane with these switches.
 
     Args:
         switches: None for a crane without.
@@ -64,7 +64,7 @@ def _(switches, x, first, i):
 
 @lean_generic
 def mode_count(switches, axes):
-    """Return how many floats the modes of a crane with so many axes take."""
+    """Return the number of floats of the modes of a crane with this number of axes."""
     return 0
 
 
@@ -86,17 +86,17 @@ def _(switches, x, last, mass):
 
 @lean_generic
 def changes_before(switches, t):
-    """Return how many changes of the payload have passed before time t."""
+    """Return the number of payload changes before time t."""
     return 0.0
 
 
 @changes_before.register(Switches)
 def _(switches, t):
-    passed = 0.0
+    changes = 0.0
     for time in switches.times:
         if time < t:
-            passed += 1.0
-    return passed
+            changes += 1.0
+    return changes
 
 
 @lean_kernel
@@ -120,10 +120,10 @@ def hoist_guard(switches, best, length):
 
 
 @lean_kernel
-def payload_guard(switches, best, t, passed):
+def payload_guard(switches, best, t, changes):
     """Return the smallest guard, the next change of the payload counted in."""
-    if passed < len(switches.times):
-        return smaller_guard(best, switches.times[int(passed)] - t, encode(Guard.PAYLOAD, 0))
+    if changes < len(switches.times):
+        return smaller_guard(best, switches.times[int(changes)] - t, encode(Guard.PAYLOAD, 0))
     return best
 
 

@@ -12,7 +12,7 @@ class NodeForces(NamedTuple):
     node: int  # 1 .. N
     axis: int  # 0, 1, 2: x, y, z
     channel: Any  # N, of time: an input of `trajectories.inputs`
-    rest: Any = None
+    tail: Any = None
 
 
 @generic
@@ -23,7 +23,7 @@ def add_forces(forces, t, inv_masses, acc):
 @add_forces.register(NodeForces)
 def _(forces, t, inv_masses, acc):
     acc[forces.node, forces.axis] += value_at(forces.channel, t) * inv_masses[forces.node - 1]
-    add_forces(forces.rest, t, inv_masses, acc)
+    add_forces(forces.tail, t, inv_masses, acc)
 
 
 @generic
@@ -35,4 +35,4 @@ def force_power(forces, t, velocities):
 @force_power.register(NodeForces)
 def _(forces, t, velocities):
     power = value_at(forces.channel, t) * velocities[forces.node, forces.axis]
-    return power + force_power(forces.rest, t, velocities)
+    return power + force_power(forces.tail, t, velocities)

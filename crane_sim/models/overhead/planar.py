@@ -50,7 +50,7 @@ from crane_sim.models.overhead.modes import (
     slack_guard,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_reflected_mass, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
     axis_guard,
@@ -81,7 +81,7 @@ class PlanarCrane(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What state and efforts fix at one instant, beside what is in the work array."""
+    """Accelerations and forces at one instant, in addition to the work array."""
 
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
@@ -127,19 +127,19 @@ def fill_links(p, x, w):
 
 @lean_generic
 def add_node_forces(forces, t, w):
-    """Add what forces on nodes ask of the links."""
+    """Add the accelerations by forces on nodes to the links' right-hand sides."""
 
 
 @add_node_forces.register(NodeForces)
 def _(forces, t, w):
     acc = value_at(forces.channel, t) * w[INV_MASS, forces.node - 1]
     add_node_acceleration(w, forces.node, acc if forces.axis == 0 else 0.0, acc if forces.axis == 2 else 0.0)
-    add_node_forces(forces.rest, t, w)
+    add_node_forces(forces.tail, t, w)
 
 
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
-    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the work array w."""
+    """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
     nq, first, modes = layout_of(p)
     fill_links(p, x, w)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
@@ -237,7 +237,7 @@ def _(p, x):
     n, w, rate = len(p.cable.masses), system.workspace(p), hoisted_link(p.hoist, p.cable, x, nq)[1]
     fill_links(p, x, w)
     v, z, potential = node_velocities(p, x, w, rate), 0.0, joint_energy(p.joints, x[first:nq])
-    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * hoist_inertia(p.hoist) * rate * rate
+    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
     kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
     for k in range(n):
         mass = 1.0 / w[INV_MASS, k]

@@ -34,8 +34,8 @@ from crane_sim.models.supports.hoist import (
     Hoist,
     MasslessHoist,
     hoist_coordinates,
-    hoist_inertia,
     hoist_power,
+    hoist_reflected_mass,
     hoist_response,
 )
 from crane_sim.models.supports.rails import (
@@ -79,7 +79,7 @@ class RodCrane(NamedTuple):
 
 
 class Swing(NamedTuple):
-    """What state and efforts fix at one instant."""
+    """Accelerations and forces at one instant."""
 
     s: float  # sin α
     c: float  # cos α
@@ -152,7 +152,7 @@ def _(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
 
 @kernel
 def solve_swing(p, t, x, tau):
-    """Return what state x at time t and joint efforts tau fix."""
+    """Return accelerations and forces at time t in state x under joint efforts tau."""
     nq, _, modes = layout_of(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = hoisted_rod(p.hoist, p.cable, x)
@@ -253,7 +253,7 @@ def _(p, x):
     total, first, second, _ = mass_moments(p, x, length)
     s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
-    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_inertia(p.hoist) * rate * rate
+    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
 
 
 @system.potential.register(RodCrane)
@@ -272,11 +272,11 @@ def _(p):
 def _(p, t, x, u, rows, i, first):
     nq, _, _ = layout_of(p)
     swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p.hoist, p.cable, x)
-    fall, square = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
+    acceleration, rate_sq = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = swing.tension
     for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
-        reach = length + p.cable.nodes[DISTANCE, k - 1]
-        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (fall + reach * square)
+        distance = length + p.cable.nodes[DISTANCE, k - 1]
+        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (acceleration + distance * rate_sq)
 
 
 @system.power.register(RodCrane)

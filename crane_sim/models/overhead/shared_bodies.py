@@ -1,4 +1,4 @@
-"""What several models of overhead cranes answer alike: one body each, of what `crane_sim.system` asks."""
+"""Bodies of `crane_sim.system` functions that several models of overhead cranes share."""
 
 from typing import Any
 

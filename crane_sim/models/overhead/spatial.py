@@ -37,7 +37,7 @@ from crane_sim.models.overhead.modes import (
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_inertia, hoist_power, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_reflected_mass, hoist_response
 from crane_sim.models.supports.rails import (
     Axis,
     axis_guard,
@@ -63,11 +63,11 @@ class SpatialCrane(NamedTuple):
     switches: Switches | None = None
     meter: Meter | None = None
     base: Moving | None = None
-    share: float = 1.0  # of the mass that the bridge moves, at the trolley's place; the rest is where x = 0
+    share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
 
 class Work(NamedTuple):
-    """Where one evaluation keeps what it computes."""
+    """Work arrays of one evaluation."""
 
     links: Directions
     free: Any  # (N + 1, 3) m/s², accelerations of the nodes without tensions
@@ -76,7 +76,7 @@ class Work(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What state and efforts fix at one instant, beside what is in the work arrays."""
+    """Accelerations and forces at one instant, in addition to the work arrays."""
 
     top: UpperEnd
     pull: tuple[float, float]  # N, of the cable and of a moving base on trolley and bridge
@@ -145,11 +145,11 @@ def fill_links(p, x, links):
 
 @lean_routine
 def forward_dynamics(p, t, x, tau, work):
-    """Return what state x at time t and joint efforts tau fix; the links' part of it is left in the workspace."""
+    """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in work."""
     nq, _, modes = layout_of(p)
     links, acc, tension, ratio = work
     fill_links(p, x, links)
-    rate, place, speed = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
+    rate, position, velocity = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
     for k in range(1, len(acc)):
         acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
     add_forces(p.forces, t, links.inv_masses, acc)
@@ -158,8 +158,8 @@ def forward_dynamics(p, t, x, tau, work):
         p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
     )
     base = carried_at(p.base, p.gravity, t)
-    load = axes_load(base, p.trolley, p.bridge, p.share, place, speed)
-    power = add_nodes_load(base, links, place, speed, rate, acc)
+    load = axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
+    power = add_nodes_load(base, links, position, velocity, rate, acc)
     acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
     hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
     top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, rate)
@@ -236,7 +236,7 @@ def _(p, x):
     fill_links(p, x, links)
     v, z, potential = node_velocities(links, x[nq], x[nq + 1], rate), 0.0, 0.0
     kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2 + 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
-    kinetic += 0.5 * hoist_inertia(p.hoist) * rate * rate
+    kinetic += 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
     for k in range(len(links.squared_rates)):
         mass = 1.0 / links.inv_masses[k]
         z = z + links.lengths[k] * links.units[k, 2]
@@ -261,12 +261,12 @@ def _(p, t, x, u):
 
 @system.points.register(SpatialCrane)
 def _(p, t, x, out):
-    place(p, x, out)
+    write_positions(p, x, out)
     to_world_in_place(p.base, t, out)
 
 
 @routine
-def place(p, x, out):
+def write_positions(p, x, out):
     """Write the nodes (N + 1, 3) into `out`."""
     links = system.workspace(p).links
     fill_links(p, x, links)

@@ -15,7 +15,7 @@ from crane_sim.numerics.jit import lean_kernel
 
 
 class Spring(NamedTuple):
-    """The link and what hangs on it."""
+    """The link and the payload."""
 
     mass: float  # kg, of the payload
     length: float  # m, at rest

@@ -1,1 +1,1 @@
-"""Cranes with one rope: any support, rope and load put together."""
+"""Cranes with one rope: any support, rope and payload put together."""

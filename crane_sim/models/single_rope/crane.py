@@ -1,8 +1,8 @@
-"""A crane: support x cable x load and their effects, put together.
+"""A crane: support x cable x payload and their effects, put together.
 
 State x = (support state, payload state), and a third float, the energy supplied [J], when the crane is metered.
 
-What a crane shows to the outside: joint coordinates, energies, accelerations, points in the world.
+Outputs: joint coordinates, energies, accelerations, points in the world.
 """
 
 from math import cos, sin
@@ -13,12 +13,12 @@ from crane_sim.models.cables.rope import (
     ForceRope,
     LockedRope,
     RateRope,
-    Span,
+    RopeKinematics,
     add_rope_energy,
     limit_winch,
     project_to_rope,
+    rope_kinematics,
     rope_tension,
-    span,
     swing_angles,
     winch_power,
 )
@@ -79,7 +79,7 @@ SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
 class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Any  # a Knuckle, a Point: whatever answers what `crane_sim.models.supports` asks
+    support: Any  # a Knuckle or a Point, see `crane_sim.models.supports`
     cable: ForceRope | RateRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²
@@ -92,49 +92,49 @@ class Crane(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Everything that the state and the efforts fix at one instant."""
+    """Rope, accelerations and forces at one instant, from the state and the efforts."""
 
     pose: NamedTuple
-    line: Span
-    support: tuple[float, float, float]  # joint accelerations of the support
-    payload: tuple[float, float, float]  # second rates of change of the payload's coordinates
+    rope_state: RopeKinematics
+    support_acceleration: tuple[float, float, float]  # joint accelerations of the support
+    payload_acceleration: tuple[float, float, float]  # second rates of change of the payload's coordinates
     tension: float
-    pull: tuple[float, float, float]  # N, of rope and swing joints on the tip
+    tip_force: tuple[float, float, float]  # N, of rope and swing joints on the tip
 
 
 @generic
-def add_swing_friction(friction, line, force, reaction, tau, support):
+def add_swing_friction(friction, rope_state, force, reaction, tau, support):
     """Return (force on the payload, reaction on the tip, joint efforts) with the swing joints' friction added.
 
     The friction is internal: what it pulls on the payload it pushes on the tip, and the couple between the two turns
     the support about the vertical (the swing angles are measured in its frame).
     """
-    s1, c1, c2, w1, w2 = swing_angles(line)
-    a1, a2 = swing_moments(friction, line.n, w1, w2)
-    nx, inverse = line.n[0], -1.0 / line.length
+    s1, c1, c2, w1, w2 = swing_angles(rope_state)
+    a1, a2 = swing_moments(friction, rope_state.n, w1, w2)
+    nx, inverse = rope_state.n[0], -1.0 / rope_state.length
     fx = inverse * a2 * c2
     fy = inverse * (a1 * c1 - a2 * s1 * nx)
     fz = inverse * (a1 * s1 + a2 * c1 * nx)
-    couple = line.length * (line.n[1] * fx - nx * fy)
+    couple = rope_state.length * (rope_state.n[1] * fx - nx * fy)
     force = (force[0] + fx, force[1] + fy, force[2] + fz)
     return force, (reaction[0] - fx, reaction[1] - fy, reaction[2] - fz), add_yaw_moment(support, tau, couple)
 
 
 @add_swing_friction.register(type(None))
-def _(friction, line, force, reaction, tau, support):
+def _(friction, rope_state, force, reaction, tau, support):
     return force, reaction, tau
 
 
 @generic
-def friction_power(friction, line):
+def friction_power(friction, rope_state):
     """Return the power [W] that the swing joints' friction takes out, negative."""
-    _, _, _, w1, w2 = swing_angles(line)
-    a1, a2 = swing_moments(friction, line.n, w1, w2)
+    _, _, _, w1, w2 = swing_angles(rope_state)
+    a1, a2 = swing_moments(friction, rope_state.n, w1, w2)
     return -a1 * w1 - a2 * w2
 
 
 @friction_power.register(type(None))
-def _(friction, line):
+def _(friction, rope_state):
     return 0.0
 
 
@@ -162,28 +162,30 @@ def base_of(p, t, xs):
 def solve_motion(p, t, xs, xc, tau):
     """Return the Motion of crane p at time t and its state under joint efforts tau."""
     pose = forward_kinematics(p.support, xs)
-    line = span(pose, xc)
+    rope_state = rope_kinematics(pose, xc)
     position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
     base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
     force = add_imposed(base, p.load.mass, (0.0, 0.0, -p.load.mass * p.gravity), position, moving)
     force = add_payload_force(p.force, add_drag(p.drag, force, airspeed(base, position, moving)), p, t, xs)
     tau = with_base(p.support, tau, base, pose)
-    force, reaction, tau = add_swing_friction(p.swing_friction, line, force, (0.0, 0.0, 0.0), tau, p.support)
-    tension = rope_tension(p.cable, p, pose, line, tau, force, reaction)
-    nx, ny, nz = tension * line.n[0], tension * line.n[1], tension * line.n[2]
+    force, reaction, tau = add_swing_friction(p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support)
+    tension = rope_tension(p.cable, p, pose, rope_state, tau, force, reaction)
+    nx, ny, nz = tension * rope_state.n[0], tension * rope_state.n[1], tension * rope_state.n[2]
     tip = (reaction[0] + nx, reaction[1] + ny, reaction[2] + nz)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, tip)
     _, w_dot = tip_acceleration(p.support, pose, qdd)
     inverse = 1.0 / p.load.mass
     inertial = ((force[0] - nx) * inverse, (force[1] - ny) * inverse, (force[2] - nz) * inverse)
-    return Motion(pose, line, qdd, frame_acceleration(inertial, position, velocity, w, w_dot), tension, tip)
+    return Motion(pose, rope_state, qdd, frame_acceleration(inertial, position, velocity, w, w_dot), tension, tip)
 
 
 @system.rhs.register(Crane)
 def _(p, t, x, u):
     xs, xc = x[0], x[1]
     motion = solve_motion(p, t, xs, xc, system.effort(u, p, t, x))
-    return append_power(p.meter, ((*xs[3:], *motion.support), (*xc[3:], *motion.payload)), p, t, x, u)
+    return append_power(
+        p.meter, ((*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)), p, t, x, u
+    )
 
 
 @system.power.register(Crane)
@@ -194,9 +196,9 @@ def _(p, t, x, u):
     force = add_drag(p.drag, (0.0, 0.0, 0.0), airspeed(base, position, moving))
     force = add_payload_force(p.force, force, p, t, x[0])
     (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
-    joints = drive_power(p.support, with_base(p.support, tau, base, motion.pose), motion.pose, motion.pull)
-    joints = joints + winch_power(p.cable, tau, motion.line, motion.tension)
-    return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, motion.line)
+    joints = drive_power(p.support, with_base(p.support, tau, base, motion.pose), motion.pose, motion.tip_force)
+    joints = joints + winch_power(p.cable, tau, motion.rope_state, motion.tension)
+    return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, motion.rope_state)
 
 
 @system.project.register(Crane)
@@ -250,7 +252,7 @@ def _(p, x):
 def _(p, x):
     pose = forward_kinematics(p.support, x[0])
     energy = support_potential(p.support, pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
-    return add_rope_energy(p.cable, energy, span(pose, x[1]).length)
+    return add_rope_energy(p.cable, energy, rope_kinematics(pose, x[1]).length)
 
 
 @system.base_energy.register(Crane)

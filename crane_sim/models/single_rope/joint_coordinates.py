@@ -1,11 +1,11 @@
 """Joint coordinates of cranes with one rope: the support's own, then the rope's and the swing's.
 
-What a support registers here depends on the rope below it, so supports and cables need not know each other.
+What a support registers here depends on the rope below it, so supports and cables are independent of each other.
 """
 
 from math import atan2, cos, sin, sqrt
 
-from crane_sim.models.cables.rope import LockedRope, span, swing_angles
+from crane_sim.models.cables.rope import LockedRope, rope_kinematics, swing_angles
 from crane_sim.models.supports import (
     actuated_joints,
     efforts_from_row,
@@ -26,26 +26,26 @@ POLE = 1e-9
 @joint_coordinates.register(Knuckle)
 def _(support, p, x):
     xs, xc = x[0], x[1]
-    line = span(forward_kinematics(p.support, xs), xc)
-    _, _, c2, w1, w2 = swing_angles(line)
-    theta1, theta2 = atan2(line.n[1], -line.n[2]), atan2(line.n[0], c2)
-    return (*xs[:3], line.length, theta1, theta2), (*xs[3:], line.rate, w1 / max(c2, POLE), w2)
+    rope_state = rope_kinematics(forward_kinematics(p.support, xs), xc)
+    _, _, c2, w1, w2 = swing_angles(rope_state)
+    theta1, theta2 = atan2(rope_state.n[1], -rope_state.n[2]), atan2(rope_state.n[0], c2)
+    return (*xs[:3], rope_state.length, theta1, theta2), (*xs[3:], rope_state.rate, w1 / max(c2, POLE), w2)
 
 
 @generic
-def winch_joint(rope, line):
+def winch_joint(rope, rope_state):
     """Return the actuated rope coordinate and its rate, each a tuple, empty for a braked winch."""
-    return (line.length,), (line.rate,)
+    return (rope_state.length,), (rope_state.rate,)
 
 
 @winch_joint.register(LockedRope)
-def _(rope, line):
+def _(rope, rope_state):
     return (), ()
 
 
 @actuated_joints.register(Knuckle)
 def _(support, p, x):
-    q, v = winch_joint(p.cable, span(forward_kinematics(p.support, x[0]), x[1]))
+    q, v = winch_joint(p.cable, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
     return (*x[0][:3], *q), (*x[0][3:], *v)
 
 
@@ -82,42 +82,56 @@ def _(support, p, q, v):
 
 @joint_accelerations.register(Knuckle)
 def _(support, p, motion):
-    line = motion.line
-    tip, _ = tip_acceleration(p.support, motion.pose, motion.support)
-    ax, ay, az = motion.payload[0] - tip[0], motion.payload[1] - tip[1], motion.payload[2] - tip[2]
-    nx, ny, nz = line.n
-    s1, c1, c2, w1, w2 = swing_angles(line)
-    vx, vy, vz = line.velocity
-    turning = (vx * vx + vy * vy + vz * vz - line.rate * line.rate) / line.length
+    rope_state = motion.rope_state
+    tip, _ = tip_acceleration(p.support, motion.pose, motion.support_acceleration)
+    ax, ay, az = (
+        motion.payload_acceleration[0] - tip[0],
+        motion.payload_acceleration[1] - tip[1],
+        motion.payload_acceleration[2] - tip[2],
+    )
+    nx, ny, nz = rope_state.n
+    s1, c1, c2, w1, w2 = swing_angles(rope_state)
+    vx, vy, vz = rope_state.velocity
+    turning = (vx * vx + vy * vy + vz * vz - rope_state.rate * rope_state.rate) / rope_state.length
     rope = nx * ax + ny * ay + nz * az + turning
     theta1 = w1 / max(c2, POLE)
-    first = (c1 * ay + s1 * az - 2.0 * line.rate * w1) / line.length + 2.0 * nx * theta1 * w2
-    second = (c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * line.rate * w2) / line.length - nx * c2 * theta1 * theta1
-    return (*motion.support, rope, first / max(c2, POLE), second)
+    first = (c1 * ay + s1 * az - 2.0 * rope_state.rate * w1) / rope_state.length + 2.0 * nx * theta1 * w2
+    second = (
+        c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * rope_state.rate * w2
+    ) / rope_state.length - nx * c2 * theta1 * theta1
+    return (*motion.support_acceleration, rope, first / max(c2, POLE), second)
 
 
 @joint_coordinates.register(Point)
 def _(support, p, x):
-    line = span(forward_kinematics(support, x[0]), x[1])
-    return (*x[0][:3], *line.n), (*x[0][3:], *_direction_rates(line))
+    rope_state = rope_kinematics(forward_kinematics(support, x[0]), x[1])
+    return (*x[0][:3], *rope_state.n), (*x[0][3:], *_direction_rates(rope_state))
 
 
 @kernel
-def _direction_rates(line):
-    """Return the derivative (3,) [1/s] of a Span's unit vector."""
-    (nx, ny, nz), (vx, vy, vz), rate = line.n, line.velocity, line.rate
-    return (vx - rate * nx) / line.length, (vy - rate * ny) / line.length, (vz - rate * nz) / line.length
+def _direction_rates(rope_state):
+    """Return the derivative (3,) [1/s] of the rope's unit vector."""
+    (nx, ny, nz), (vx, vy, vz), rate = rope_state.n, rope_state.velocity, rope_state.rate
+    return (
+        (vx - rate * nx) / rope_state.length,
+        (vy - rate * ny) / rope_state.length,
+        (vz - rate * nz) / rope_state.length,
+    )
 
 
 @joint_accelerations.register(Point)
 def _(support, p, motion):
-    line, tip = motion.line, motion.support
-    (nx, ny, nz), (wx, wy, wz) = line.n, _direction_rates(line)
-    ax, ay, az = motion.payload[0] - tip[0], motion.payload[1] - tip[1], motion.payload[2] - tip[2]
-    along = nx * ax + ny * ay + nz * az + line.length * (wx * wx + wy * wy + wz * wz)
-    x = (ax - along * nx - 2.0 * line.rate * wx) / line.length
-    y = (ay - along * ny - 2.0 * line.rate * wy) / line.length
-    return (*tip, x, y, (az - along * nz - 2.0 * line.rate * wz) / line.length)
+    rope_state, tip = motion.rope_state, motion.support_acceleration
+    (nx, ny, nz), (wx, wy, wz) = rope_state.n, _direction_rates(rope_state)
+    ax, ay, az = (
+        motion.payload_acceleration[0] - tip[0],
+        motion.payload_acceleration[1] - tip[1],
+        motion.payload_acceleration[2] - tip[2],
+    )
+    along = nx * ax + ny * ay + nz * az + rope_state.length * (wx * wx + wy * wy + wz * wz)
+    x = (ax - along * nx - 2.0 * rope_state.rate * wx) / rope_state.length
+    y = (ay - along * ny - 2.0 * rope_state.rate * wy) / rope_state.length
+    return (*tip, x, y, (az - along * nz - 2.0 * rope_state.rate * wz) / rope_state.length)
 
 
 @state_from_joints.register(Point)

@@ -1,7 +1,7 @@
-"""How the run of a crane with one rope ends: its guards, which look at positions alone unless the rope must pull."""
+"""Terminal guards of a crane with one rope: functions of positions alone, unless the rope must stay taut."""
 
 from crane_sim import system
-from crane_sim.models.cables.rope import span
+from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.guards import LOWER, UPPER, Guard, encode, smaller_guard
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.stops import Stops, describe_stop, switching_of
@@ -23,10 +23,10 @@ def _(p, t, x, u, work):
 def smallest_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
     stops, forces = p.stops, p.stops.taut > 0.0
-    line = span(forward_kinematics(p.support, x[0]), x[1])
-    margin = line.length + stops.lead * min(line.rate, 0.0) - stops.shortest
+    rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
+    margin = rope_state.length + stops.lead * min(rope_state.rate, 0.0) - stops.shortest
     best = margin, encode(Guard.LENGTH, LOWER)
-    best = smaller_guard(best, stops.longest - line.length, encode(Guard.LENGTH, UPPER))
+    best = smaller_guard(best, stops.longest - rope_state.length, encode(Guard.LENGTH, UPPER))
     best = support_guard(p.support, best, x[0])
     if forces:
         tension = solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension

@@ -1,4 +1,4 @@
-"""Supports, which carry the upper end of the rope, one file each, and what every support answers, here.
+"""Supports, which carry the upper end of the rope, one file each; here the functions that every support registers.
 
 A support registers all of `MANDATORY`, those of them that are coordinates of the whole crane in
 `single_rope.joint_coordinates`. Everything else has a default, which its docstring says.
@@ -52,8 +52,8 @@ def with_base(support, tau, base, pose):
 
 
 @generic
-def drive_power(support, tau, pose, pull):
-    """Return the power [W] of joint efforts tau where the tip is pulled by a force (3,) [N]."""
+def drive_power(support, tau, pose, force):
+    """Return the power [W] of joint efforts tau with a force (3,) [N] on the tip."""
     raise NotImplementedError
 
 
@@ -71,13 +71,13 @@ def support_polyline(support, xs):
 
 @generic
 def support_kinetic(support, pose):
-    """Return the support's kinetic energy [J], without rope and load."""
+    """Return the support's kinetic energy [J], without rope and payload."""
     raise NotImplementedError
 
 
 @generic
 def support_potential(support, pose, gravity):
-    """Return the support's potential energy [J] of gravity and joint springs, without rope and load."""
+    """Return the support's potential energy [J] of gravity and joint springs, without rope and payload."""
     raise NotImplementedError
 
 
@@ -138,4 +138,4 @@ MANDATORY = (
     *(support_polyline, support_polyline_size, support_kinetic, support_potential),
     *(joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row),
 )
-"""What every support registers."""
+"""Functions that every support registers."""

@@ -1,4 +1,4 @@
-"""Which joints take commands: the axes that a force drives, then the hoist that one drives.
+"""Actuated joints of an overhead crane: the axes driven by force, then the hoist driven by force.
 
 A crane without a bridge, or without a hoist, gives None for it.
 """

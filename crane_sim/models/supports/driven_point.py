@@ -63,7 +63,7 @@ class Point(NamedTuple):
 
 
 class PointPosture(NamedTuple):
-    """What the state fixes."""
+    """Kinematics of a state."""
 
     tip: Vector  # m
     tip_velocity: Vector  # m/s
@@ -120,9 +120,9 @@ def _(support, tau, couple):
 
 
 @drive_power.register(Point)
-def _(support, tau, pose, pull):
+def _(support, tau, pose, force):
     vx, vy, vz = pose.tip_velocity
-    return -pull[0] * vx - pull[1] * vy - pull[2] * vz
+    return -force[0] * vx - force[1] * vy - force[2] * vz
 
 
 @support_guard.register(Point)
@@ -132,7 +132,7 @@ def _(support, best, xs):
 
 @generic
 def box_guard(limits, best, xs):
-    """Return what `support_guard` does for a point with these limits."""
+    """Return the result of `support_guard` for a point with these limits."""
     return best
 
 

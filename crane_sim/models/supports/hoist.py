@@ -16,8 +16,8 @@ class PrescribedHoist(NamedTuple):
 class ForceHoist(NamedTuple):
     """A winch with inertia that takes a force command; positive pays out."""
 
-    inertia: Positive  # kg, drum inertia over radius squared
-    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope cannot push
+    reflected_mass: Positive  # kg, drum inertia over radius squared
+    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
 
 
 class MasslessHoist(NamedTuple):
@@ -31,7 +31,7 @@ Hoist = PrescribedHoist | ForceHoist | MasslessHoist
 
 @lean_generic
 def hoist_coordinates(hoist):
-    """Return how many coordinates the hoist has."""
+    """Return the number of coordinates of the hoist."""
     return 1
 
 
@@ -53,7 +53,7 @@ def _(hoist, t, tau):
 
 @hoist_response.register(ForceHoist)
 def _(hoist, t, tau):
-    return 1.0 / hoist.inertia, tau[len(tau) - 1] / hoist.inertia
+    return 1.0 / hoist.reflected_mass, tau[len(tau) - 1] / hoist.reflected_mass
 
 
 @hoist_response.register(MasslessHoist)
@@ -62,14 +62,14 @@ def _(hoist, t, tau):
 
 
 @lean_generic
-def hoist_inertia(hoist):
-    """Return the modelled inertia [kg] of the winch."""
+def hoist_reflected_mass(hoist):
+    """Return the reflected mass [kg] of the winch: drum inertia over radius squared."""
     return 0.0
 
 
-@hoist_inertia.register(ForceHoist)
+@hoist_reflected_mass.register(ForceHoist)
 def _(hoist):
-    return hoist.inertia
+    return hoist.reflected_mass
 
 
 @lean_generic

@@ -5,17 +5,17 @@ in the slewing frame (e_r, e_t, e_z): neither the slew angle nor the swing angle
 Lagrange form becomes one division (slew) and one 2x2 solve (boom, jib). alpha is the slew angle; beta and gamma are
 the elevations of boom and jib, both from the horizontal.
 
-What a moving base does to a knuckle-boom crane: efforts on its joints, in addition to those of a base that rests.
+Effect of a moving base on a knuckle-boom crane: additional efforts on its joints.
 
-In the slewing frame (e_r, e_t, e_z) boom and jib are masses at their middles, which feel the imposed acceleration, and
-rods whose own inertia resists the turning of the base. With an axial inertia I_a a rod's inertia tensor is
-I 1 + (I_a - I) u uᵀ, u along the rod. Without one the model lets the inertia resist the turning about the luffing axis
+In the slewing frame (e_r, e_t, e_z) boom and jib are masses at their middles, on which the imposed acceleration acts,
+and rods whose own inertia resists the rotation of the base. With an axial inertia I_a a rod's inertia tensor is
+I 1 + (I_a - I) u uᵀ, u along the rod. Without one the model has inertia about the luffing axis
 l = -e_t only, and so it does here: the tensor is I l lᵀ. The tower has an inertia about e_z only, I_t e_z e_zᵀ.
 With Ω = w + ω, ω relative to the base, such a tensor a 1 + b d dᵀ, d fixed in the body, gives the body the moment
 
     -(a s + b [(d·s) d + (d·Ω) Ω × d - (d·ω) ω × d]),   s = w' + w × ω,
 
-in addition to what it feels at w = w' = 0.
+in addition to that at w = w' = 0.
 """
 
 from math import cos, sin
@@ -64,7 +64,7 @@ class Rod(NamedTuple):
 
 
 class Tower(NamedTuple):
-    """What slews besides boom and jib."""
+    """The tower, which slews with boom and jib."""
 
     inertia: Positive  # kg m², about the vertical
     limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
@@ -85,7 +85,7 @@ class Knuckle(NamedTuple):
 
 
 class KnucklePosture(NamedTuple):
-    """What the state fixes. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
+    """Kinematics of a state. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
 
     tip: tuple[float, float, float]  # (r, 0, h)
     tip_velocity: tuple[float, float, float]  # (r', 0, h')
@@ -170,8 +170,8 @@ def _(support, pose, gravity, tau, force):
     b3 = u3 + jib.length * (pose.cg * fz - pose.sg * fr)
     b2 = b2 - gravity * boom.length * pose.cb * (0.5 * boom.mass + jib.mass) - pose.s * wg * wg - pose.hb * wa * wa
     b3 = b3 - gravity * jib.length * pose.cg * 0.5 * jib.mass + pose.s * wb * wb - pose.hg * wa * wa
-    luff, knuckle = _solve_luff(pose, b2, b3)
-    return slew, luff, knuckle
+    boom_acc, jib_acc = _solve_luff(pose, b2, b3)
+    return slew, boom_acc, jib_acc
 
 
 @tip_acceleration.register(Knuckle)
@@ -188,8 +188,8 @@ def _(support, pose, n):
     slew = pose.tip[0] * n[1]
     boom = support.boom.length * (pose.cb * n[2] - pose.sb * n[0])
     jib = support.jib.length * (pose.cg * n[2] - pose.sg * n[0])
-    luff, knuckle = _solve_luff(pose, boom, jib)
-    return slew * slew / pose.slew_inertia + boom * luff + jib * knuckle
+    boom_acc, jib_acc = _solve_luff(pose, boom, jib)
+    return slew * slew / pose.slew_inertia + boom * boom_acc + jib * jib_acc
 
 
 @add_yaw_moment.register(Knuckle)
@@ -219,8 +219,8 @@ def _(support, xs):
 @support_kinetic.register(Knuckle)
 def _(support, pose):
     wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
-    luff = pose.boom_inertia * wb * wb + pose.jib_inertia * wg * wg
-    return 0.5 * (pose.slew_inertia * wa * wa + luff) + pose.c * wb * wg
+    elevation = pose.boom_inertia * wb * wb + pose.jib_inertia * wg * wg
+    return 0.5 * (pose.slew_inertia * wa * wa + elevation) + pose.c * wb * wg
 
 
 @support_potential.register(Knuckle)
@@ -238,35 +238,35 @@ def _(support, tau, base, pose):
 
 
 @drive_power.register(Knuckle)
-def _(support, tau, pose, pull):
+def _(support, tau, pose, force):
     return tau[0] * pose.yaw_rate + tau[1] * pose.beta_rate + tau[2] * pose.gamma_rate
 
 
 @generic
 def base_efforts(base, support, tau, pose):
-    """Return the joint efforts tau plus what the base imposes on tower, boom and jib."""
+    """Return the joint efforts tau plus those of the base's inertial forces on tower, boom and jib."""
     return tau
 
 
 @base_efforts.register(Carried)
 def _(base, support, tau, pose):
-    slew, luff, fold = _efforts(base, support, pose)
-    return (tau[0] + slew, tau[1] + luff, tau[2] + fold, *tau[3:])
+    slew, boom, jib = _efforts(base, support, pose)
+    return (tau[0] + slew, tau[1] + boom, tau[2] + jib, *tau[3:])
 
 
 @lean_routine
 def _efforts(base, support, pose):
     boom, jib = support.boom, support.jib
     slew, x, z = mass_load(base, boom, pose, (0.0, 0.0), (0.0, 0.0), pose.cb, pose.sb, pose.beta_rate)
-    knee, rate = boom.length, boom.length * pose.beta_rate
-    knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
-    turn, jx, jz = mass_load(base, jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
-    luff = boom.length * (pose.cb * (0.5 * z + jz) - pose.sb * (0.5 * x + jx))
-    fold = 0.5 * jib.length * (pose.cg * jz - pose.sg * jx)
-    boom_turn, boom_luff = gyroscopic_moments(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
-    jib_turn, jib_fold = gyroscopic_moments(base, jib, pose, pose.cg, pose.sg, pose.gamma_rate)
-    slew = slew + turn + boom_turn + jib_turn - support.tower.inertia * base.angular_acceleration[2]
-    return slew, luff + boom_luff, fold + jib_fold
+    length, rate = boom.length, boom.length * pose.beta_rate
+    root, root_rate = (length * pose.cb, length * pose.sb), (-rate * pose.sb, rate * pose.cb)
+    jib_slew, jx, jz = mass_load(base, jib, pose, root, root_rate, pose.cg, pose.sg, pose.gamma_rate)
+    boom_effort = boom.length * (pose.cb * (0.5 * z + jz) - pose.sb * (0.5 * x + jx))
+    jib_effort = 0.5 * jib.length * (pose.cg * jz - pose.sg * jx)
+    boom_gyro_slew, boom_gyro = gyroscopic_moments(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
+    jib_gyro_slew, jib_gyro = gyroscopic_moments(base, jib, pose, pose.cg, pose.sg, pose.gamma_rate)
+    slew = slew + jib_slew + boom_gyro_slew + jib_gyro_slew - support.tower.inertia * base.angular_acceleration[2]
+    return slew, boom_effort + boom_gyro, jib_effort + jib_gyro
 
 
 @lean_kernel
@@ -320,11 +320,11 @@ def _(axial, inertia, c, s):
 
 @support_base_energy.register(Knuckle)
 def _(support, base, pose, gravity):
-    rate, knee = support.boom.length * pose.beta_rate, support.boom.length
-    knee_at, knee_moves = (knee * pose.cb, knee * pose.sb), (-rate * pose.sb, rate * pose.cb)
-    still = (0.0, 0.0)
-    boom = rod_energy(base, gravity, support.boom, pose, still, still, pose.cb, pose.sb, pose.beta_rate)
-    jib = rod_energy(base, gravity, support.jib, pose, knee_at, knee_moves, pose.cg, pose.sg, pose.gamma_rate)
+    length, rate = support.boom.length, support.boom.length * pose.beta_rate
+    root, root_rate = (length * pose.cb, length * pose.sb), (-rate * pose.sb, rate * pose.cb)
+    zero = (0.0, 0.0)
+    boom = rod_energy(base, gravity, support.boom, pose, zero, zero, pose.cb, pose.sb, pose.beta_rate)
+    jib = rod_energy(base, gravity, support.jib, pose, root, root_rate, pose.cg, pose.sg, pose.gamma_rate)
     tower = added_spin(base, (0.0, support.tower.inertia, (0.0, 0.0, 1.0)), (0.0, 0.0, pose.yaw_rate))
     return boom[0] + jib[0] + tower, boom[1] + jib[1]
 

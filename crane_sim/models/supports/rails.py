@@ -41,7 +41,7 @@ Axis = ForceAxis | PrescribedAxis | FixedAxis
 
 @lean_generic
 def input_count(axis):
-    """Return how many efforts the axis takes."""
+    """Return the number of efforts of the axis."""
     return 0
 
 

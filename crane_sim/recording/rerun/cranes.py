@@ -21,7 +21,7 @@ import rerun as rr
 import rerun.urdf  # noqa: F401  (makes rr.urdf available)
 
 from crane_sim.description import gantry
-from crane_sim.description.workspace import room_of
+from crane_sim.description.workspace import make_bounding_box
 from crane_sim.recording.camera import TROLLEY, of_room
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from crane_sim.description.solids import Shape
-    from crane_sim.description.workspace import Room
+    from crane_sim.description.workspace import BoundingBox
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Layout, Numbers, Suspension
 
@@ -242,7 +242,9 @@ class GantryVisual:
         grown = None
         if not self._room.holds(self._low, self._high):
             more = SLACK * (self._high - self._low)
-            grown = self._build(room_of(self._low - more, self._high + more, self._shortest, self._room.spatial))
+            grown = self._build(
+                make_bounding_box(self._low - more, self._high + more, self._shortest, self._room.spatial)
+            )
         if self._room.spatial:
             self._place(time, "bridge", nodes[:, 0] * (0.0, 1.0, 0.0))
         self._place(time, "trolley", nodes[:, 0])
@@ -257,14 +259,14 @@ class GantryVisual:
         """Make the room as large as the motion was."""
         if not np.isfinite(self._low).all():
             return None
-        return self._build(room_of(self._low, self._high, self._shortest, self._room.spatial))
+        return self._build(make_bounding_box(self._low, self._high, self._shortest, self._room.spatial))
 
     def _watch(self, nodes: Numbers) -> None:
         """Remember the room that the nodes (F, N+1, 3) take."""
         self._low, self._high = np.minimum(self._low, nodes.min((0, 1))), np.maximum(self._high, nodes.max((0, 1)))
         self._shortest = min(self._shortest, float(np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1).min()))
 
-    def _build(self, room: Room) -> Framing:
+    def _build(self, room: BoundingBox) -> Framing:
         """Log the solids, which replace those that were logged before."""
         self._room = room
         mass = self._suspension.hang.masses[-1]
@@ -275,7 +277,7 @@ class GantryVisual:
         log_solids(self._rec, "payload/box", "payload", gantry.payload(mass, room))
         return of_room(room)
 
-    def _radii(self, room: Room) -> list[float]:
+    def _radii(self, room: BoundingBox) -> list[float]:
         hang = self._suspension.hang
         pairs = list(zip(hang.masses, hang.lengths, strict=True))
         return [gantry.node_radius(mass, length, room) for mass, length in pairs[:-1]]

@@ -10,12 +10,17 @@ from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.reference import PLACES
-from crane_sim.trajectories.joint_trajectory import Point, Trajectory
-from crane_sim.trajectories.path import Path
-from crane_sim.trajectories.polynomials import values
-from crane_sim.trajectories.replanning import join_path, path_of_law, pieces_of, with_path
+from crane_sim.trajectories.joint_trajectory import Point, Waypoints
+from crane_sim.trajectories.polynomials import evaluate
+from crane_sim.trajectories.replanning import (
+    join_trajectory,
+    to_piecewise_polynomial,
+    trajectory_of_law,
+    with_trajectory,
+)
+from crane_sim.trajectories.trajectory import Trajectory
 
-_FORM = TypeAdapter(Trajectory)
+_FORM = TypeAdapter(Waypoints)
 
 
 class TrajectoryInput:
@@ -30,12 +35,12 @@ class TrajectoryInput:
         self._node, self._scene = node, scene
         self._own_reference = messages.reference_message(scene.actuated, scene.reference or ())
         self._pending: JointTrajectory | None = None
-        path = path_of_law(law)
+        path = trajectory_of_law(law)
         if path is None:
             return
         self._names = _coordinate_names(path, scene)
-        start = tuple(values(pieces_of(path), path.starts[:1])[0].tolist())
-        join_path(Trajectory(self._names, (Point(start, 1.0),)), path, self._names, 0.0)  # imports slow packages
+        start = tuple(evaluate(to_piecewise_polynomial(path), path.starts[:1])[0].tolist())
+        join_trajectory(Waypoints(self._names, (Point(start, 1.0),)), path, self._names, 0.0)  # imports slow packages
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
     def _on_message(self, message: JointTrajectory) -> None:
@@ -46,18 +51,18 @@ class TrajectoryInput:
     def apply_to(self, law: Any, t: float) -> Any:
         """Return the law, with its new path from time t [s] on if one was received."""
         message, self._pending = self._pending, None
-        path = path_of_law(law) if message is not None else None
+        path = trajectory_of_law(law) if message is not None else None
         if message is None or path is None:
             return law
         try:
-            return with_path(law, join_path(self._read(message, t), path, self._names, t))
+            return with_trajectory(law, join_trajectory(self._read(message, t), path, self._names, t))
         except ValidationError as error:
-            self._refuse(one_line(error, Trajectory))
+            self._refuse(one_line(error, Waypoints))
         except ValueError as error:
             self._refuse(str(error))
         return law
 
-    def _read(self, message: JointTrajectory, now: float) -> Trajectory:
+    def _read(self, message: JointTrajectory, now: float) -> Waypoints:
         stamp, period = messages.nanoseconds(message.header.stamp), self._scene.period
         points = [
             {
@@ -75,6 +80,6 @@ class TrajectoryInput:
         self._node.get_logger().warning(f"joint_trajectory: refused: {line}", throttle_duration_sec=1.0)
 
 
-def _coordinate_names(path: Path, scene: Scene) -> tuple[str, ...]:
+def _coordinate_names(path: Trajectory, scene: Scene) -> tuple[str, ...]:
     """Return the names of a path's coordinates."""
-    return scene.actuated if path.of_joints else PLACES[: pieces_of(path).coefficients.shape[1]]
+    return scene.actuated if path.of_joints else PLACES[: to_piecewise_polynomial(path).coefficients.shape[1]]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from crane_sim.laws import Law, ask_law
+from crane_sim.laws import Law, evaluate_law
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import Frame, JointWire
 from crane_sim.ros.common.timing import DurationHistogram
@@ -69,10 +69,10 @@ class ExecutionTime:
         """Return the efforts (nu,) of the law at a state, and record the time.
 
         Raises:
-            LawError: as `laws.ask_law`.
+            LawError: as `laws.evaluate_law`.
         """
         start = time.perf_counter()
-        effort = ask_law(law, state.t, state.q, state.v, nu)
+        effort = evaluate_law(law, state.t, state.q, state.v, nu)
         self._durations.add(time.perf_counter() - start)
         self._stamp = state.stamp
         return effort

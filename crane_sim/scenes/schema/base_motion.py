@@ -23,7 +23,7 @@ from crane_sim.trajectories.waves import (
     Sea,
     Waves,
     apply_response,
-    largest_observed,
+    max_observed_steepness,
     sample_sea,
     steepness,
 )
@@ -287,7 +287,7 @@ class SeaGroup(Group):
     def notes(self) -> dict[str, Any]:
         """Return a warning when the sea is steeper than any that was measured."""
         sea = self._sea()
-        most = largest_observed(sea.peak_period)
+        most = max_observed_steepness(sea.peak_period)
         if steepness(sea) <= most:
             return {}
         line = (

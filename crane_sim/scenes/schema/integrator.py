@@ -69,9 +69,9 @@ def check_fit(method: Any, model: Any, continuous: bool) -> None:
     """Raise SceneError when a method with linear systems meets a model or a source that it cannot differentiate."""
     if not isinstance(method, Rodas):
         return
-    if not system.rhs_into.knows(type(model)):
+    if not system.rhs_into.has_body(type(model)):
         raise SceneError("integrator.method = 'rodas': solves for states that are arrays; this crane takes dop853")
-    if continuous and system.compute_jacobian.knows(type(model)):
+    if continuous and system.compute_jacobian.has_body(type(model)):
         raise SceneError("control.period = 'continuous': method rodas takes sampled laws on this crane; give a period")
 
 

@@ -18,7 +18,7 @@ from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
-from crane_sim.trajectories.path import Path
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class Rope(Group):
@@ -135,7 +135,7 @@ class KnuckleFile(SceneFile):
             ("rope", "rope.limits", self.rope.limits),
         )
 
-    def path(self) -> Path | None:
+    def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 

@@ -10,7 +10,7 @@ from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_bas
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
-from crane_sim.trajectories.path import Path
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class OverheadFile(OverheadCrane):
@@ -74,7 +74,7 @@ class OverheadFile(OverheadCrane):
             notes["model_error_estimate"] = bending_error(self)
         return notes
 
-    def path(self) -> Path | None:
+    def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 

@@ -17,7 +17,7 @@ from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path, target_of
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
-from crane_sim.trajectories.path import Path
+from crane_sim.trajectories.trajectory import Trajectory
 
 Vector = tuple[Real, Real, Real]
 UNIT_TOLERANCE = 1e-6  # how far from 1 the length of a unit vector may be
@@ -164,7 +164,7 @@ class PendulumFile(SceneFile):
             ("tip_z", "suspension.limits.z", box.z),
         )
 
-    def path(self) -> Path | None:
+    def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 

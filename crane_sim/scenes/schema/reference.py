@@ -9,15 +9,15 @@ from pydantic import BeforeValidator, TypeAdapter, model_validator
 from crane_sim.files.errors import SceneError, no_group
 from crane_sim.files.types import Real
 from crane_sim.scenes.schema.groups import Group, Inline, make_picker
-from crane_sim.trajectories.joint_trajectory import Trajectory, read_trajectory
+from crane_sim.trajectories.joint_trajectory import Waypoints, read_trajectory
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.obstacle import Obstacle
-from crane_sim.trajectories.path import Path, path_of
 from crane_sim.trajectories.point_to_point import PointToPoint
-from crane_sim.trajectories.polynomials import Pieces, reorder
-from crane_sim.trajectories.replanning import pieces_of
-from crane_sim.trajectories.shaping import Shaping, shape_path
+from crane_sim.trajectories.polynomials import PiecewisePolynomial, reorder
+from crane_sim.trajectories.replanning import to_piecewise_polynomial
+from crane_sim.trajectories.shaping import Shaping, apply_input_shaper
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory
 
 KINDS: dict[str, Any] = {
     "line": Line,
@@ -25,7 +25,7 @@ KINDS: dict[str, Any] = {
     "point_to_point": PointToPoint,
     "minimum_jerk": MinimumJerk,
     "obstacle": Obstacle,
-    "trajectory": Trajectory,
+    "trajectory": Waypoints,
 }
 """The kinds of path, and their keys."""
 _SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, make_picker("kind", KINDS)])
@@ -87,7 +87,7 @@ def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tu
     return reference.q
 
 
-def resolve_target(target: tuple[float, ...] | None, path: Path | None) -> tuple[float, ...] | None:
+def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) -> tuple[float, ...] | None:
     """Return where the actuated joints should end: the target, or where their path ends if there is none.
 
     Raises:
@@ -95,7 +95,7 @@ def resolve_target(target: tuple[float, ...] | None, path: Path | None) -> tuple
     """
     if path is None or not path.of_joints:
         return target
-    end = tuple(float(x) for x in pieces_of(path).coefficients[-1, :, 0])
+    end = tuple(float(x) for x in to_piecewise_polynomial(path).coefficients[-1, :, 0])
     if target is None:
         return end
     if any(abs(x - y) > SAME_PLACE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)):
@@ -122,7 +122,7 @@ class PathContext(Protocol):
         ...
 
 
-def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Path | None:
+def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Trajectory | None:
     """Return the compiled path of a scene, None where it has none.
 
     Raises:
@@ -140,20 +140,20 @@ def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Path | 
         raise SceneError("reference.path: is not finite: its numbers are too large or too small")
     if np.any(np.diff(pieces.starts) <= 0.0):
         raise SceneError(f"reference.path.start = {group.shape.start:g}: so large that the motion takes no time there")
-    return path_of(pieces, group.of == "joints")
+    return compile_trajectory(pieces, group.of == "joints")
 
 
-def _pieces(group: PathGroup, file: PathContext) -> Pieces:
+def _pieces(group: PathGroup, file: PathContext) -> PiecewisePolynomial:
     """Return the motion, shaped where it should be."""
     pieces = _in_order(group, file.actuated if group.of == "joints" else PLACES)
     if group.shaping is None:
         return pieces
-    return shape_path(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
+    return apply_input_shaper(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
 
 
-def _in_order(group: PathGroup, names: tuple[str, ...]) -> Pieces:
+def _in_order(group: PathGroup, names: tuple[str, ...]) -> PiecewisePolynomial:
     """Return the motion with its coordinates in the order of `names`: all of the joints, the first of the payload's."""
-    pieces = group.shape.pieces()
+    pieces = group.shape.to_polynomials()
     n = pieces.coefficients.shape[1]
     if n > len(names) or (group.of == "joints" and n < len(names)):
         raise ValueError(f"has {n} coordinates, {group.of} of this crane: {', '.join(names)}")

@@ -11,7 +11,7 @@ from crane_sim.scenes.schema.hardware import HardwareGroups
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit
 from crane_sim.trajectories.inputs import Inputs
-from crane_sim.trajectories.path import Path
+from crane_sim.trajectories.trajectory import Trajectory
 
 
 class SceneFile(HardwareGroups, ABC):
@@ -97,7 +97,7 @@ class SceneFile(HardwareGroups, ABC):
         return {}
 
     @abstractmethod
-    def path(self) -> Path | None:
+    def path(self) -> Trajectory | None:
         """Return the compiled path of `reference.path`, None where it is left out.
 
         Raises:

@@ -1,5 +1,6 @@
-"""Drives of the suspension point as tracking laws use them: state of the cable below it, and efforts that move it.
+"""Tip servos: state of the cable below the suspension point, and the efforts that move this point.
 
+A tip servo is the lowest loop of a tracking law: a `Servo`, a `suspension.PositionServo` or a `knuckle_boom.BoomServo`.
 Vectors are in the axes of the base and relative to it. The bodies given here are those of the crane `pendulum`.
 """
 
@@ -10,7 +11,7 @@ from crane_sim.numerics.jit import generic, kernel
 
 
 class Servo(NamedTuple):
-    """How the suspension point is driven by a law that commands its acceleration: 26 rad/s, 0.7 of critical damping."""
+    """Servo of the suspension point, whose acceleration the law commands: 26 rad/s, 0.7 of critical damping."""
 
     kp: Positive = 676.0  # 1/s², of the suspension point
     kd: NonNegative = 36.4  # 1/s, of the suspension point
@@ -29,7 +30,7 @@ class CableState(NamedTuple):
 
 
 @generic
-def estimate_cable(drive, length, q, v):
+def estimate_cable(servo, length, q, v):
     """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m].
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
@@ -40,7 +41,7 @@ def estimate_cable(drive, length, q, v):
 
 
 @generic
-def compute_drive_efforts(drive, t, cable, a):
+def efforts_for_acceleration(servo, t, cable, a):
     """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
 
     `cable` is the CableState at that time. A point whose efforts are accelerations takes a as it is.
@@ -49,20 +50,20 @@ def compute_drive_efforts(drive, t, cable, a):
 
 
 @generic
-def suspension_effort(drive, t, demand, cable):
-    """Return the efforts (nu,) that bring the suspension point of a CableState to a Demand at time t [s], eq. 64."""
+def suspension_effort(servo, t, setpoint, cable):
+    """Return the efforts (nu,) that bring the suspension point of a CableState to a TipSetpoint at t [s], eq. 64."""
     raise NotImplementedError
 
 
 @kernel
-def compute_tracking_acceleration(drive, demand, cable):
-    """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a drive."""
-    x, v, a = demand
-    ax = a[0] - drive.kd * (cable.dtip[0] - v[0]) - drive.kp * (cable.tip[0] - x[0])
-    ay = a[1] - drive.kd * (cable.dtip[1] - v[1]) - drive.kp * (cable.tip[1] - x[1])
+def compute_tracking_acceleration(servo, setpoint, cable):
+    """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a servo."""
+    x, v, a = setpoint
+    ax = a[0] - servo.kd * (cable.dtip[0] - v[0]) - servo.kp * (cable.tip[0] - x[0])
+    ay = a[1] - servo.kd * (cable.dtip[1] - v[1]) - servo.kp * (cable.tip[1] - x[1])
     return ax, ay
 
 
 @suspension_effort.register(Servo)
-def _(drive, t, demand, cable):
-    return compute_tracking_acceleration(drive, demand, cable)
+def _(servo, t, setpoint, cable):
+    return compute_tracking_acceleration(servo, setpoint, cable)

@@ -1,0 +1,101 @@
+"""Trajectories: the reference of the payload or of the actuated joints as a function of time, with its derivatives.
+
+A scene names a kind (one file each); each kind becomes the same `PiecewisePolynomial`, which can be delayed and added,
+and this becomes a `Trajectory`, which one piece of compiled code evaluates. A trajectory is at rest before and after.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.numerics.jit import entry_point, lean_generic, lean_kernel
+from crane_sim.trajectories.piecewise import find_piece, polynomial_at
+from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
+
+
+class Coordinate(NamedTuple):
+    """The polynomials of one coordinate, and the list of the other coordinates, which kernels can walk by type."""
+
+    coefficients: Any  # (pieces, degree + 1), of powers of t - starts[piece], from the constant on
+    tail: "Coordinate | None" = None
+
+
+class Trajectory(NamedTuple):
+    """A compiled reference of n coordinates: payload x, y (z) in the base frame [m], or the actuated joints."""
+
+    starts: Any  # (pieces,) s, increasing; the first piece also holds before
+    coordinates: Coordinate
+    of_joints: bool = False  # of the actuated joints, in the scene's order, rather than of the payload
+
+
+def compile_trajectory(polynomials: PiecewisePolynomial, of_joints: bool = False) -> Trajectory:
+    """Return the compiled form of n coordinates."""
+    coordinates: Coordinate | None = None
+    for k in reversed(range(polynomials.coefficients.shape[1])):
+        coordinates = Coordinate(np.ascontiguousarray(polynomials.coefficients[:, k]), coordinates)
+    assert coordinates is not None, "a trajectory has at least one coordinate"
+    return Trajectory(np.ascontiguousarray(polynomials.starts, dtype=np.float64), coordinates, of_joints)
+
+
+@lean_generic
+def low_derivatives(coordinates, piece, s):
+    """Return (positions, velocities, accelerations) of a list of coordinates, each a tuple."""
+    return (), (), ()
+
+
+@low_derivatives.register(Coordinate)
+def _(coordinates, piece, s):
+    x, v, a, _, _ = polynomial_at(coordinates.coefficients, piece, s)
+    xs, vs, accelerations = low_derivatives(coordinates.tail, piece, s)
+    return (x, *xs), (v, *vs), (a, *accelerations)
+
+
+@lean_generic
+def high_derivatives(coordinates, piece, s):
+    """Return (jerks, snaps) of a list of coordinates, each a tuple."""
+    return (), ()
+
+
+@high_derivatives.register(Coordinate)
+def _(coordinates, piece, s):
+    _, _, _, jerk, snap = polynomial_at(coordinates.coefficients, piece, s)
+    jerks, snaps = high_derivatives(coordinates.tail, piece, s)
+    return (jerk, *jerks), (snap, *snaps)
+
+
+@lean_kernel
+def reference_at(trajectory, t):
+    """Return (position, velocity, acceleration) of a trajectory at time t [s], each a tuple (n,)."""
+    piece = find_piece(trajectory.starts, len(trajectory.starts), t)
+    return low_derivatives(trajectory.coordinates, piece, t - trajectory.starts[piece])
+
+
+@lean_kernel
+def higher_derivatives_at(trajectory, t):
+    """Return (jerk, snap), the third and fourth derivative of a trajectory at time t [s], each a tuple (n,)."""
+    piece = find_piece(trajectory.starts, len(trajectory.starts), t)
+    return high_derivatives(trajectory.coordinates, piece, t - trajectory.starts[piece])
+
+
+@entry_point
+def sample_trajectory(trajectory, t):
+    """Return position, velocity and acceleration (K, 3, n) of a trajectory at times t (K,) [s]."""
+    n = len(reference_at(trajectory, 0.0)[0])
+    out = np.empty((len(t), 3, n))
+    for i in range(len(t)):
+        x, v, a = reference_at(trajectory, t[i])
+        for k in range(n):
+            out[i, 0, k], out[i, 1, k], out[i, 2, k] = x[k], v[k], a[k]
+    return out
+
+
+__all__ = [
+    "Array",
+    "Coordinate",
+    "Trajectory",
+    "PiecewisePolynomial",
+    "higher_derivatives_at",
+    "compile_trajectory",
+    "reference_at",
+    "sample_trajectory",
+]
