@@ -14,7 +14,7 @@ REAL = ("control", "brake", "sensors", "actuators", "faults")
 """Groups of a scene that its nominal one leaves out, unless `control.nominal` has them."""
 SHARED = ("servo", "tracker_rate", "vision")
 """Settings of measurement and drive that several laws share: another law that has them keeps them."""
-UNREADABLE = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
+YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
 """Errors of reading YAML: its own, and those of its readers of dates and numbers, which check little."""
 
 
@@ -43,7 +43,7 @@ def read(source: str | Path) -> dict[str, Any]:
         raise SceneError(_nowhere(str(source)))
     try:
         document = yaml.load(path.read_text(), _Unambiguous)
-    except UNREADABLE as error:
+    except YAML_ERRORS as error:
         raise SceneError(f"scene file {path}: cannot be read: {_cause(error)}") from None
     if not isinstance(document, dict):
         raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")

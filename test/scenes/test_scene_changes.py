@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.cli.scene_options import loaded_scene
+from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.interpreted
@@ -59,8 +59,14 @@ def test_a_batch_says_what_was_rounded() -> None:
         (lambda: crane_sim.simulate(SWING, "lqr", overrides={"control.law": "energy"}), "'control.law' is given by"),
         (lambda: crane_sim.simulate(SWING, None, 1.0, overrides={"duration": 2.0}), "'duration' is given by name, too"),
         (lambda: crane_sim.simulate_batch(SWING, {"duration": [1.0]}, 2.0), "duration = 2.0: is among the parameters"),
-        (lambda: loaded_scene("overhead_swing", 1.0, settings=("duration=2",)), "--set duration: --duration says"),
-        (lambda: loaded_scene("overhead_swing", law="lqr", settings=("control.law=x",)), "control.law: --law says"),
+        (
+            lambda: load_scene_with_options("overhead_swing", 1.0, settings=("duration=2",)),
+            "--set duration: --duration says",
+        ),
+        (
+            lambda: load_scene_with_options("overhead_swing", law="lqr", settings=("control.law=x",)),
+            "control.law: --law says",
+        ),
     ],
     ids=lambda case: case if isinstance(case, str) else "",
 )

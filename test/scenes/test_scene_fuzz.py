@@ -17,7 +17,7 @@ from numba.core import event
 
 import crane_control.linearisation
 from crane_sim import SceneError, load_scene
-from crane_sim.cli.scene_options import loaded_scene
+from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.scenes.scene import Scene
 
 HANG = 60.0  # s; the slowest scene takes half a second, but others may keep both cores busy
@@ -61,7 +61,7 @@ def check_mutated(which: int, mutations: list[Any]) -> None:
 
 def check_override(name: str, key: str, text: str) -> None:
     """Check one `--set`."""
-    outcome(lambda: loaded_scene(name, settings=(f"{key}={text}",)))
+    outcome(lambda: load_scene_with_options(name, settings=(f"{key}={text}",)))
 
 
 def check_text(folder: Path, text: str, edits: list[tuple[int, int, str]]) -> None:

@@ -12,9 +12,9 @@ from crane_sim import load_scene
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.orchestration import run
 
-INTERVAL = 1.0  # s between two looks
+INTERVAL = 1.0  # s between samples
 MODULES = {"plant": "plant_node", "controller": "controller_node", "recorder": "recorder_node"}
-_FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
+_MAX_STEP_RATE = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
 _MB = 1e6
 
 
@@ -32,24 +32,24 @@ def resident(pid: int) -> float:
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
 
 
-class Watch:
-    """Looks at the nodes of a run once a second, and ends it after its time.
+class MemorySampler:
+    """Samples the memory of a run's nodes once a second, and interrupts the run after its time.
 
     Attributes:
-        times: s of the run, one per look.
-        samples: resident memory [MB] by node, one per look.
-        steps: of the run, one number per look.
+        times: s of the run, one per sample.
+        samples: resident memory [MB] by node, one per sample.
+        steps: of the run, one number per sample.
     """
 
     def __init__(self, seconds: float) -> None:
-        """Watch the run that this process is about to start, from its first step on."""
+        """Sample the run that this process is about to start, from its first step on."""
         self.times: list[float] = []
         self.samples: dict[str, list[float]] = {}
         self.steps: list[int] = []
         self._seconds, self._began, self._pids = seconds, 0.0, dict[str, int]()
 
     def __call__(self, step: int, steps: int) -> None:
-        """Look, if it is time; called about ten times a second by the run."""
+        """Take a sample if one is due; called about ten times a second by the run."""
         if step == 0:
             return
         if not self._pids:
@@ -69,7 +69,7 @@ def measure(
 ) -> dict[str, Any]:
     """Return the resident memory [MB] of plant, controller and recorder over a lockstep run, and how it grows.
 
-    To be called from the main thread, which the interrupt that ends the run is for.
+    To be called from the main thread, which receives the interrupt that ends the run.
 
     Args:
         name: scene of the catalogue, with a sampled law.
@@ -80,14 +80,14 @@ def measure(
     Raises:
         RuntimeError: the run failed; one line.
     """
-    watch = Watch(seconds)
+    sampler = MemorySampler(seconds)
     period = load_scene(name).period
-    scene = load_scene(name, {"duration": _FASTEST * period * max(seconds, 1.0)})
+    scene = load_scene(name, {"duration": _MAX_STEP_RATE * period * max(seconds, 1.0)})
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
-        summary = run(scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=watch)
+        summary = run(scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=sampler)
     if summary.get("error") != "interrupted":
         raise RuntimeError(summary.get("error", "the run ended before its time"))
-    if not watch.times or watch.times[-1] < seconds - 2.0 * INTERVAL:
+    if not sampler.times or sampler.times[-1] < seconds - 2.0 * INTERVAL:
         raise RuntimeError("interrupted")  # from outside, before the time was over
     return {
         "scene": name,
@@ -95,17 +95,19 @@ def measure(
         "warm_up_s": warm_up,
         "steps": summary["steps"],
         "recorded_steps": summary.get("recorded_steps"),  # None: without a recorder
-        "sample_times_s": [round(t, 3) for t in watch.times],
-        "sample_steps": watch.steps,
-        "resident": {node: _memory_figures(watch.times, samples, warm_up) for node, samples in watch.samples.items()},
+        "sample_times_s": [round(t, 3) for t in sampler.times],
+        "sample_steps": sampler.steps,
+        "resident": {
+            node: _memory_figures(sampler.times, samples, warm_up) for node, samples in sampler.samples.items()
+        },
         "machine": machine(),
     }
 
 
 def _memory_figures(times: list[float], samples: list[float], warm_up: float) -> dict[str, Any]:
     warm = [mb for t, mb in zip(times, samples, strict=True) if t >= warm_up] or samples[-1:]
-    since = [t for t in times if t >= warm_up]
-    slope = statistics.linear_regression(since, warm).slope if len(since) > 1 else 0.0
+    warm_times = [t for t in times if t >= warm_up]
+    slope = statistics.linear_regression(warm_times, warm).slope if len(warm_times) > 1 else 0.0
     return {
         "start_MB": samples[0],
         "after_warm_up_MB": warm[0],

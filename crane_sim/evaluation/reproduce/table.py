@@ -49,4 +49,4 @@ def format_value(value: Shown | None) -> str:
     """Return a value as text, short and for people."""
     if isinstance(value, int):
         return str(value)
-    return "-" if value is None else value if isinstance(value, str) else f"{value:.3g}"
+    return "-" if value is None else value if isinstance(value, str) else f"{value + 0.0:.3g}"

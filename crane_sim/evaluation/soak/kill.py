@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.memory import resident
-from crane_sim.evaluation.bench.realtime import run_bare_loop
+from crane_sim.evaluation.bench.realtime import run_sleep_process
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import steps_in
 from crane_sim.evaluation.soak.monitor import Messages, Received, monitor, wait_for_discovery
@@ -95,7 +95,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         monitor(loaded, domain) as monitored,
         ThreadPoolExecutor(1) as pool,
     ):
-        bare = pool.submit(run_bare_loop, _BARE, round(loaded.duration / _BARE))
+        bare = pool.submit(run_sleep_process, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
         summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.on_filled, **options)

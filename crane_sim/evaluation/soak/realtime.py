@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim import load_scene
-from crane_sim.evaluation.bench.realtime import run_bare_loop
+from crane_sim.evaluation.bench.realtime import run_sleep_process
 from crane_sim.evaluation.soak.figures import Figure, at_most
 from crane_sim.evaluation.soak.monitor import Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
@@ -29,7 +29,7 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
     data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "unclear", "rates")}
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         for _ in range(rounds):
-            data["bare"].append(run_bare_loop(PERIOD, scene.steps))
+            data["bare"].append(run_sleep_process(PERIOD, scene.steps))
             summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=wait_for_discovery)
             if "error" in summary:
                 raise RuntimeError(summary["error"])
