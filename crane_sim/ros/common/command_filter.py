@@ -70,7 +70,7 @@ class Refusal(StrEnum):
     HUGE = "huge"
     UNSTAMPED = "unstamped"
     FUTURE = "future"
-    YAML_ERRORS = "unreadable"
+    UNREADABLE = "unreadable"
     COMMANDER = "commander"  # another publisher owns the crane
     LATE = "late"  # older than the last accepted command
     STALE = "stale"
@@ -84,7 +84,7 @@ _REJECTED = (
     Refusal.HUGE,
     Refusal.UNSTAMPED,
     Refusal.FUTURE,
-    Refusal.YAML_ERRORS,
+    Refusal.UNREADABLE,
     Refusal.COMMANDER,
 )  # mistakes of the publisher
 _TOO_OLD = (Refusal.LATE, Refusal.STALE)
@@ -154,7 +154,7 @@ class CommandValidator:
         try:
             return decode(data)
         except ValueError as error:
-            self.reject(Refusal.YAML_ERRORS, f"command {error}")
+            self.reject(Refusal.UNREADABLE, f"command {error}")
             return None
 
     def reject(self, reason: Refusal, line: str) -> None:
