@@ -25,7 +25,7 @@ class Process(Protocol):
         """Return the exit code, negative for a signal, None where it is unknown.
 
         Raises:
-            subprocess.TimeoutExpired: it has not exited within so many seconds.
+            subprocess.TimeoutExpired: it has not exited within `timeout` seconds.
         """
         ...
 

@@ -57,7 +57,7 @@ class ProcessGroup:
         if self._fork_server:
             self._fork_server.close()
         for child in self.children:
-            child.order("finish")
+            child.send("finish")
             child.close_control_pipe()
         for child in self.children:
             child.wait_started()

@@ -59,7 +59,7 @@ class Role:
         exited, self.active = self.active, max(self._standbys, key=lambda child: child.ready)  # the first ready one
         self._standbys.remove(self.active)
         self.restarts += 1
-        self.active.order(f"go {self._resume_state(exited)}".strip())
+        self.active.send(f"go {self._resume_state(exited)}".strip())
         self._group.remove(exited)
         return True
 
@@ -76,7 +76,7 @@ class Role:
         return ""
 
     def _reason_to_give_up(self, step: int) -> str:
-        """Return why there is no fail-over, one line; empty where a standby may do better."""
+        """Return the reason, one line, against a fail-over; empty where a standby may succeed."""
         why = f"{self.name}: {self.active.fault}"
         if not self._restart or self.active.fatal:
             return why

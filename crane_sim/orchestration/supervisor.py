@@ -58,7 +58,7 @@ class Supervisor:
 
     def run(self) -> None:
         """Start the plant's steps, and wait for its summary; raises RunError when there will be none."""
-        self.plant.order("go")
+        self.plant.send("go")
         self._wait_until(
             lambda: self.plant.summary is not None, self._recover, _REPORT_TIMEOUT, "waiting for the plant"
         )
@@ -66,7 +66,7 @@ class Supervisor:
     def stop_early(self) -> None:
         """Order the plant to end early, and wait for its summary."""
         if self.plant.ready:
-            self.plant.order("finish")
+            self.plant.send("finish")
             self.drain([self.plant], *_DRAIN)
 
     def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
@@ -154,7 +154,7 @@ class Supervisor:
             self._callbacks.on_news(f"{role.failure}; the run goes on unrecorded")
         else:
             self._callbacks.on_news(f"{role.failure}; the crane is braked to rest")
-            self.plant.order(f"brake {role.failure}")
+            self.plant.send(f"brake {role.failure}")
 
     def _check_timeout(self) -> None:
         """Report that the plant waits for a command; kill our own controller, or end the run, after the time-out."""

@@ -1,4 +1,4 @@
-"""What the files of a run are called while they grow, and when more than one recorder writes them.
+"""Names of a run's files while they are written, and where several recorders write them.
 
 Files of a killed recorder: their locks, and their names when recovered. No Rerun, no bags here.
 """
@@ -34,7 +34,7 @@ def unfinished_name(path: Path) -> Path:
 
 
 def existing_parts(path: str, count: int, since: float) -> list[Path]:
-    """Return what is there of the first `count` parts of a file, finished or not, in order.
+    """Return the existing ones of the first `count` parts of a file, finished or not, in order.
 
     Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: a recorder
     killed while joining all parts has left the first one and the whole, which has its name.

@@ -35,7 +35,7 @@ PARAMETERS = {
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),
     "command_timeout": Option(
         0.5,
-        "s of wall time, two periods at least, without a command until realtime does as on_silence says; 0: never",
+        "s of wall time, two periods at least, without a command until the action on_silence in realtime; 0: never",
         0.0,
         3600.0,
     ),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from command_line import CRANE, crane
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim import cli
 from crane_sim.cli.bench import SUITE_NAMES
@@ -116,7 +116,7 @@ def test_a_full_disk_behind_stdout_is_one_line() -> None:
     """If even the error cannot be printed as JSON, stderr has it in one line, without a traceback."""
     with Path("/dev/full").open("w") as full:
         command = [str(CRANE), "simulate", "nowhere", "--json"]
-        result = completed(command, stdout=full)
+        result = run_to_completion(command, stdout=full)
     assert result.returncode == 2
     assert len(result.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in result.stderr
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim.evaluation.reproduce import measure_items
 from crane_sim.evaluation.reproduce.hardcases import Case
@@ -21,7 +21,7 @@ FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
 
 def crane(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Return what the command did."""
-    return completed([str(CRANE), "reproduce", *arguments], limit=600.0)
+    return run_to_completion([str(CRANE), "reproduce", *arguments], limit=600.0)
 
 
 def test_every_claim_holds_or_is_an_erratum() -> None:

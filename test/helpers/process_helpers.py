@@ -59,7 +59,7 @@ def started_program(
     assert not overrun, overrun[0]
 
 
-def completed(
+def run_to_completion(
     command: Sequence[str | Path], *, limit: float = LIMIT, check: bool = False, **options: Any
 ) -> subprocess.CompletedProcess[str]:
     """Run a program; return its exit code and output.

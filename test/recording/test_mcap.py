@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap_samples import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS, feed, read, stamp_of
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim import orchestration
 from crane_sim.recording.files import unfinished_name
@@ -27,7 +27,7 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
     """`crane run --mcap FILE` leaves one file, with every message at its stamp and with the numbers of `simulate`."""
     path = tmp_path / "run.mcap"
     options = ["--no-record", "--mcap", path, "--duration", str(SCENE.duration), "--domain-id", str(domain_id)]
-    done = completed([CRANE, "run", *options, "--json"])
+    done = run_to_completion([CRANE, "run", *options, "--json"])
     assert done.returncode == 0, done.stderr
     summary, found, expected = json.loads(done.stdout), read(path), simulate(SCENE)
     assert list(tmp_path.iterdir()) == [path]
@@ -56,12 +56,12 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
 def small_disk(folder: Path) -> Iterator[Path]:
     """Yield an empty disk of 100 kB."""
     folder.mkdir()
-    if os.geteuid() != 0 or completed(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
+    if os.geteuid() != 0 or run_to_completion(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
         pytest.skip("no right to mount here")
     try:
         yield folder
     finally:
-        completed(["umount", folder], check=True)
+        run_to_completion(["umount", folder], check=True)
 
 
 def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) -> None:

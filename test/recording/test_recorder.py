@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
 
 from crane_sim import orchestration
@@ -230,7 +230,7 @@ def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
     script = 'mount -t tmpfs -o size=1m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'
     command = ["unshare", "-Urm", "sh", "-c", script, "sh", str(disk), sys.executable, RUN, str(copy)]
     env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    done = completed(command, env=env)
+    done = run_to_completion(command, env=env)
     if not done.stdout and ("unshare" in done.stderr or "mount" in done.stderr):
         pytest.skip("no mount namespace of one's own here")
     summary = json.loads(done.stdout.splitlines()[-1])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap_samples import TOPICS, feed, read
-from process_helpers import completed
+from process_helpers import run_to_completion
 from recording_samples import SCENE, STEPS
 
 from crane_sim.recording.files import unfinished_name
@@ -43,7 +43,7 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
     test = Path(__file__).parents[1]
     env = os.environ | {"PYTHONPATH": os.pathsep.join([str(test / "helpers"), str(test.parent)])}
     command = [sys.executable, "-c", program, str(path), end]
-    return completed(command, env=env)
+    return run_to_completion(command, env=env)
 
 
 def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ def test_a_service_for_every_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         options = (f"scene:={file}", "commanded:=true")
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
             plant.await_event("ready")
-            plant.order("go")
+            plant.send("go")
             ours.answers = [0.0] * 4
             wait_until(lambda: len(ours.states) > 3)
             assert ours.pause(True) == "ok"

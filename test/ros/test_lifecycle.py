@@ -31,7 +31,7 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Rem
         ):
             plant.await_event("ready")
             standby.await_event("ready")
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: bool(ours.states))
             yield ours, plant, standby
 
@@ -66,7 +66,7 @@ def test_a_standby_waits_for_the_order_to_go(bench: tuple[Remote, NodeProcess, N
     ours, _, standby = bench
     assert get_state(ours, "plant") == "active"
     assert (get_state(ours, "controller"), ours.states[-1]) == ("inactive", PERIOD)
-    standby.order("go")
+    standby.send("go")
     wait_until(lambda: ours.states[-1] > 10 * PERIOD)
     assert get_state(ours, "controller") == "active"
 

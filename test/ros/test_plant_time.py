@@ -34,7 +34,7 @@ def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tu
         options = (f"scene:={endless}", "commanded:=true", "step_timeout:=0.2", "resends:=2")
         with remote(domain) as ours, NodeProcess(PLANT, env, *options) as plant:
             plant.await_event("ready")
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: bool(ours.states))
             yield plant, ours
 
@@ -122,7 +122,7 @@ def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, mon
             wait_until(lambda: ours.node.get_clock().now().nanoseconds == PERIOD)
             plant.await_event("ready")
             ours.answers = ZERO
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: len(ticks) >= 5)
     steps = [later - sooner for sooner, later in zip(ticks, ticks[1:], strict=False)]
     assert ticks == sorted(ticks) and all(step > 0 for step in steps)
@@ -140,7 +140,7 @@ def test_single_steps_without_a_controller(mode: str, tmp_path: Path, monkeypatc
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
         with NodeProcess(PLANT, env, *options, "step_count:=7") as plant:
             plant.await_event("ready")
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: bool(ours.states))
             assert (ours.pause(True), ours.reset()) == ("ok", "ok")
             wait_until(lambda: ours.states[-1] == PERIOD)

@@ -38,7 +38,7 @@ def bench(
         ours.node.destroy_publisher(ours.commands)
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
             plant.await_event("ready")
-            plant.order("go")
+            plant.send("go")
             yield ours, env
 
 

@@ -38,7 +38,7 @@ def test_a_timeout_brakes_and_a_command_releases(tmp_path: Path, monkeypatch: py
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", *options) as plant:
             plant.await_event("ready")
             ours.answers = EFFORT
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: ours.efforts[-1:] == [EFFORT])
             assert (os.sched_getscheduler(plant.process.pid) == os.SCHED_FIFO) == is_fifo_permitted()
             ours.answers = None
@@ -55,14 +55,14 @@ def test_brake_to_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", "commanded:=true") as plant:
             plant.await_event("ready")
             ours.answers = EFFORT
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: len(ours.states) > 20)
-            plant.order("brake controller: it was killed")
+            plant.send("brake controller: it was killed")
             summary = plant.await_event("done")["summary"]
             assert plant.await_event("done")["summary"]["error"] == "controller: it was killed"
             assert summary["steps"] > 20
             wait_until(lambda: len(ours.states) > summary["steps"])
-            plant.order("finish")
+            plant.send("finish")
             assert plant.process.wait(60.0) == 1
     last = ours.velocities[-1][: len(JOINTS)]
     assert max(map(abs, last)) < SLOW  # the plant's own limit of rest; the crane was at a hundred times that

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from mcap_samples import read
-from process_helpers import children, completed, has_exited, next_line, started_program, wait_until
+from process_helpers import children, has_exited, next_line, run_to_completion, started_program, wait_until
 
 from crane_sim import load_scene, orchestration
 from crane_sim.evaluation.soak.monitor import MonitorFile, monitor
@@ -142,7 +142,7 @@ while True:
 def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
     """A signal that was blocked while Python started is handled as soon as there is a handler."""
     command = ["env", "--block-signal=INT,TERM", sys.executable, "-c", BLOCKED]
-    assert completed(command).returncode == 7
+    assert run_to_completion(command).returncode == 7
 
 
 def test_the_plan_covers_start_run_and_end() -> None:

@@ -7,7 +7,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim.numerics.cache import PLAIN
 
@@ -190,5 +190,5 @@ def test_sizes(name: str) -> None:
 def test_the_code_is_clean(command: list[str]) -> None:
     """The linter, the formatter and the type checker have nothing to say."""
     program = Path(sys.executable).with_name(command[0])
-    done = completed([str(program), *command[1:]], cwd=ROOT)
+    done = run_to_completion([str(program), *command[1:]], cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr

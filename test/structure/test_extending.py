@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 import crane_sim
 from crane_sim.files.catalogue import scene_files
@@ -45,7 +45,7 @@ def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
         "crane_sim.load_scene('mine.yaml', {'control.stifness': 1.0})"
     )
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1"}
-    done = completed([sys.executable, "-c", code], env=environment, cwd=tmp_path)
+    done = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tmp_path)
     assert yaml.safe_load(done.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], done.stderr
     assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in done.stderr
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from process_helpers import completed, has_exited, next_line, started_program, wait_exited, wait_until
+from process_helpers import has_exited, next_line, run_to_completion, started_program, wait_exited, wait_until
 
 TEST = Path(__file__).parents[1]
 STUBBORN = """
@@ -58,7 +58,7 @@ def test_a_wait_for_a_program_that_hangs_ends() -> None:
     ):
         next_line(process)
     with pytest.raises(AssertionError, match="sleep 600: still ran after 0.5 s, and was killed"):
-        completed(["sleep", "600"], limit=0.5)
+        run_to_completion(["sleep", "600"], limit=0.5)
 
 
 def nested(folder: Path, test: str, *options: str) -> list[str]:
@@ -104,6 +104,6 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
 def test_a_test_that_hangs_fails_alone(hang: str, said: str, tmp_path: Path) -> None:
     """It fails at its limit, or takes its worker with it where nothing comes back; the tests behind it are run."""
     limits = ["-n", "1", "-o", "test_limit=1", "-o", "faulthandler_timeout=4"]
-    done = completed(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
+    done = run_to_completion(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
     assert said in done.stdout and "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
     assert done.returncode == 1

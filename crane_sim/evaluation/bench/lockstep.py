@@ -39,7 +39,7 @@ def echo(scene: "Scene", packed: bool = False) -> float:
         pong = group.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
         while not (ping.ready and pong.ready):
             _wait(group)
-        ping.order("go")
+        ping.send("go")
         while ping.summary is None:
             _wait(group)
         return ping.summary["steps_per_second"]

@@ -17,7 +17,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from crane_sim.files.types import to_radians
-from crane_sim.scenes.schema.groups import WORDS, Inline
+from crane_sim.scenes.schema.groups import WORDS, InlineUnion
 
 UNITS = frozenset(
     """-|s|Hz|1/s|1/s²|m|m/s|m/s²|m/s³|m²/s²|rad|rad/s|kg|kg/m|kg m²|N|N/m|N s/m|N m|N m/rad|N m s|N m s²|N m s/rad|
@@ -58,7 +58,7 @@ def fields(group: Any) -> tuple[Field, ...]:
     declared, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
     for name in names:
         unit, text = split_comment(descriptions.get(name, ""))
-        inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, Inline)), None)
+        inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, InlineUnion)), None)
         key = words.get(name, name) if inline is None else inline.choice[0]
         declared.append(Field(key, hints[name], unit, default(group, name), text))
     return tuple(declared)
@@ -155,7 +155,7 @@ def in_words(annotation: Any) -> str:
     chosen = choice(annotation)
     if chosen is not None:
         names = " \\| ".join(f"`{name}`" for name in chosen.kinds)
-        inline = any(isinstance(part, Inline) for part in strip_annotated(annotation)[1])
+        inline = any(isinstance(part, InlineUnion) for part in strip_annotated(annotation)[1])
         return names if inline else f"group with `{chosen.key}`"
     kind, metadata = strip_annotated(annotation)
     if get_origin(kind) is Literal:

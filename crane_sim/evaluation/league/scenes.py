@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from crane_sim.evaluation.league.cases import Entrant, FromScene, Trial
-from crane_sim.files.document import put, read
+from crane_sim.files.document import read, set_value
 
 COMMON = ("period", "vision")  # keys of a control group that stay with another law: how often and how well it measures
 ABSENT: dict[str, Any] = {"forces": []}  # values that stand for an absent group; of other groups: None
@@ -15,19 +15,19 @@ def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:
     """Return the scene, as a file's document, of an entrant in a trial with this seed."""
     document, believed = read(trial.scene), dict[str, Any]()
     for key, value in trial.known.items():
-        put(document, key, _trial_value(key, value))
+        set_value(document, key, _trial_value(key, value))
     hidden = dict(trial.hidden)
     for key, factor in trial.scaled.items():
         hidden[key] = _times(factor, _document_value(document, key))
     for key, value in hidden.items():
         before = _document_value(document, key)
-        put(believed, key, ABSENT.get(key) if before is None else copy.deepcopy(before))
-        put(document, key, _trial_value(key, value))
+        set_value(believed, key, ABSENT.get(key) if before is None else copy.deepcopy(before))
+        set_value(document, key, _trial_value(key, value))
     for key, value in entrant.believes.items():
-        put(believed, key, value)
+        set_value(believed, key, value)
     document["control"] = _settings(document["control"], entrant) | {"nominal": believed}
     if trial.seeded:
-        put(document, trial.seeded, seed)
+        set_value(document, trial.seeded, seed)
     return document
 
 
@@ -45,7 +45,7 @@ def _trial_value(key: str, value: Any) -> Any:
         return copy.deepcopy(value)
     group = _document_value(read(value.scene), key)
     for within, change in value.changes.items():
-        put(group, within, change)
+        set_value(group, within, change)
     return group
 
 

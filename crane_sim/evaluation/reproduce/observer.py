@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.files.document import put, read
+from crane_sim.files.document import read, set_value
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import simulate
@@ -95,11 +95,11 @@ def _yield_figures(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Fi
         document = read(scene)
         control = document["control"]
         if law == "adaptive":
-            put(control, "adaptation.seed", seed)
+            set_value(control, "adaptation.seed", seed)
         else:
             control.pop("adaptation", None)
         if "vision" in control:
-            put(control, "vision.seed", seed)
+            set_value(control, "vision.seed", seed)
         yield _run_once(document | {"base_motion": motion, "control": control | {"law": law}})
 
 

@@ -1,4 +1,4 @@
-"""An MCAP file in the making: chunks in a folder beside it, one file where the user asked for it when complete."""
+"""An unfinished MCAP file: chunks in a folder beside it, joined into one file at the requested path when complete."""
 
 import errno
 import logging

@@ -97,7 +97,7 @@ def index_and_footer(file: BinaryIO, end: int, chunks: list[Chunk], time_left: C
     The chunks are not compressed, and one of them has messages; one is read at a time.
 
     Raises:
-        TimeoutError: before all are read, `time_left` says that there are no seconds left.
+        TimeoutError: `time_left` is zero before all are read.
     """
     definitions = {SCHEMA: dict[int, bytes](), CHANNEL: dict[int, bytes]()}
     counts = Counter[int]()

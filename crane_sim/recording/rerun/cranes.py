@@ -1,4 +1,4 @@
-"""What every crane on the stage has in common: frames, levers, the turn of a rope.
+"""Common parts of all crane visuals: frames, effort arrows, the rotation of a rope.
 
 Solids of a description as static entities of a recording: one for boxes, one for cylinders.
 
@@ -45,7 +45,7 @@ STRAND = 0.0035  # radius of a rope, of the crane's size
 
 
 class EffortArrow(NamedTuple):
-    """Where an effort pushes: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
+    """The arrow of an effort: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
 
     frame: str
     origin: Vector
@@ -56,7 +56,7 @@ class CraneVisual(Protocol):
     """A crane that is drawn."""
 
     def effort_arrow(self, joint: str) -> EffortArrow:
-        """Return where the effort of an actuated joint pushes."""
+        """Return the arrow of the effort of an actuated joint."""
         ...
 
     def set_size(self, size: float) -> None:
@@ -96,33 +96,33 @@ def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequenc
 
 
 def _boxes(shapes: Sequence[Shape]) -> rr.Boxes3D | None:
-    chosen = [shape for shape in shapes if len(shape.size) == 3]
-    if not chosen:
+    selected = [shape for shape in shapes if len(shape.size) == 3]
+    if not selected:
         return None
     return rr.Boxes3D(
-        half_sizes=[[0.5 * edge for edge in shape.size] for shape in chosen],
-        centers=[shape.at for shape in chosen],
-        rotation_axis_angles=[_turn_about_x(shape) for shape in chosen],
-        colors=[_color(shape) for shape in chosen],
+        half_sizes=[[0.5 * edge for edge in shape.size] for shape in selected],
+        centers=[shape.at for shape in selected],
+        rotation_axis_angles=[_rotation_about_x(shape) for shape in selected],
+        colors=[_color(shape) for shape in selected],
         fill_mode="solid",
     )
 
 
 def _cylinders(shapes: Sequence[Shape]) -> rr.Cylinders3D | None:
-    chosen = [shape for shape in shapes if len(shape.size) == 2]
-    if not chosen:
+    selected = [shape for shape in shapes if len(shape.size) == 2]
+    if not selected:
         return None
     return rr.Cylinders3D(
-        radii=[shape.size[0] for shape in chosen],
-        lengths=[shape.size[1] for shape in chosen],
-        centers=[shape.at for shape in chosen],
-        rotation_axis_angles=[_turn_about_x(shape) for shape in chosen],
-        colors=[_color(shape) for shape in chosen],
+        radii=[shape.size[0] for shape in selected],
+        lengths=[shape.size[1] for shape in selected],
+        centers=[shape.at for shape in selected],
+        rotation_axis_angles=[_rotation_about_x(shape) for shape in selected],
+        colors=[_color(shape) for shape in selected],
         fill_mode="solid",
     )
 
 
-def _turn_about_x(shape: Shape) -> rr.RotationAxisAngle:
+def _rotation_about_x(shape: Shape) -> rr.RotationAxisAngle:
     """Return a shape's turn about x, the only one that an overhead crane's solids have."""
     return rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=shape.rpy[0])
 
@@ -131,7 +131,7 @@ def _color(shape: Shape) -> tuple[int, ...]:
     return tuple(round(255.0 * float(part)) for part in shape.color.split())
 
 
-ARM = 0.15  # of the crane's size: where the push is drawn that a torque makes
+ARM = 0.15  # of the crane's size: distance from the axis of a torque's arrow
 
 
 class RobotVisual:

@@ -165,7 +165,12 @@ def _shown_curves(layout: Layout) -> list[Channel]:
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
         *(curves for entity, which in ways for curves in _with_targets(layout, entity, which, np.asarray)),
         *_swings(layout),
-        _of(layout, "shown/rate", layout.moving if layout.is_crowded else [], lambda b: b.v[:, layout.moving]),
+        _of(
+            layout,
+            "shown/rate",
+            layout.moving if layout.has_hidden_coordinates else [],
+            lambda b: b.v[:, layout.moving],
+        ),
         _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
     ]
 
@@ -180,9 +185,11 @@ def _swings(layout: Layout) -> list[Channel]:
     return [joints, total]
 
 
-def _with_targets(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
+def _with_targets(
+    layout: Layout, entity: str, which: list[int], convert: Callable[[Numbers], Numbers]
+) -> list[Channel]:
     """Return the curves of coordinates and, for those that are actuated, of their targets."""
-    curves = _of(layout, entity, which, lambda b: shown(b.q[:, which]))
+    curves = _of(layout, entity, which, lambda b: convert(b.q[:, which]))
     driven = [i for i in which if i in layout.driven]
     columns = [layout.driven.index(i) for i in driven]
     names = tuple(f"{label(layout.joints[i])} target" for i in driven)
@@ -191,7 +198,7 @@ def _with_targets(layout: Layout, entity: str, which: list[int], shown: Callable
         f"{entity}_target",
         names,
         colors,
-        lambda b: None if b.reference is None else shown(b.reference[:, columns]),
+        lambda b: None if b.reference is None else convert(b.reference[:, columns]),
         1.2,
     )
     return [target, curves]

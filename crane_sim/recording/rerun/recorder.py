@@ -26,7 +26,7 @@ class Recorder:
     """Recorder of a run's messages, in any order between topics, that writes complete steps in blocks.
 
     Attributes:
-        broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
+        write_error: one line on why the recording could not be written, empty while it can; messages are then ignored.
         last_step: the newest one on the disk.
         passes: resets of the plant.
         on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
@@ -65,7 +65,7 @@ class Recorder:
         self._mode = ""
         self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
         self._last_message = time.monotonic()
-        self.broken = ""
+        self.write_error = ""
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
@@ -98,7 +98,7 @@ class Recorder:
 
     def mode(self, name: str) -> None:
         """Take the simulation's mode."""
-        if name != self._mode and not self.broken:
+        if name != self._mode and not self.write_error:
             self._session.mode(self.last_step + self._assembler.waiting + 1, name)
         self._mode = name
 
@@ -122,7 +122,7 @@ class Recorder:
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
-        if self.broken or time.monotonic() - self._last_message > (
+        if self.write_error or time.monotonic() - self._last_message > (
             _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
         ):
             return True
@@ -132,16 +132,18 @@ class Recorder:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
-        could not be joined within so many seconds stay as they are, and are named as `parts`.
+        could not be joined within `within` seconds stay as they are, and are named as `parts`.
         """
         began = time.monotonic()
         self.save()
         steps = summary.get("steps", self.last_step)
         lost = max(self.last_step, steps) - self._session.recorded
-        closed = None if self.broken else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
+        closed = (
+            None if self.write_error else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
+        )
         if closed is None:
             own, files = (
-                self._session.broken(self.broken, lost, self._steps_before_reset),
+                self._session.failed_summary(self.write_error, lost, self._steps_before_reset),
                 self._parts.all(self._session.part),
             )
         else:
@@ -157,9 +159,9 @@ class Recorder:
 
     def _write(self, final: bool) -> None:
         rows = self._assembler.take(final)
-        if rows and not self.broken:
+        if rows and not self.write_error:
             self._attempt(lambda: self._session.write(rows))
-        if not rows or self.broken:
+        if not rows or self.write_error:
             return
         step, now = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
@@ -170,7 +172,7 @@ class Recorder:
         try:
             return work()
         except RecordingError as error:
-            self.broken = str(error)
+            self.write_error = str(error)
             return None
 
     def _start_over(self) -> None:
@@ -182,7 +184,7 @@ class Recorder:
         self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
         recorded, self._session.recorded = self._session.recorded, 0
-        if self.broken:
+        if self.write_error:
             self._steps_before_reset += recorded
             return
         set_aside(

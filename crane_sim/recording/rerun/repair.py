@@ -96,7 +96,7 @@ _MARGIN = 0.3  # s less than there are, so that the outcome can still be reporte
 
 
 class Previous(NamedTuple):
-    """What earlier recorders of the same run have left."""
+    """Files of earlier recorders of the same run."""
 
     after: int = 0  # the last step that is known to be on the disk
     recorded: int = 0  # steps that are

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.layout import WORLD, base_turns, to_base
+from crane_sim.recording.layout import WORLD, base_rotations, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 
@@ -59,7 +59,7 @@ class Scene3D:
         frames = len(base)
         columns = rr.Transform3D.columns(
             translation=base[:, :3],
-            quaternion=base_turns(base).as_quat(),
+            quaternion=base_rotations(base).as_quat(),
             parent_frame=[WORLD] * frames,
             child_frame=[self._layout.stand] * frames,
         )

@@ -88,8 +88,8 @@ class Session:
         self._writer.close({**summary, **own})
         return own
 
-    def broken(self, why: str, lost: int, older: int = 0) -> dict[str, Any]:
-        """Return what the recorder adds to the summary of a file that failed; `older` steps are of before a reset."""
+    def failed_summary(self, why: str, lost: int, older: int = 0) -> dict[str, Any]:
+        """Return the summary's entries on a file that failed; `older` steps are of before a reset."""
         before = f" since the last reset, and {older} from before it" if older else ""
         error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps{before}"
         return {"recorded_steps": self.recorded, "lost_steps": lost, "error": error}

@@ -48,7 +48,7 @@ class CdrReader:
         return [self.string() for _ in range(self._count(4))]
 
     def _count(self, least: int) -> int:
-        """Return the length of a sequence whose elements have at least so many bytes each."""
+        """Return the length of a sequence whose elements have at least `size` bytes each."""
         (number,) = self.integers("I")
         if number * least > len(self._data) - self._offset:
             raise ValueError(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._offset}")

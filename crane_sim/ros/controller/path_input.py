@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.schema.reference import PLACES
+from crane_sim.scenes.schema.reference import COORDINATES
 from crane_sim.trajectories.joint_trajectory import Point, Trajectory
 from crane_sim.trajectories.path import Path
 from crane_sim.trajectories.polynomials import values
@@ -77,4 +77,4 @@ class TrajectoryInput:
 
 def _coordinate_names(path: Path, scene: Scene) -> tuple[str, ...]:
     """Return the names of a path's coordinates."""
-    return scene.actuated if path.of_joints else PLACES[: pieces_of(path).coefficients.shape[1]]
+    return scene.actuated if path.of_joints else COORDINATES[: pieces_of(path).coefficients.shape[1]]

@@ -97,7 +97,7 @@ class SenderSubscription:
         ctypes.CDLL("librcutils.so").rcutils_uint8_array_fini(ctypes.byref(self._message))
 
     def wait(self, seconds: float) -> None:
-        """Return as soon as there is a message, or after so many seconds."""
+        """Return as soon as there is a message, or after `seconds`."""
         self._wait_set.clear_entities()
         self._wait_set.add_subscription(self._handle)
         self._wait_set.wait(int(seconds * 1e9))

@@ -24,11 +24,11 @@ class Output(Protocol):
     """A file being written.
 
     Attributes:
-        broken: why it cannot be written any more, one line, or empty.
+        write_error: why it cannot be written any more, one line, or empty.
         passes: resets of the plant that it has recorded.
     """
 
-    broken: str
+    write_error: str
     passes: int
 
     def idle(self) -> None:

@@ -1,6 +1,6 @@
 """The group `base_motion` of a scene file: how the base of a crane moves.
 
-A base motion that was recorded: read from a CSV file, freed from noise where asked, made smooth by a spline.
+A base motion that was recorded: read from a CSV file, filtered if requested, smoothed by a spline.
 """
 
 from math import factorial
@@ -53,7 +53,7 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
         cut_off: Hz, of the low pass that the rows go through first, as of `smooth`; None: none.
 
     Raises:
-        SceneError: the file cannot be read, or does not say what it must.
+        SceneError: the file cannot be read, or has no valid content.
     """
     from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
 
@@ -139,8 +139,8 @@ def _check_times(where: str, times: Array, lines: list[int], duration: float) ->
     brief = np.flatnonzero(np.diff(times) < MIN_INTERVAL)
     if len(brief):
         at = int(brief[0]) + 1
-        said = f"row {lines[at]}, time = {times[at]:g}"
-        raise SceneError(f"{where}: {said}: must be {MIN_INTERVAL:g} s after the row before")
+        location = f"row {lines[at]}, time = {times[at]:g}"
+        raise SceneError(f"{where}: {location}: must be {MIN_INTERVAL:g} s after the row before")
     if times[0] > 0.0 or times[-1] < duration:
         raise SceneError(f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
 
@@ -195,7 +195,7 @@ Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_as_list), Field(max_length=
 
 
 class Answer(Group):
-    """How a motion of the vessel answers a wave, over frequency; a number stands for the same at all of them."""
+    """Response of a motion of the vessel to a wave, over frequency; a number is a constant response."""
 
     frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
     amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of wave; of roll, pitch,
@@ -227,7 +227,7 @@ Answered = Annotated[Answer | None, BeforeValidator(_constant)]
 
 
 class Answers(Group):
-    """How the vessel answers a wave, axis by axis; absent axes do not move."""
+    """Response of the vessel to a wave, by axis; absent axes do not move."""
 
     surge: Answered = None  # how it answers; left out: it does not move
     sway: Answered = None  # how it answers; left out: it does not move
@@ -298,7 +298,7 @@ class SeaGroup(Group):
 
 
 class BaseMotion(Group):
-    """How the base moves in the world: sinusoids along and about its axes, a sea, both together, or a file.
+    """Motion of the base in the world: sinusoids along and about its axes, a sea, both together, or a file.
 
     Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the plane take surge,
     heave and pitch.

@@ -125,9 +125,9 @@ def _merge_links(cable: Cable) -> Cable:
 
 def choose_cable_model(file: "OverheadCrane") -> str:
     """Return the cable's model; `auto` takes a rod for a light straight cable in the plane, else rigid links."""
-    wanted, cable = file.cable.model, file.parts
-    if wanted != "auto":
-        return wanted
+    requested, cable = file.cable.model, file.parts
+    if requested != "auto":
+        return requested
     others = file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion
     plain = file.dimensions == 2 and not others
     light = max(cable.masses[:-1], default=0.0) * HEAVY <= cable.masses[-1]
