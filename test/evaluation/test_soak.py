@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from crane_sim.cli.soak import soak
 from crane_sim.evaluation.soak import inprocess, memory, realtime
-from crane_sim.evaluation.soak.drift import FALL, drift, drift_figures
+from crane_sim.evaluation.soak.drift import MAX_FALL, drift, drift_figures
 from crane_sim.evaluation.soak.figures import Figure, at_least, at_most, equal
 from crane_sim.evaluation.soak.store import save_findings, thin_lists, write_page
 from crane_sim.files.errors import SceneError
@@ -33,13 +33,13 @@ def test_a_drift_is_told_from_noise(fall: float) -> None:
     found = drift(noisy_rates(fall))
     assert found.low < -fall < found.high
     assert found.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
-    assert [figure.kept for figure in drift_figures(noisy_rates(fall))] == [True, fall < FALL, True]
+    assert [figure.kept for figure in drift_figures(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
 
 
 def test_a_drift_that_cannot_be_told_has_a_wide_interval() -> None:
     """Where a machine is so restless that nothing follows from the change, the figure beside it says so."""
     draw = random.Random(3)
-    assert drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > FALL
+    assert drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > MAX_FALL
 
 
 def test_steps_without_ros_leave_no_memory_behind() -> None:

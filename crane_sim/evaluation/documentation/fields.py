@@ -24,10 +24,10 @@ UNITS = frozenset(
     joint's unit|effort's unit|effort's unit/s|input's unit|coordinate's unit|coordinate's unit/s|coordinate's unit/s²|
     coordinate's unit/s³""".replace("\n    ", "").split("|")
 )
-"""What may stand before the comma of a comment; `-` is a number that has no unit."""
+"""Units before the comma of a comment; `-` is a number without a unit."""
 
 
-HUGE = 1e15  # a bound that keeps numbers within the machine's, and says nothing else
+HUGE = 1e15  # larger bounds only keep numbers within the machine's range
 
 
 class Field(NamedTuple):
@@ -129,7 +129,7 @@ def strip_annotated(annotation: Any) -> tuple[Any, list[Any]]:
 
 
 def choice(annotation: Any) -> Choice | None:
-    """Return the choice that an annotation leaves to the file; None where there is none."""
+    """Return the choice of an annotation, None without one."""
     for part in strip_annotated(annotation)[1]:
         declared = getattr(getattr(part, "func", part), "choice", None)
         if declared is not None:
@@ -139,9 +139,9 @@ def choice(annotation: Any) -> Choice | None:
 
 def subgroup(annotation: Any) -> Any:
     """Return the group, or the Choice, that an annotation leads to, alone, in a list or by name; None if none."""
-    chosen = choice(annotation)
-    if chosen is not None:
-        return chosen
+    union = choice(annotation)
+    if union is not None:
+        return union
     kind, _ = strip_annotated(annotation)
     if get_origin(kind) is tuple:
         return next(filter(None, map(subgroup, get_args(kind))), None)
@@ -151,12 +151,12 @@ def subgroup(annotation: Any) -> Any:
 
 
 def in_words(annotation: Any) -> str:
-    """Return what a value may be, in words."""
-    chosen = choice(annotation)
-    if chosen is not None:
-        names = " \\| ".join(f"`{name}`" for name in chosen.kinds)
+    """Return the possible values of a type, in words."""
+    union = choice(annotation)
+    if union is not None:
+        names = " \\| ".join(f"`{name}`" for name in union.kinds)
         inline = any(isinstance(part, InlineUnion) for part in strip_annotated(annotation)[1])
-        return names if inline else f"group with `{chosen.key}`"
+        return names if inline else f"group with `{union.key}`"
     kind, metadata = strip_annotated(annotation)
     if get_origin(kind) is Literal:
         return " \\| ".join(f"`{value}`" for value in get_args(kind))

@@ -30,7 +30,7 @@ ORIGINS = {
     "pendulum": "The origin is where the suspension point is when its joints are zero. The effort is the point's "
     "acceleration, or with a servo the place where it should be.",
 }
-"""Where the origin of each crane is, and what its efforts are."""
+"""Origin and efforts of each crane."""
 
 SIGNS = (
     Sign("knuckle", "slew", "rad", "boom and jib in the plane of x and z, towards x", "counter-clockwise from above"),
@@ -74,7 +74,7 @@ links are unit vectors, for which no angle is singular.""",
     "base": """The base turns by yaw first, then by pitch about its new y, then by roll about its new x: its axes in
 `world` are Rz(yaw) Ry(pitch) Rx(roll).""",
 }
-"""What the words of a crane's joints leave out."""
+"""Further definitions of each crane's joints."""
 
 
 def section() -> list[str]:

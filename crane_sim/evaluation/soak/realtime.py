@@ -23,7 +23,7 @@ _MARGIN = (
 
 
 def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
-    """Run for `seconds`, in rounds; return figures, and the data behind them."""
+    """Run for `seconds`, in rounds; return (figures, data)."""
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
     data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "unclear", "rates")}

@@ -22,7 +22,7 @@ from crane_sim.process_signals import set_parent_death_signal
 SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
-_POLL = 0.02  # s between two looks at the messages received
+_POLL = 0.02  # s between two polls of received messages
 _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
 _BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
 
@@ -43,7 +43,7 @@ WAYS = {
 
 
 class Interruption(NamedTuple):
-    """What is sent to one run."""
+    """The signals to one run."""
 
     number: signal.Signals
     at: float  # s after its start
@@ -54,15 +54,15 @@ class Interruption(NamedTuple):
 
 
 class End(NamedTuple):
-    """How that run ended."""
+    """The end of that run."""
 
     took: float  # s from the first signal, 0 where it had ended before
     code: int
-    complaints: tuple[str, ...]  # what was not as it should be
+    complaints: tuple[str, ...]  # deviations from the promises
 
 
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:
-    """Return so many interruptions of runs that usually take `usual` seconds."""
+    """Return `count` interruptions of runs that usually take `usual` seconds."""
     draw, ways = random.Random(seed), list(WAYS)
     interruptions = []
     for i in range(count):
@@ -77,7 +77,7 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
 
 
 def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
-    """Interrupt so many runs; return figures, and the data behind them."""
+    """Interrupt `count` runs; return (figures, data)."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
@@ -105,7 +105,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
 
 
 def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile) -> End:
-    """Start a run, interrupt it, and look at what is left."""
+    """Start a run, interrupt it, and check what remains."""
     mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
     monitored.read()
     received: Messages = {"s": [], "e": []}
@@ -134,20 +134,20 @@ def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile)
 
 
 def _exit_code(how: Interruption | None, code: int, cut: bool) -> list[str]:
-    """Return a complaint where a run that was cut short did not say so, or one that was not said that it was."""
+    """Return a complaint about an exit code that does not match whether the run was cut short."""
     in_shell = how is not None and how.at < _EARLY and code == -how.number  # the start script's own end
     right = code == 1 if cut else code in ((0,) if how is None else (0, 1))
     return [] if right or in_shell else [f"exit code {code}"]
 
 
 def _read_messages(monitored: MonitorFile, received: Messages) -> None:
-    for letter, news in monitored.read().items():
+    for letter, new_messages in monitored.read().items():
         if letter in received:
-            received[letter] += news
+            received[letter] += new_messages
 
 
 def _count_steps(received: Messages, steps: int) -> int:
-    """Return how many steps of a run were received; the last effort of one that is cut short belongs to none."""
+    """Return the number of received steps; the last effort of a run that is cut short belongs to none."""
     stamps = len({effort.stamp for effort in received["e"]})
     return stamps if stamps == steps else max(stamps - 1, 0)
 
@@ -164,7 +164,7 @@ def _send_signals(
     monitored: MonitorFile,
     received: Messages,
 ) -> float:
-    """Send the signals and wait for the end; return how long it took."""
+    """Send the signals and wait for the end; return the time it took [s]."""
     if how is None:
         return 0.0
     limit = time.monotonic() + _BEGUN

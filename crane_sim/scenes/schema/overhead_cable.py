@@ -12,7 +12,7 @@ from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 from crane_sim.trajectories.profiles import Shape
 
 Vector = tuple[float, ...]
-HEAVY = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
+STRAIGHT_MASS_RATIO = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
 UNIT_TOLERANCE = 1e-6  # deviation of a unit vector's length from 1, and of its rate from perpendicular
 MIN_SEPARATION = 1e-9  # of a link's ends, relative to its length; a closer pair has no direction
 
@@ -130,7 +130,7 @@ def choose_cable_model(file: "OverheadCrane") -> str:
         return requested
     others = file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion
     plain = file.dimensions == 2 and not others
-    light = max(cable.masses[:-1], default=0.0) * HEAVY <= cable.masses[-1]
+    light = max(cable.masses[:-1], default=0.0) * STRAIGHT_MASS_RATIO <= cable.masses[-1]
     return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
 
 
