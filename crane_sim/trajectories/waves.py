@@ -12,7 +12,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak frequency
 GRAVITY = 9.81  # m/s²
-BREAKING = 1.0 / 7.0
+BREAKING_STEEPNESS = 1.0 / 7.0
 """Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893); DNV-RP-C205, 3.4.6)."""
 HIGHEST = 5.0  # times the peak frequency, up to which a sea is sampled: 0.2 % of the energy is beyond, and moved below
 
@@ -46,7 +46,7 @@ def steepness(sea: Sea) -> float:
     return 2.0 * np.pi * sea.significant_height / (GRAVITY * sea.peak_period**2)
 
 
-def largest_observed(peak_period: float) -> float:
+def max_observed_steepness(peak_period: float) -> float:
     """Return the largest steepness of seas that were measured, at a peak period [s] (DNV-RP-C205, 3.5.4)."""
     return float(np.interp(peak_period, (8.0, 15.0), (1.0 / 15.0, 1.0 / 25.0)))
 

@@ -61,7 +61,7 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They get names of tsuccessor own, in order, and the run behind the reset is whole under its usual name."""
+    """They get names of their own, in order, and the run behind the reset is whole under its usual name."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)

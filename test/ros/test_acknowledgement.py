@@ -26,7 +26,7 @@ def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
     topics: FakeTopics,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """An owner that answered while acknowledgements were missing may be suspended; else the missing one is its own."""
+    """An owner that answered while acknowledgements were missing may be alive; else the missing one is its own."""
     now = [1000.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     lockstep: Any = make_lockstep(FakeHost(), simulation)

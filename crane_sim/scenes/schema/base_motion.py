@@ -18,12 +18,12 @@ from crane_sim.scenes.schema.base_smoothing import MAX_ROWS, smooth
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
 from crane_sim.trajectories.waves import (
-    BREAKING,
+    BREAKING_STEEPNESS,
     Response,
     Sea,
     Waves,
     apply_response,
-    largest_observed,
+    max_observed_steepness,
     sample_sea,
     steepness,
 )
@@ -276,8 +276,8 @@ class SeaGroup(Group):
         if self.gamma is not None and not peaked:
             raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
         sea = Sea(self.significant_height, self.peak_period, 1.0 if not peaked else self.gamma or PEAKED)
-        if steepness(sea) > BREAKING:
-            most = sea.significant_height * BREAKING / steepness(sea)
+        if steepness(sea) > BREAKING_STEEPNESS:
+            most = sea.significant_height * BREAKING_STEEPNESS / steepness(sea)
             raise SceneError(
                 f"base_motion.sea.significant_height = {sea.significant_height:g}: such waves break; at a peak period "
                 f"of {sea.peak_period:g} s at most {most:.3g} m are possible, a seventh of the wave's length"
@@ -287,7 +287,7 @@ class SeaGroup(Group):
     def notes(self) -> dict[str, Any]:
         """Return a warning when the sea is steeper than any that was measured."""
         sea = self._sea()
-        most = largest_observed(sea.peak_period)
+        most = max_observed_steepness(sea.peak_period)
         if steepness(sea) <= most:
             return {}
         line = (

@@ -107,10 +107,8 @@ class Start(Group):
     # vertical (2D); left out: they hang
     rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
     directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang
-    positions: tuple[tuple[BoundedReal, ...], ...] | None = (
-        None  # m, of an elastic cable's nodes, [x, z] or [x, y, z], in
-    )
-    # place of angles or directions
+    positions: tuple[tuple[BoundedReal, ...], ...] | None = None  # m, of an elastic cable's nodes, [x, z] or
+    # [x, y, z], in place of angles or directions
     velocities: tuple[tuple[BoundedReal, ...], ...] | None = None  # m/s, of the same nodes; left out: at rest
 
 
