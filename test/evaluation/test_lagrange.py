@@ -188,7 +188,7 @@ def test_elastic_links_carry_the_payload() -> None:
 
 
 def test_a_fixed_length_must_not_change() -> None:
-    """A rate of a length that is fixed is refused."""
+    """A rate of a fixed length is rejected."""
     crane, q, v = example(2)
     with pytest.raises(ValueError, match="of fixed lengths: must be zero"):
         chain.chain_acceleration(crane, q, v, np.zeros(5), (1,))
@@ -196,6 +196,6 @@ def test_a_fixed_length_must_not_change() -> None:
 
 @pytest.mark.parametrize("erratum", ERRATA, ids=lambda erratum: erratum.where.replace(" ", "_"))
 def test_errata(erratum: Erratum) -> None:
-    """What the report prints differs from what first principles give, and the corrected form does not."""
+    """Printed misprints differ from first principles, and the corrected forms do not."""
     assert relative_difference(erratum.printed, erratum.truth) > 1e-3
     assert relative_difference(erratum.corrected, erratum.truth) < erratum.tolerance

@@ -10,5 +10,5 @@ CRANE = Path(sys.executable).with_name("crane")
 
 
 def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Return what the command did."""
+    """Return exit code and output of the command."""
     return run_to_completion([str(CRANE), *arguments], cwd=cwd)

@@ -12,7 +12,7 @@ from crane_sim.recording.mcap.repair import repair_folder
 
 
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
-    """What a killed recorder had saved comes out of the recovered file as out of a closed one: times, order, counts.
+    """A recovered file has a killed recorder's messages as a closed one has them: times, order, counts.
 
     An attempt for which there was no time has changed nothing.
     """
@@ -35,5 +35,5 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     with Reader(recovered) as ours, Reader(file.path) as theirs:
         messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (ours, theirs)]
         assert messages[0] == messages[1]
-        for told in ("message_count", "start_time", "end_time"):
-            assert getattr(ours, told) == getattr(theirs, told)
+        for attribute in ("message_count", "start_time", "end_time"):
+            assert getattr(ours, attribute) == getattr(theirs, attribute)

@@ -1,4 +1,4 @@
-"""What becomes of files at a reset when not all is well: a disk that was full before, parts that cannot be joined."""
+"""Files at a reset after errors: a full disk, parts that cannot be joined."""
 
 from pathlib import Path
 

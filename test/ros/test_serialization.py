@@ -46,7 +46,7 @@ def test_messages_of_any_layout_are_read(
 ) -> None:
     """A message of the expected layout and one of any other are both read as the generated class wrote them."""
     names = data.draw(st.sampled_from([ours, theirs]))
-    q, v, u = (values if wanted else [] for values, wanted in zip(vectors(data, names, 3), present, strict=True))
+    q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
     header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
     message = JointState(header=header, name=names, position=q, velocity=v, effort=u)
     frame = JointWire(ours, effort=effort).decode(serialize_message(message))
@@ -55,6 +55,6 @@ def test_messages_of_any_layout_are_read(
 
 
 def test_not_a_number_survives() -> None:
-    """NaN comes through unchanged: validation refuses it, with a count."""
+    """NaN comes through unchanged: validation rejects it, with a count."""
     wire = JointWire(["slew"], effort=True)
     assert math.isnan(wire.decode(wire.encode(1, [math.nan])).effort[0])

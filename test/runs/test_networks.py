@@ -151,8 +151,8 @@ def test_the_policy_allows_the_topics_and_services_of_the_nodes(
             words = [sys.executable, command[0], module, *command[2:], *own.get(module, [])]
             nodes.enter_context(started_program(words, env=ros_environment))
         lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", "plant", "controller", "recorder"]
-        shown = run_to_completion(lister, env=ros_environment, check=True)
-    for node, does in json.loads(shown.stdout).items():
+        listing = run_to_completion(lister, env=ros_environment, check=True)
+    for node, does in json.loads(listing.stdout).items():
         for what, names in does.items():
             beyond = [
                 name for name in names if not any(fnmatch(name, rule) for rule in allowed_names(node).get(what, []))

@@ -30,7 +30,7 @@ def linear(scene: Scene, q: Any, v: Any, u: Any, t: float = 0.0) -> Any:
 
 @pytest.fixture(scope="module", autouse=True)
 def nothing_compiled() -> Iterator[None]:
-    """Keep the one law that asks the equations from compiling them, and fail where anything else compiles."""
+    """Prevent compilation by the one law that evaluates the equations, and fail if anything else compiles."""
     compiled = Compilations()
     with pytest.MonkeyPatch.context() as patch, event.install_listener("numba:compile", compiled):
         patch.setattr(crane_control.linearisation, "acceleration", linear)
@@ -112,7 +112,7 @@ def test_a_mutated_scene(which: int, mutations: list[Any]) -> None:
 @settings(**QUICK)
 @given(st.sampled_from(NAMES), KEY, PASTED)
 def test_an_odd_override(name: str, key: str, text: str) -> None:
-    """Whatever `--set` says of whatever key: it is a scene or an error of one line."""
+    """Any `--set` of any key results in a scene or a single-line error."""
     check_override(name, key, text)
 
 
@@ -187,7 +187,7 @@ def test_what_was_a_hole_once(text: str, tmp_path: Path) -> None:
     ids=range(8),
 )
 def test_what_is_no_scene_at_all(source: Any) -> None:
-    """What cannot be a scene's name is refused in one line, too."""
+    """An impossible name of a scene is a single-line error, too."""
     assert outcome(lambda: load_scene(source))
 
 
