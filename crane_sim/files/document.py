@@ -83,10 +83,10 @@ def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[s
     control, law = document.get("control"), overrides.get("control.law")
     if not isinstance(control, dict) or law is None or law == control.get("law"):
         return []
-    own = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
-    for key in own:
+    ignored = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
+    for key in ignored:
         del control[key]
-    return own
+    return ignored
 
 
 def set_value(document: dict[str, Any], key: str, value: Any) -> None:

@@ -47,16 +47,16 @@ def nearest(word: str, words: Iterable[Any]) -> str | None:
 
 def meant(word: str, words: Iterable[str]) -> str:
     """Return ", did you mean ...?" with the nearest of the words; an empty text without a near one."""
-    near = nearest(word, words)
-    return f", did you mean {near!r}?" if near else ""
+    suggestion = nearest(word, words)
+    return f", did you mean {suggestion!r}?" if suggestion else ""
 
 
 def missing_key(key: str, keys: Iterable[Any], choices: Iterable[str]) -> str:
     """Return a line on a missing key, or on one with a similar name, with its possible values."""
-    names, near = ", ".join(choices), nearest(key, keys)
+    names, suggestion = ", ".join(choices), nearest(key, keys)
     return (
-        f"unknown key {near!r}, did you mean {key!r}? ({key}: {names})"
-        if near
+        f"unknown key {suggestion!r}, did you mean {key!r}? ({key}: {names})"
+        if suggestion
         else f"{key} is missing; possible: {names}"
     )
 
@@ -91,9 +91,9 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
 def _missing(first: Any, where: Sequence[int | str], fields: Sequence[str]) -> str:
     """Return the line on a missing key of a group, or on one with a similar name."""
     keys = getattr(first["input"], "kwargs", first["input"])
-    spare = [key for key in keys if key not in fields] if isinstance(keys, Mapping) else []
-    near = nearest(str(where[-1]), spare)
-    return _at(where[:-1], unknown_key(near, fields)) if near else _at(where, "is missing")
+    unknown_keys = [key for key in keys if key not in fields] if isinstance(keys, Mapping) else []
+    suggestion = nearest(str(where[-1]), unknown_keys)
+    return _at(where[:-1], unknown_key(suggestion, fields)) if suggestion else _at(where, "is missing")
 
 
 def about_keys(error: ValidationError) -> bool:

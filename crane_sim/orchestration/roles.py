@@ -77,12 +77,12 @@ class Role:
 
     def _reason_to_give_up(self, step: int) -> str:
         """Return the reason, one line, against a fail-over; empty where a standby may succeed."""
-        why = f"{self.name}: {self.active.fault}"
+        reason = f"{self.name}: {self.active.fault}"
         if not self._restart or self.active.fatal:
-            return why
+            return reason
         self._failures_at_step = self._failures_at_step + 1 if step == self._failure_step else 1
         self._failure_step = step
-        given_up = f"{why}; {_RESTART_LIMIT} replacements in a row died with the plant at step {step}"
+        given_up = f"{reason}; {_RESTART_LIMIT} replacements in a row died with the plant at step {step}"
         return given_up if self._failures_at_step > _RESTART_LIMIT else ""
 
     def _add_standby(self) -> None:

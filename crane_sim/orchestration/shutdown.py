@@ -78,8 +78,8 @@ def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str
 
 def _order_finish(supervisor: Supervisor, recorder: Child, summary: dict[str, Any]) -> None:
     if recorder.ready or not supervisor.shutting_down:
-        within = min(_WRITE, supervisor.time_left)
-        recorder.send(f"finish {json.dumps({'within': within, 'summary': summary})}")
+        time_limit = min(_WRITE, supervisor.time_left)
+        recorder.send(f"finish {json.dumps({'within': time_limit, 'summary': summary})}")
         supervisor.drain([recorder], _WRITE)
 
 

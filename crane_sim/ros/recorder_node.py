@@ -157,8 +157,8 @@ def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
     if document:
         argument = json.loads(document)
         return argument["summary"], argument["within"]
-    own = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return own | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
+    entries = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
+    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
 
 
 def _lower_priority() -> None:

@@ -38,8 +38,8 @@ def average(part: Any) -> Any:
 
 @average.register
 def _(part: Base) -> Base:
-    still = np.where(part.frequencies == 0.0, part.amplitudes * np.sin(part.phases), 0.0)
-    return Base(part.offsets + still.sum(axis=1), *np.zeros((3, len(part.offsets), 1)))
+    constant_part = np.where(part.frequencies == 0.0, part.amplitudes * np.sin(part.phases), 0.0)
+    return Base(part.offsets + constant_part.sum(axis=1), *np.zeros((3, len(part.offsets), 1)))
 
 
 @average.register
@@ -61,8 +61,8 @@ def _(part: NodeForces) -> NodeForces:
 
 @average.register
 def _(part: Sine) -> Sine:
-    still = part.amplitude * sin(part.phase) if part.frequency == 0.0 else 0.0
-    return Sine(0.0, 0.0, part.offset + still)
+    constant_part = part.amplitude * sin(part.phase) if part.frequency == 0.0 else 0.0
+    return Sine(0.0, 0.0, part.offset + constant_part)
 
 
 @average.register

@@ -154,17 +154,17 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     file = _validate(document)
     crane = file.model()  # first: it rejects scenes of which nothing else can be computed
     period, duration, rounded = _clock(file, period)
-    own = _file_fields(file, document)
+    fields = _file_fields(file, document)
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
-    method, why = choose_method(file.integrator, file.demands(sampled))
+    method, reason = choose_method(file.integrator, file.demands(sampled))
     hardware, noted = equipment_of(file, period)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
-        **own,
+        **fields,
         model=model,
         duration=duration,
         period=period,
@@ -172,7 +172,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         law=law,
         sampled=sampled,
         source=source,
-        notes=_join_notes(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
+        notes=_join_notes(file.notes, {"method": reason} if reason else {}, rounded, noted, _base_notes(file, crane)),
         document=document,
         hardware=hardware,
     )
@@ -238,8 +238,12 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     form = FORMS.get(str(document.get("crane")))
     if "crane" not in document:
         known = {key for form in FORMS.values() for key in form.model_fields}
-        near = nearest("crane", [key for key in document if key not in known])
-        what = f"unknown key {near!r}, did you mean 'crane'? (crane: " if near else "crane: is missing (possible: "
+        suggestion = nearest("crane", [key for key in document if key not in known])
+        what = (
+            f"unknown key {suggestion!r}, did you mean 'crane'? (crane: "
+            if suggestion
+            else "crane: is missing (possible: "
+        )
         raise SceneError(f"{what}{', '.join(FORMS)})")
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")

@@ -117,8 +117,8 @@ def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None
     feed(first, 20)
     first.save()
     assert reports == [(1, 0, 0, True)]
-    before = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 25, after=20)
     feed(successor, 10)
     assert successor.passes == 2 and successor.finish({"steps": 10})["recorded_steps"] == 10
@@ -134,8 +134,8 @@ def test_a_reset_after_the_recorder_died_starts_a_new_recording(tmp_path: Path) 
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
-    before = Previous(20, 20, (tmp_path / "run.rrd.part",))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(20, 20, (tmp_path / "run.rrd.part",))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 30)
     assert successor.finish({"steps": 30})["recorded_steps"] == 30
     for name, steps in (("run.before_reset_1.rrd", 20), ("run.rrd", 30)):
@@ -148,8 +148,8 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
     dead.finish({"steps": 30})
-    before = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     assert successor.has_all(30)
     added = successor.finish({"steps": 30})
     assert added == {"recording": str(path), "recorded_steps": 30, "lost_steps": 0}
@@ -162,8 +162,8 @@ def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypat
     """The error of a file that could not be written has the number of its steps, and earlier parts."""
     part = tmp_path / "run.rrd.part"
     part.touch()
-    before = Previous(20, 20, (part,))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
+    previous = Previous(20, 20, (part,))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", complete_file=tmp_path / "run.rrd", previous=previous)
     feed(successor, 30, after=20)
     monkeypatch.setattr(Session, "write", fail_full_disk)
     added = successor.finish({"steps": 32})
@@ -178,8 +178,8 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
-    before = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not reported the last ten
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not reported the last ten
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 60, after=20)
     added = successor.finish({"steps": 60})
     assert added == {"recording": str(path), "recorded_steps": 60, "lost_steps": 0}

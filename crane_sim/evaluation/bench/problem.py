@@ -100,9 +100,9 @@ def _mass(model: Any) -> float:
 
 def _is_plain(model: Any) -> bool:
     """Return whether nothing but a free trolley and the cable is modelled."""
-    others = ("hoist", "joints", "rods", "forces", "switches", "bridge")
+    optional_groups = ("hoist", "joints", "rods", "forces", "switches", "bridge")
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None
-    return free and all(getattr(model, name, None) is None for name in others)
+    return free and all(getattr(model, name, None) is None for name in optional_groups)
 
 
 def _has_all_springs(model: Crane) -> bool:

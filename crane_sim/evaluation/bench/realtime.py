@@ -101,9 +101,9 @@ def format_lines(results: dict[str, Any]) -> list[str]:
 
 
 def _line(figures: dict[str, Any]) -> str:
-    parts = []
+    figures_text = []
     for key, words in (("period_error_us", "period error"), ("lateness_us", "late")):
         numbers = "/".join(f"{values['median']:.0f}" for values in figures[key].values())
-        parts.append(f"{words} p50/p99/max {numbers}")
+        figures_text.append(f"{words} p50/p99/max {numbers}")
     over, steps = sum(figures["overruns"]), figures["rate_Hz"]["median"]
-    return f"{', '.join(parts)}; {over} overruns, {steps:.3f} Hz"
+    return f"{', '.join(figures_text)}; {over} overruns, {steps:.3f} Hz"

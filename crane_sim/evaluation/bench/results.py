@@ -47,18 +47,18 @@ def best(points: Iterable[Point]) -> dict[str, list[Point | None]]:
     by_engine: dict[str, list[Point]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)
-    return {engine: [cheapest(own, level) for level in LEVELS] for engine, own in by_engine.items()}
+    return {engine: [cheapest(ours, level) for level in LEVELS] for engine, ours in by_engine.items()}
 
 
 def targets(case: str, scene: dict[str, Any]) -> list[Target]:
     """Return the comparisons of a measured scene at every error that ours reaches."""
     best_points, rows = best(points_of(scene)), []
     for i, level in enumerate(LEVELS):
-        own = best_points.get(NAME, [None] * len(LEVELS))[i]
-        if own is None:
+        ours = best_points.get(NAME, [None] * len(LEVELS))[i]
+        if ours is None:
             continue
         times = {
-            engine: point.us_per_s / own.us_per_s
+            engine: point.us_per_s / ours.us_per_s
             for engine, cheapest_points in best_points.items()
             if (point := cheapest_points[i]) is not None
         }

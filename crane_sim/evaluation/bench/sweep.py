@@ -113,8 +113,8 @@ def measure_points(trials: dict[str, list[Trial]], duration: float, on_progress:
 
 
 def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
-    each = sum(max(MIN_TIMING, trials[i].seconds) for i in indices)
-    return min(ROUNDS, max(3, int(PATIENCE / each))) if indices else 0
+    round_time = sum(max(MIN_TIMING, trials[i].seconds) for i in indices)
+    return min(ROUNDS, max(3, int(PATIENCE / round_time))) if indices else 0
 
 
 def _point(trial: Trial, seconds: Sequence[float], duration: float) -> Point:

@@ -42,9 +42,9 @@ def select_compared(data: Scenes, case: str, engine_results_from: str) -> Scenes
     engine_scene = data["scenes"].get(engine_results_from) if engine_results_from else scene
     if scene is None or engine_scene is None:
         return None
-    own = [row for row in scene["points"] if row[0] == NAME]
+    ours = [row for row in scene["points"] if row[0] == NAME]
     peers = [row for row in engine_scene["points"] if row[0] != NAME]
-    return scene | {"points": own + peers} if peers else None
+    return scene | {"points": ours + peers} if peers else None
 
 
 def tension_table(data: Scenes) -> str:

@@ -27,18 +27,18 @@ _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the 
 _BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
 
 
-class Way(NamedTuple):
+class RunKind(NamedTuple):
     """A kind of run."""
 
     duration: float  # simulated s: each takes about 2 s of wall time
     options: tuple[str, ...]  # of the command
 
 
-WAYS = {
-    "realtime": Way(DURATION, ("--mode", "realtime")),
-    "lockstep": Way(100.0 * DURATION, ()),
-    "restart": Way(DURATION, ("--mode", "realtime", "--restart")),
-    "mcap": Way(DURATION, ("--mode", "realtime", "--mcap", "run.mcap")),
+RUN_KINDS = {
+    "realtime": RunKind(DURATION, ("--mode", "realtime")),
+    "lockstep": RunKind(100.0 * DURATION, ()),
+    "restart": RunKind(DURATION, ("--mode", "realtime", "--restart")),
+    "mcap": RunKind(DURATION, ("--mode", "realtime", "--mcap", "run.mcap")),
 }
 
 
@@ -63,7 +63,7 @@ class End(NamedTuple):
 
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:
     """Return `count` interruptions of runs that usually take `usual` seconds."""
-    draw, ways = random.Random(seed), list(WAYS)
+    draw, kinds = random.Random(seed), list(RUN_KINDS)
     interruptions = []
     for i in range(count):
         fresh = i % 10 == 3
@@ -71,7 +71,7 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
         again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
         number = draw.choice((signal.SIGINT, signal.SIGTERM))
         interruptions.append(
-            Interruption(number, draw.uniform(0.0, span), again, fresh, ways[(i + i // 10) % len(ways)])
+            Interruption(number, draw.uniform(0.0, span), again, fresh, kinds[(i + i // 10) % len(kinds)])
         )
     return interruptions
 
@@ -85,11 +85,13 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         if undisturbed.complaints:
             raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
         planned = plan(count, seed, time.monotonic() - began)
-        ends = [interrupt_run(each, domain, monitored) for each in planned]
+        ends = [interrupt_run(interruption, domain, monitored) for interruption in planned]
         files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
-    complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in pairs for why in end.complaints]
+    complaints = [
+        f"{interruption.way}, {interruption.at:.3f} s: {why}" for interruption, end in pairs for why in end.complaints
+    ]
     figures = [
         Figure("runs interrupted", count),
         Figure("of them after their end", sum(not end.took for end in ends)),
@@ -100,25 +102,25 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         equal("complaints", len(complaints), 0),
         *(Figure("complaint", why) for why in complaints),
     ]
-    data = {name: [getattr(each, name) for each in planned] for name in Interruption._fields}
+    data = {name: [getattr(interruption, name) for interruption in planned] for name in Interruption._fields}
     return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
-def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile) -> End:
+def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:
     """Start a run, interrupt it, and check what remains."""
-    mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
+    mark, way = str(uuid.uuid4()), RUN_KINDS[interruption.way if interruption else "realtime"]
     monitored.read()
     received: Messages = {"s": [], "e": []}
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
     ):
-        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if how and how.fresh else {})
+        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
         command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
-            took = _send_signals(process, how, monitored, received)
+            took = _send_signals(process, interruption, monitored, received)
             _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
         time.sleep(0.1)  # ten times the interval at which the monitor writes
         _read_messages(monitored, received)
@@ -129,14 +131,15 @@ def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile)
             *_last_effort(received, steps),
         ]
     complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
-    complaints += _exit_code(how, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
+    complaints += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
     return End(took, process.returncode, tuple(complaints))
 
 
-def _exit_code(how: Interruption | None, code: int, cut: bool) -> list[str]:
+def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[str]:
     """Return a complaint about an exit code that does not match whether the run was cut short."""
-    in_shell = how is not None and how.at < _EARLY and code == -how.number  # the start script's own end
-    right = code == 1 if cut else code in ((0,) if how is None else (0, 1))
+    # the start script's own end
+    in_shell = interruption is not None and interruption.at < _EARLY and code == -interruption.number
+    right = code == 1 if cut else code in ((0,) if interruption is None else (0, 1))
     return [] if right or in_shell else [f"exit code {code}"]
 
 
@@ -160,28 +163,28 @@ def _crane() -> str:
 
 def _send_signals(
     process: subprocess.Popen[str],
-    how: Interruption | None,
+    interruption: Interruption | None,
     monitored: MonitorFile,
     received: Messages,
 ) -> float:
     """Send the signals and wait for the end; return the time it took [s]."""
-    if how is None:
+    if interruption is None:
         return 0.0
     limit = time.monotonic() + _BEGUN
-    while how.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
+    while interruption.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
         time.sleep(_POLL)
         _read_messages(monitored, received)
     try:
-        process.wait(how.at)
+        process.wait(interruption.at)
         return 0.0
     except subprocess.TimeoutExpired:
-        process.send_signal(how.number)
+        process.send_signal(interruption.number)
     began = time.monotonic()
-    if how.again is not None:
+    if interruption.again is not None:
         try:
-            process.wait(how.again)
+            process.wait(interruption.again)
         except subprocess.TimeoutExpired:
-            process.send_signal(how.number)
+            process.send_signal(interruption.number)
     try:
         process.wait(_PATIENCE)
     except subprocess.TimeoutExpired:

@@ -76,8 +76,10 @@ class Bag:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
         if not self.write_error:
-            whole = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort belongs to no step
-            self.last_step = max(whole // self._period_ns, self.last_step)
+            complete_stamp = min(
+                self._states.stamp - self._period_ns, self._efforts.stamp
+            )  # a last effort belongs to no step
+            self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
@@ -90,17 +92,17 @@ class Bag:
         return self._states.stamp >= last + self._period_ns and self._efforts.stamp >= last
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
-        """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where some is missing."""
+        """Complete the file; return its entries of the run's summary: `mcap`, and `error` if messages are missing."""
         if not self.write_error:
             self._attempt(self._file.close)
         steps = summary.get("steps", self.last_step) - self._after
         if self.write_error:
-            before = (
+            steps_before = (
                 f" since the last reset, and {self._steps_before_reset} from before it"
                 if self._steps_before_reset
                 else ""
             )
-            counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
+            counts = f"it has {self.last_step - self._after} of {steps} steps{steps_before}"
             return {"mcap": str(self._file.part), "error": f"recorder: {self.write_error}; {counts}"}
         added = {"mcap": str(self._path)}
         written = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
@@ -127,17 +129,17 @@ class Bag:
         self._attempt(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
 
     def _start_over(self) -> None:
-        """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds.
+        """The plant was reset: keep the run so far in a file of its own, and begin a new one with the latched messages.
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        done = self.last_step - self._after
+        recorded = self.last_step - self._after
         self.passes += 1
         self._now, self.last_step, self._after = self._period_ns, 0, 0
         if not self.write_error:
             self._attempt(self._set_aside)
         if self.write_error:
-            self._steps_before_reset += done
+            self._steps_before_reset += recorded
             return
         for track in self._topic_states.values():
             track.count = track.stamp = 0

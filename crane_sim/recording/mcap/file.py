@@ -80,8 +80,8 @@ def _make_room(part: Path) -> None:
     recovered = repair_folder(part)
     if part.exists():
         raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it")
-    what = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
-    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, what)
+    result = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
+    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, result)
 
 
 def _qos(topic: Topic) -> Qos:

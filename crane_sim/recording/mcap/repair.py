@@ -137,9 +137,9 @@ def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], 
 
 
 def _chunk_index(chunk: Chunk) -> bytes:
-    place = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
+    index_entry = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
     sizes = _LENGTH.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)
-    return _pack_record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
+    return _pack_record(CHUNK_INDEX, index_entry + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
 
 
 def _map(values: dict[int, int]) -> bytes:

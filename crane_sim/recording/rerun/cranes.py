@@ -168,8 +168,8 @@ class RobotVisual:
             if joint.joint_type == "fixed":
                 continue
             mimic = joint.mimic
-            own = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
-            columns = joint.compute_transform_columns(own.tolist(), clamp=False)
+            joint_value = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
+            columns = joint.compute_transform_columns(joint_value.tolist(), clamp=False)
             self._rec.send_columns(f"tf/{joint.name}", time, columns)
         self._hang(time, nodes[:, self._layout.tip :])
 

@@ -64,9 +64,9 @@ BLUE_GREEN, XZ = (PALETTE[0], PALETTE[2]), (0, 2)
 
 def cable_channels(cable: Suspension) -> list[Channel]:
     """Return them: the energies, the payload's way, swings that are no joints, the length of an elastic cable."""
-    parts = ("kinetic [J]", "potential [J]")
+    names = ("kinetic [J]", "potential [J]")
     listed = [
-        Channel("plots/energy_parts", parts, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),
+        Channel("plots/energy_parts", names, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),
         *(_planar(cable) if cable.planar else _spatial()),
     ]
     if cable.elastic:
@@ -160,10 +160,10 @@ def _stored_curves(layout: Layout) -> list[Channel]:
 
 def _shown_curves(layout: Layout) -> list[Channel]:
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
-    ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.length_plots]
+    length_plots = [(plot.entity, [layout.joints.index(name) for name in plot.joints]) for plot in layout.length_plots]
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
-        *(curves for entity, which in ways for curves in _with_targets(layout, entity, which, np.asarray)),
+        *(curves for entity, which in length_plots for curves in _with_targets(layout, entity, which, np.asarray)),
         *_swings(layout),
         _of(
             layout,

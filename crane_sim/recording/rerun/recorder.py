@@ -38,8 +38,8 @@ class Recorder:
         path: Path,
         live_port: int | None = None,
         run_id: str = "",
-        whole: Path | None = None,
-        before: Previous | None = None,
+        complete_file: Path | None = None,
+        previous: Previous | None = None,
     ) -> None:
         """Start the file.
 
@@ -48,22 +48,22 @@ class Recorder:
             path: the complete file, or the part of it that this recorder writes.
             live_port: port on which viewers can follow the run.
             run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for each file.
-            whole: the complete file, where others wrote parts of it.
-            before: files and counts of earlier recorders.
+            complete_file: path of the joined file, if other recorders wrote parts of it.
+            previous: files and counts of earlier recorders.
 
         Raises:
             RecordingError: the file cannot be written.
         """
-        before = before or Previous()
-        self._scene, self._path = scene, whole or path
+        previous = previous or Previous()
+        self._scene, self._path = scene, complete_file or path
         warm_up(scene)
-        self._parts = Parts(self._path, before)
-        self._run_id, self.passes = run_id, before.passes
-        self._session = Session(scene, path, live_port, self._pass_id, repairs=whole is None)
-        self._session.recorded = before.recorded
-        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, before.after)
+        self._parts = Parts(self._path, previous)
+        self._run_id, self.passes = run_id, previous.passes
+        self._session = Session(scene, path, live_port, self._pass_id, repairs=complete_file is None)
+        self._session.recorded = previous.recorded
+        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
         self._mode = ""
-        self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
+        self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
         self._last_message = time.monotonic()
         self.write_error = ""
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
@@ -137,19 +137,21 @@ class Recorder:
         began = time.monotonic()
         self.save()
         steps = summary.get("steps", self.last_step)
-        lost = max(self.last_step, steps) - self._session.recorded
+        lost_steps = max(self.last_step, steps) - self._session.recorded
         closed = (
-            None if self.write_error else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
+            None
+            if self.write_error
+            else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost_steps))
         )
         if closed is None:
-            own, files = (
-                self._session.failed_summary(self.write_error, lost, self._steps_before_reset),
+            entries, files = (
+                self._session.failed_summary(self.write_error, lost_steps, self._steps_before_reset),
                 self._parts.all(self._session.part),
             )
         else:
             time_left = within - (time.monotonic() - began)
-            own, files = closed, self._parts.join(Path(closed["recording"]), time_left)
-        return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
+            entries, files = closed, self._parts.join(Path(closed["recording"]), time_left)
+        return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _write_if_due(self) -> None:
         waiting = self._assembler.waiting
@@ -163,10 +165,10 @@ class Recorder:
             self._attempt(lambda: self._session.write(rows))
         if not rows or self.write_error:
             return
-        step, now = rows[-1].step, time.monotonic()
+        step, written_at = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
-        self._session.pace(step, simulated / max(now - self._last_time, 1e-9))
-        self.last_step, self._last_time = step, now
+        self._session.pace(step, simulated / max(written_at - self._last_time, 1e-9))
+        self.last_step, self._last_time = step, written_at
 
     def _attempt(self, work: Callable[[], Any]) -> Any:
         try:
@@ -180,7 +182,7 @@ class Recorder:
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
+        finished = self.finish({"scene": self._scene.name, "ended_by": "reset"})
         self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
         recorded, self._session.recorded = self._session.recorded, 0
@@ -188,12 +190,13 @@ class Recorder:
             self._steps_before_reset += recorded
             return
         set_aside(
-            [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)
+            [Path(file) for file in finished.get("parts", [finished["recording"]])],
+            before_reset(self._path, self.passes),
         )
         self._parts = Parts(self._path, Previous())
         self.on_reset()
-        fresh = self._attempt(lambda: Session(self._scene, self._path, run_id=self._pass_id))
-        self._session = fresh or self._session
+        session = self._attempt(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        self._session = session or self._session
 
 
 def warm_up(scene: Scene) -> None:

@@ -113,9 +113,9 @@ class Scene3D:
             self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))
 
     def _trail(self, time: list[rr.TimeColumn], payload: Numbers) -> None:
-        before = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
+        previous = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
         self._last = payload[-1:]
-        strips = np.stack([before, payload], axis=1).astype(np.float32)
+        strips = np.stack([previous, payload], axis=1).astype(np.float32)
         self._rec.send_columns("payload/trail", time, rr.LineStrips3D.columns(strips=strips))
 
     def _aim(self, time: list[rr.TimeColumn], target: Numbers) -> None:

@@ -39,8 +39,8 @@ class TrajectoryInput:
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
     def _on_message(self, message: JointTrajectory) -> None:
-        own = self._own_reference
-        if (message.joint_names, message.points) != (own.joint_names, own.points):
+        own_reference = self._own_reference
+        if (message.joint_names, message.points) != (own_reference.joint_names, own_reference.points):
             self._pending = message
 
     def apply_to(self, law: Any, t: float) -> Any:

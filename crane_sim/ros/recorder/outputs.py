@@ -132,10 +132,12 @@ def _open_recorder(
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
     previous = Previous(resume.after, resume.recorded, parts, resume.passes)
-    whole = Path(settings.path) if resume.number > 1 else None
+    complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:
-        recorder = Recorder(scene, part_of(settings.path, resume.number), port, settings.recording_id, whole, previous)
+        recorder = Recorder(
+            scene, part_of(settings.path, resume.number), port, settings.recording_id, complete_file, previous
+        )
     except RecordingError as error:
         keep_alive.append(error)
         if bag:

@@ -96,8 +96,8 @@ def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]
     """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
     times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * PIECE_SAMPLES
     s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
-    within = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
-    s, times, rows = s[within], np.clip(times, 0.0, duration)[within], base.coefficients[:, within]
+    during_run = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
+    s, times, rows = s[during_run], np.clip(times, 0.0, duration)[during_run], base.coefficients[:, during_run]
     seconds = np.zeros((len(AXES), *s.shape))
     for k in range(2, rows.shape[2]):
         seconds += k * (k - 1) * rows[:, :, k, None] * s ** (k - 2)
@@ -343,9 +343,9 @@ class BaseMotion(Group):
         width = max(len(getattr(self, name)) + len(sea.get(name, none).amplitudes) for name in AXES)
         table, offsets = np.zeros((3, 6, width)), np.zeros(6)
         for i, name in enumerate(AXES):
-            own, waves = getattr(self, name), sea.get(name, none)
-            offsets[i] = sum(part.offset for part in own)
+            axis_motion, waves = getattr(self, name), sea.get(name, none)
+            offsets[i] = sum(part.offset for part in axis_motion)
             for row, key in enumerate(("amplitude", "frequency", "phase")):
-                column = [*(getattr(part, key) for part in own), *waves[row]]
+                column = [*(getattr(part, key) for part in axis_motion), *waves[row]]
                 table[row, i, : len(column)] = column
         return Base(offsets, *table)

@@ -81,16 +81,14 @@ class Drake:
         bounds = method.first, method.last, method.per_decade
         settings = step_sizes(problem, *bounds) if method.fixed else sweep_values(*bounds)
         name = f"{method.scheme}, {'fixed step' if method.fixed else 'error control'}"
-        initial_step = 0.1 / highest_frequency(problem)
+        first_step = 0.1 / highest_frequency(problem)
         return [
-            Run(
-                self.name, name, setting, self._make_run(joints, plant, problem.duration, method, setting, initial_step)
-            )
+            Run(self.name, name, setting, self._make_run(joints, plant, problem.duration, method, setting, first_step))
             for setting in settings
         ]
 
     def _make_run(
-        self, joints: list[Joint], plant: Any, duration: float, method: _Method, setting: float, initial_step: float
+        self, joints: list[Joint], plant: Any, duration: float, method: _Method, setting: float, first_step: float
     ) -> Callable[[int], RunResult]:
         analysis, start = self._analysis, np.array([joint.initial for joint in joints] + [0.0] * len(joints))
         simulator = analysis.Simulator(plant)
@@ -102,11 +100,10 @@ class Drake:
 
         def execute(repetitions: int) -> RunResult:
             for _ in range(repetitions):
-                analysis.ApplySimulatorConfig(
-                    config, simulator
-                )  # a new integrator: the old one keeps its last step size
+                # a new integrator: the old one keeps its last step size
+                analysis.ApplySimulatorConfig(config, simulator)
                 if not method.fixed:  # a first step that is far too long hangs Runge-Kutta of order 5
-                    simulator.get_mutable_integrator().request_initial_step_size_target(initial_step)
+                    simulator.get_mutable_integrator().request_initial_step_size_target(first_step)
                 context.SetTime(0.0)
                 context.SetContinuousState(start)
                 try:

@@ -114,8 +114,8 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
     """
     mujoco, rollout = _package(), import_module("mujoco.rollout")
     joints, count = model_joints(problem), round(problem.duration / step)
-    own, n = np.array([joint.initial for joint in joints]), len(joints)
-    q = np.tile(own, (starts, 1)) if isinstance(starts, int) else starts
+    initial, n = np.array([joint.initial for joint in joints]), len(joints)
+    q = np.tile(initial, (starts, 1)) if isinstance(starts, int) else starts
     model = compile_model(mujoco, joints, problem.gravity, "RK4")
     model.opt.timestep = problem.duration / count
     state = np.zeros((len(q), mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)))
@@ -131,8 +131,8 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
 def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
     """Return the states after `count` steps; a rollout keeps all intermediate states, so it is done in pieces."""
     while count:
-        kept, _ = pool.rollout(model, data, state, nstep=min(piece, count))
-        state, count = kept[:, -1], count - kept.shape[1]
+        states, _ = pool.rollout(model, data, state, nstep=min(piece, count))
+        state, count = states[:, -1], count - states.shape[1]
     return state
 
 

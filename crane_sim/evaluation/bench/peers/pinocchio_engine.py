@@ -131,20 +131,20 @@ def _parents(package: str) -> Iterator[Path]:
 
 def _headers() -> list[Path]:
     """Return the include folders of Pinocchio with Boost, and of Eigen."""
-    around = [folder / "include" for folder in _parents("pinocchio")]
-    own = next((folder for folder in around if (folder / "pinocchio").is_dir()), None)
-    if own is None:
+    candidates = [folder / "include" for folder in _parents("pinocchio")]
+    include_folder = next((folder for folder in candidates if (folder / "pinocchio").is_dir()), None)
+    if include_folder is None:
         raise EngineUnavailable("pinocchio is not installed, or without its C++ headers")
-    if not (own / "boost").is_dir():
-        raise EngineUnavailable(f"pinocchio's headers need Boost's, which are not in {own}")
+    if not (include_folder / "boost").is_dir():
+        raise EngineUnavailable(f"pinocchio's headers need Boost's, which are not in {include_folder}")
     others = [folder / "include" for folder in _parents("casadi")]
-    folders = [folder / "eigen3" for folder in (own, *others, Path("/usr/include"))]
+    folders = [folder / "eigen3" for folder in (include_folder, *others, Path("/usr/include"))]
     eigen = next((folder for folder in folders if (folder / "Eigen/Core").is_file()), None)
     if eigen is None:
         raise EngineUnavailable(
             "pinocchio's headers need Eigen's, which are neither beside them nor in casadi nor in /usr/include"
         )
-    return [own, eigen]
+    return [include_folder, eigen]
 
 
 def _version(include: list[Path]) -> str:
