@@ -116,7 +116,7 @@ def test_without_gravity_a_fixed_step_is_not_bounded() -> None:
 
 def test_a_stiff_cable_under_a_continuous_law_is_not_given_a_method_that_cannot_run_it() -> None:
     """Method auto takes dop853 where the stiff method would be refused, and the stiff one otherwise."""
-    stiff = Demands(frequency=1e6, turns=1.0, elastic=True, smooth=True, duration=1.0)
+    stiff = Demands(frequency=1e6, swing_angle=1.0, elastic=True, smooth=True, duration=1.0)
     assert isinstance(choose_method(Auto(), stiff)[0], Rodas)
     assert isinstance(choose_method(Auto(), stiff._replace(continuous=True))[0], DOP853)
 

@@ -1,4 +1,4 @@
-"""Changes of a scene and other arguments from Python: taken as they are meant, or refused in one line."""
+"""Changes of a scene and other arguments from Python: accepted as meant, or single-line errors."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,8 +17,8 @@ HEAVY_TROLLEY = {"trolley.mass": 99.0}
 Q, V, U = SWING.initial_q, SWING.initial_v, (0.0,) * len(SWING.actuated)
 
 
-def refused(call: Callable[[], Any]) -> str:
-    """Return the one line with which a call is refused."""
+def error_of(call: Callable[[], Any]) -> str:
+    """Return the single-line error of a call."""
     with pytest.raises(ValueError) as caught:  # noqa: PT011  the line is what tests look at
         call()
     line = str(caught.value)
@@ -28,8 +28,8 @@ def refused(call: Callable[[], Any]) -> str:
 
 @pytest.mark.parametrize("law", [HEAVY_TROLLEY, {}, 3, 0.5, ["lqr"], (1.0, 2.0), True], ids=str)
 def test_an_invalid_law_is_rejected(law: Any) -> None:
-    """A law that is neither a name nor callable is refused with its value, changes in its place with where they go."""
-    line = refused(lambda: crane_sim.simulate(SWING, law))
+    """A law that is neither a name nor callable is rejected with its value, changes in its place with their right place."""
+    line = error_of(lambda: crane_sim.simulate(SWING, law))
     assert line.startswith(f"law = {law!r}: must be a name or a callable")
     assert ("overrides=" in line) == isinstance(law, dict)
 
@@ -61,18 +61,18 @@ def test_a_batch_says_what_was_rounded() -> None:
         (lambda: crane_sim.simulate_batch(SWING, {"duration": [1.0]}, 2.0), "duration = 2.0: is among the parameters"),
         (
             lambda: load_scene_with_options("overhead_swing", 1.0, settings=("duration=2",)),
-            "--set duration: --duration says",
+            "--set duration: --duration sets the same key",
         ),
         (
             lambda: load_scene_with_options("overhead_swing", law="lqr", settings=("control.law=x",)),
-            "control.law: --law says",
+            "control.law: --law sets the same key",
         ),
     ],
     ids=lambda case: case if isinstance(case, str) else "",
 )
-def test_changes_that_are_none_or_contradict_are_refused(call: Callable[[], Any], line: str) -> None:
-    """A key that does not exist, changes that are no mapping, and one value given twice are refused by name."""
-    assert line in refused(call)
+def test_invalid_or_contradictory_changes_are_rejected(call: Callable[[], Any], line: str) -> None:
+    """An unknown key, changes that are no mapping, and a value set twice are rejected by name."""
+    assert line in error_of(call)
 
 
 @pytest.mark.parametrize(
@@ -98,5 +98,5 @@ def test_changes_that_are_none_or_contradict_are_refused(call: Callable[[], Any]
     ids=lambda case: case if isinstance(case, str) else "",
 )
 def test_other_arguments_that_are_none_are_refused(call: Callable[[], Any], line: str) -> None:
-    """Vectors that are none, not finite or too long, and what is no Scene, are refused with their value."""
-    assert line in refused(call)
+    """Vectors that are none, not finite or too long, and anything but a Scene, are rejected with their value."""
+    assert line in error_of(call)

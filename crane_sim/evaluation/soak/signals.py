@@ -89,9 +89,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
-    complaints = [
-        f"{interruption.way}, {interruption.at:.3f} s: {why}" for interruption, end in pairs for why in end.complaints
-    ]
+    complaints = [f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.complaints]
     figures = [
         Figure("runs interrupted", count),
         Figure("of them after their end", sum(not end.took for end in ends)),

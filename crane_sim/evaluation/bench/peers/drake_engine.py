@@ -100,8 +100,7 @@ class Drake:
 
         def execute(repetitions: int) -> RunResult:
             for _ in range(repetitions):
-                # a new integrator: the old one keeps its last step size
-                analysis.ApplySimulatorConfig(config, simulator)
+                analysis.ApplySimulatorConfig(config, simulator)  # a new integrator, without the last step size
                 if not method.fixed:  # a first step that is far too long hangs Runge-Kutta of order 5
                     simulator.get_mutable_integrator().request_initial_step_size_target(first_step)
                 context.SetTime(0.0)
