@@ -28,7 +28,7 @@ def error_of(call: Callable[[], Any]) -> str:
 
 @pytest.mark.parametrize("law", [HEAVY_TROLLEY, {}, 3, 0.5, ["lqr"], (1.0, 2.0), True], ids=str)
 def test_an_invalid_law_is_rejected(law: Any) -> None:
-    """A law that is neither a name nor callable is rejected with its value, changes in its place with their right place."""
+    """A law that is neither a name nor callable is rejected with its value; for changes the error names `overrides`."""
     line = error_of(lambda: crane_sim.simulate(SWING, law))
     assert line.startswith(f"law = {law!r}: must be a name or a callable")
     assert ("overrides=" in line) == isinstance(law, dict)
