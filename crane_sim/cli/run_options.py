@@ -30,7 +30,7 @@ _OPTIONS = (
         "--wait",
         type=float,
         help="With --no-controller: seconds without a command of your node until the run ends (default 120). "
-        "Until its first command the run waits 120 s at least, whatever is set here. 0: no limit.",
+        "Until its first command the run always waits at least 120 s. 0: no limit.",
     ),
     click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
     click.option(

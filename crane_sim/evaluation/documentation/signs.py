@@ -35,7 +35,7 @@ ORIGINS = {
 SIGNS = (
     Sign("knuckle", "slew", "rad", "boom and jib in the plane of x and z, towards x", "counter-clockwise from above"),
     Sign("knuckle", "boom", "rad", "horizontal", "upwards: its elevation"),
-    Sign("knuckle", "jib", "rad", "horizontal, whatever the boom's elevation", "upwards: its elevation"),
+    Sign("knuckle", "jib", "rad", "horizontal, independent of the boom's elevation", "upwards: its elevation"),
     Sign("knuckle", "rope", "m", "the payload at the jib's end", "longer"),
     Sign("knuckle", "swing_tangential", "rad", "the rope in the boom's plane", "to where a positive slew goes"),
     Sign("knuckle", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),

@@ -5,7 +5,7 @@ and angles in degrees, because a plot has one axis and people read degrees.
 
 What a curve of a recording is: its entity, its name and colour, and how a block yields its values.
 
-The curves of an overhead crane's cable, computed from its nodes, whatever its coordinates are.
+The curves of an overhead crane's cable, computed from its nodes, independent of its coordinates.
 """
 
 from __future__ import annotations

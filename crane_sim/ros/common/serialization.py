@@ -5,7 +5,7 @@ caches, and lockstep does both twice per step. Here a message of the expected la
 `struct.Struct` (CDR, little endian, as every ROS 2 middleware sends it); any other is read field by field.
 
 Reading field by field checks every length against the bytes that are there, and raises ValueError: the generated
-classes allocate whatever a length says, and one that is garbage may ask for gigabytes.
+classes allocate any encoded length, and a corrupt one may be gigabytes.
 """
 
 import struct

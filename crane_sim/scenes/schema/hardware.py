@@ -83,7 +83,7 @@ class BrakeGroup(Group):
 
     An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo its present position.
     The static load is that on a base at the mean of its motion. A payload that swings up to the angle A pulls its
-    trolley with at most its weight × max sin a (3 cos a - 2 cos A), whatever the trolley weighs: 0.6 × the weight up to
+    trolley with at most its weight × max sin a (3 cos a - 2 cos A), for any mass of the trolley: 0.6 × the weight up to
     45 degrees, 1.5 × up to 90; give that as `capacity`. The default of a trolley whose payload hangs at first, 2 m/s² ×
     (trolley + payload), holds 12 degrees under any trolley, and 45 where the trolley weighs twice its payload.
     """
