@@ -77,12 +77,12 @@ REJECTED: list[tuple[Any, dict[str, Any], str]] = [
     (
         ELASTIC,
         positions((0.5, -1.0), (0.5, -1.0)),
-        "initial.positions[1] = [0.5, -1.0]: node 2 is at the place of node 1",
+        "initial.positions[1] = [0.5, -1.0]: node 2 is at the position of node 1",
     ),
     (
         ELASTIC,
         positions((0.5, 0.0), (0.5, -1.0)),
-        "initial.positions[0] = [0.5, 0.0]: node 1 is at the place of the tr",
+        "initial.positions[0] = [0.5, 0.0]: node 1 is at the position of the tr",
     ),
     (PLANE, {"integrator": {"method": "dop853", "rtol": 1e-30}}, "integrator.rtol = 1e-30: must be at least 2.3e-14"),
     (PLANE, {"integrator": {"method": "dopri5", "atol": 0}}, "integrator.atol = 0: must be greater than 0"),

@@ -28,7 +28,7 @@ ORIGINS = {
     "`bridge`) are zero. In 2 dimensions everything moves in the plane of x and z. Efforts of trolley and bridge are "
     "forces along their joints; that of the hoist is a force on its length, positive pays out.",
     "pendulum": "The origin is where the suspension point is when its joints are zero. The effort is the point's "
-    "acceleration, or with a servo the place where it should be.",
+    "acceleration, or with a servo its target position.",
 }
 """Origin and efforts of each crane."""
 
@@ -52,7 +52,7 @@ SIGNS = (
     Sign("overhead", "link_k_x", "1", "link k across x; rigid, 3 dimensions", "its lower end towards x"),
     Sign("overhead", "link_k_y", "1", "link k across y; rigid, 3 dimensions", "its lower end towards y"),
     Sign("overhead", "link_k_z", "1", "a horizontal link k; rigid, 3 dimensions", "upwards: hanging it is -1"),
-    Sign("overhead", "node_k_x", "m", "the origin; elastic", "along x: a place, not an angle"),
+    Sign("overhead", "node_k_x", "m", "the origin; elastic", "along x: a position, not an angle"),
     Sign("overhead", "node_k_y", "m", "the origin; elastic, 3 dimensions", "along y"),
     Sign("overhead", "node_k_z", "m", "the origin; elastic", "upwards: below the rail it is negative"),
     Sign("base", "surge", "m", "the base's origin in that of `world`", "along x of `world`"),

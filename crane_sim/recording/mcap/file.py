@@ -29,7 +29,7 @@ class McapFile:
     """
 
     def __init__(self, path: Path, topics: Sequence[Topic]) -> None:
-        """Start a file of these topics, after recovering what a killed recorder left in its place.
+        """Start a file of these topics, after recovering a killed recorder's file of that name.
 
         Raises:
             FileExistsError: another recorder is writing it.
@@ -58,7 +58,7 @@ class McapFile:
             storage.bio.flush()
 
     def close(self) -> None:
-        """Write the index and put the file into its place; what was there before is replaced."""
+        """Write the index and move the file to its path, replacing an existing one."""
         self._writer.close()
         (self.part / f"{self.part.name}.mcap").replace(self.path)
         self._remove()

@@ -2,9 +2,9 @@
 
 Solids of a description as static entities of a recording: one for boxes, one for cylinders.
 
-A crane whose joints place all of it: its URDF moves in the recording.
+A crane whose joints fix its posture: its URDF moves in the recording.
 
-An overhead crane that the nodes of its cable place: solids on rails, one line for the cable, one entity for nodes.
+An overhead crane with a cable of nodes: solids on rails, one line for the cable, one entity for nodes.
 
 Rails and legs are as long as the motion needs. They are static, and what is static can be logged anew: the picture
 grows with a run, and is fitted to all of it in the end.
@@ -89,7 +89,7 @@ def turn_from_z(direction: Numbers) -> NDArray[np.float64]:
 
 
 def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequence[Shape]) -> None:
-    """Log boxes and cylinders that stand in a frame, in place of those that this entity had before."""
+    """Log the boxes and cylinders of a frame, which replace those of this entity."""
     for kind, solids in (("boxes", _boxes(shapes)), ("cylinders", _cylinders(shapes))):
         if solids is not None:
             rec.log(f"{entity}/{kind}", rr.CoordinateFrame(frame), solids, static=True)
@@ -225,7 +225,7 @@ class GantryVisual:
         self._build(suspension.room)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
-        """Return a place beside the trolley, where it hides nothing."""
+        """Return a free position beside the trolley."""
         return LEVERS[joint]
 
     def set_size(self, size: float) -> None:

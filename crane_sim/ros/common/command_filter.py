@@ -132,7 +132,7 @@ class CommandValidator:
         return ordered
 
     def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
-        """Return the efforts (nu,) of a command in joint order, or None when it is refused, independent of its stamp."""
+        """Return the efforts (nu,) of a command with any stamp in joint order, or None when it is refused."""
         return self._check_efforts(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
 
     def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:

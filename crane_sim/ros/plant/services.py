@@ -13,7 +13,7 @@ from crane_sim.simulation.plant import Plant
 
 
 class FaultServices:
-    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it, independent of its schedule."""
+    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it; its schedule is ignored."""
 
     def __init__(self, node: Node, plant: Plant) -> None:
         """Offer the services."""

@@ -203,7 +203,7 @@ def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
         if np.linalg.norm(np.subtract(points[k + 1], points[k])) < MIN_SEPARATION * length:
             upper = f"node {k}" if k else "the trolley"
             raise SceneError(
-                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the place of {upper}; "
+                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the position of {upper}; "
                 "the link between them needs a direction"
             )
 

@@ -62,7 +62,7 @@ class Rope(Group):
 class Initial(Group):
     """The suspension point and the direction of the rope at t = 0, relative to the base."""
 
-    tip: Vector = (0.0, 0.0, 0.0)  # m, place of the suspension point
+    tip: Vector = (0.0, 0.0, 0.0)  # m, position of the suspension point
     tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s, its velocity
     direction: Vector = (0.0, 0.0, -1.0)  # -, unit vector from the point to the payload
     direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
