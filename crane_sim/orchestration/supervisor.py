@@ -22,7 +22,7 @@ class RunError(RuntimeError):
 
 
 class Callbacks(NamedTuple):
-    """Callbacks of a run, as of `orchestration.run`."""
+    """Callbacks of a run; see `orchestration.run`."""
 
     on_progress: Callable[[int], object]  # steps done
     on_news: Callable[[str], object]  # one line

@@ -12,7 +12,7 @@ class AcknowledgementMonitor:
     """
 
     def __init__(self, lease: float) -> None:
-        """Create it without an observation; `lease` [s] as of the commands."""
+        """Create it without an observation; `lease` [s]: that of the commands."""
         self._lease = lease
         self._acknowledged = False
         self._last_complete = self._last_update = -inf  # s, when all had acknowledged, and of the last observation

@@ -73,7 +73,7 @@ class SenderSubscription:
     """A subscription that takes the messages of one topic with their senders."""
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
-        """Subscribe; arguments as of `Node.create_subscription`."""
+        """Subscribe; arguments: see `Node.create_subscription`."""
         check_for_type_support(kind)  # loads it, too
         with node.handle:
             self._handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())

@@ -50,7 +50,7 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     Args:
         file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad].
         duration: s, of the run that it has to cover.
-        cut_off: Hz, of the low pass that the rows go through first, as of `smooth`; None: none.
+        cut_off: Hz, of the low pass of the rows, see `smooth`; None: none.
 
     Raises:
         SceneError: the file cannot be read, or has no valid content.
