@@ -104,11 +104,11 @@ def test_no_compilation_status_without_compilation() -> None:
     """Once a scene's equations are on disk, the terminal shows no status line of compilation."""
     command = ["simulate", "--duration", "0.1"]
     crane(*command)
-    ours, theirs = pty.openpty()
-    with open(ours, "rb", buffering=0) as terminal:
-        result = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=theirs, check=True)
-        os.write(theirs, b"end")  # so that the read returns
-        os.close(theirs)
+    master, slave = pty.openpty()
+    with open(master, "rb", buffering=0) as terminal:
+        result = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=slave, check=True)
+        os.write(slave, b"end")  # so that the read returns
+        os.close(slave)
         assert b"compiling" not in terminal.read(65536) and result.stdout
 
 

@@ -32,8 +32,8 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
         repair_folder(left, lambda: 0.0)  # no time left: it stays as it is
     recovered = repair_folder(left)
     assert recovered is not None
-    with Reader(recovered) as ours, Reader(file.path) as theirs:
-        messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (ours, theirs)]
+    with Reader(recovered) as recovered_bag, Reader(file.path) as closed_bag:
+        messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (recovered_bag, closed_bag)]
         assert messages[0] == messages[1]
         for attribute in ("message_count", "start_time", "end_time"):
-            assert getattr(ours, attribute) == getattr(theirs, attribute)
+            assert getattr(recovered_bag, attribute) == getattr(closed_bag, attribute)

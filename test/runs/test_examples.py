@@ -88,8 +88,8 @@ def test_the_example_of_two_cranes_handles_sigterm(ros_environment: dict[str, st
 def test_the_environment_of_an_example_is_that_of_the_nodes(tmp_path: Path) -> None:
     """examples/in_domain sets the same variables as the simulator for its own nodes."""
     output = run_to_completion([EXAMPLES / "in_domain", "7", "env"], check=True).stdout
-    ours = dict(line.split("=", 1) for line in output.splitlines() if "=" in line)
+    variables = dict(line.split("=", 1) for line in output.splitlines() if "=" in line)
     expected = node_environment(7, tmp_path)
     for name in expected:
         if name.startswith(("RMW_", "ROS_DOMAIN", "ROS_AUTOMATIC", "FASTRTPS_", "FASTDDS_")):
-            assert ours[name] == expected[name], name
+            assert variables[name] == expected[name], name

@@ -1,4 +1,4 @@
-"""Paths of a scene file: shaped against swing, read from tables, refused in one line."""
+"""Paths of a scene file: shaped against swing, read from tables, rejected by single-line errors."""
 
 from math import pi, sqrt
 from pathlib import Path as File

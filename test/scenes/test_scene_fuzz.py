@@ -164,7 +164,7 @@ def test_ten_thousand_torn_files(tmp_path: Path, text: str, edits: list[Any]) ->
     ids=lambda text: text[:24],
 )
 def test_what_was_a_hole_once(text: str, tmp_path: Path) -> None:
-    """Files that broke the reader, or what comes after it, are refused in one line."""
+    """Files that once crashed the reader or later stages are single-line errors."""
     file = tmp_path / "scene.yaml"
     file.write_text("crane: knuckle\nduration: 1.0\n" * (not text.startswith(("[", "{"))) + text)
     with pytest.raises(SceneError) as caught:
@@ -195,7 +195,7 @@ def test_what_is_no_scene_at_all(source: Any) -> None:
 @pytest.mark.parametrize("law", ["adaptive", "harmonic", "cartesian", "angular", "lqr", "energy"])
 @pytest.mark.parametrize("settings", [False, 3, "x", [1, 2], None])
 def test_settings_that_are_no_group(scene: str, law: str, settings: Any) -> None:
-    """A group of a law's settings that is no group is refused in one line, or left out."""
+    """A group of a law's settings that is no group is a single-line error, or ignored."""
     groups = {f"control.{key}": settings for key in ("adaptation", "observer", "vision", "servo", "feedforward")}
     for key, value in groups.items():
         outcome(partial(load_scene, scene, {"control.law": law, key: value}))

@@ -131,8 +131,8 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
     results: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
-        ours = {"rates": measure_rates(name, count, rounds), "costs": costs_at_errors(name, count, rounds)}
-        results[name] = ours | {"mujoco": measure_mujoco(name, peer_count, rounds)}
+        own_results = {"rates": measure_rates(name, count, rounds), "costs": costs_at_errors(name, count, rounds)}
+        results[name] = own_results | {"mujoco": measure_mujoco(name, peer_count, rounds)}
     return results | {"machine": machine()}
 
 
@@ -147,13 +147,13 @@ def format_lines(results: dict[str, Any]) -> list[str]:
 
 
 def _scene_lines(name: str, results: dict[str, Any]) -> list[str]:
-    ours, theirs = results["rates"], results["mujoco"]
-    lines = [f"{name}: {ours['scenes_us']:.0f} µs to check a crane's scene"]
-    for variant, speed in ours["million_steps_per_s"].items():
+    own_results, mujoco = results["rates"], results["mujoco"]
+    lines = [f"{name}: {own_results['scenes_us']:.0f} µs to check a crane's scene"]
+    for variant, speed in own_results["million_steps_per_s"].items():
         lines.append(f"  {variant.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
     for error in (f"{error:g}" for error in ERRORS):
-        rows = results["costs"][error] | {"MuJoCo": theirs.get(error)}
+        rows = results["costs"][error] | {"MuJoCo": mujoco.get(error)}
         for method, row in rows.items():
             cost = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
             lines.append(f"  error {error} m  {method:<7} {cost} per crane and simulated second")
-    return lines + ([f"  {theirs['missing']}"] if "missing" in theirs else [])
+    return lines + ([f"  {mujoco['missing']}"] if "missing" in mujoco else [])

@@ -16,9 +16,9 @@ def describe_spread(values: Sequence[float]) -> dict[str, Any]:
     return {"median": statistics.median(values), "least": min(values), "most": max(values), "rounds": list(values)}
 
 
-def ratio(ours: Sequence[float], theirs: Sequence[float]) -> dict[str, Any]:
-    """Return the spread of ours / theirs, round by round: a disturbance of both in a round cancels."""
-    return describe_spread([a / b for a, b in zip(ours, theirs, strict=True)])
+def ratio(numerators: Sequence[float], denominators: Sequence[float]) -> dict[str, Any]:
+    """Return the spread of numerators / denominators, round by round: a disturbance of both in a round cancels."""
+    return describe_spread([a / b for a, b in zip(numerators, denominators, strict=True)])
 
 
 def machine() -> dict[str, Any]:

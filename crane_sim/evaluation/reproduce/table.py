@@ -21,7 +21,7 @@ class Row(NamedTuple):
     claim: str  # with its equation number
     printed: Shown  # in the paper
     ours: Shown
-    difference: float | None  # largest, relative to ours or to the scale of the matrix; None where one has no meaning
+    difference: float | None  # largest, relative to ours or to the scale of the matrix; None without a meaning
     verdict: str
 
 

@@ -159,8 +159,8 @@ def repair_folder(part: Path, time_left: Callable[[], float] = lambda: inf) -> P
     Raises:
         OSError: the disk is full or gone, or no time is left.
     """
-    with lock_file(part) as ours:
-        if not ours:
+    with lock_file(part) as acquired:
+        if not acquired:
             return None
         target = None
         for file in sorted(part.glob("*.mcap")):

@@ -1,4 +1,4 @@
-"""The curves of a recording: which entity holds them, their names and colours, and how a block yields their values.
+"""The curves of a recording: their entities, names and colours, and their values from a block.
 
 `plots/*` keeps every quantity in SI at the full rate. `shown/*` repeats what the overview plots, one unit per entity
 and angles in degrees, because a plot has one axis and people read degrees.
@@ -63,7 +63,7 @@ BLUE_GREEN, XZ = (PALETTE[0], PALETTE[2]), (0, 2)
 
 
 def cable_channels(cable: Suspension) -> list[Channel]:
-    """Return them: the energies, the payload's way, swings that are no joints, the length of an elastic cable."""
+    """Return the energies, the payload's trajectory, swings that are no joints, the length of an elastic cable."""
     names = ("kinetic [J]", "potential [J]")
     listed = [
         Channel("plots/energy_parts", names, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),

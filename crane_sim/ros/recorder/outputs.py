@@ -82,7 +82,7 @@ class Outputs:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
-        """Return the last step on the disk, the number of them, the last one whose messages are there, and resets."""
+        """Return the last step on the disk, the number of steps, the last step with all messages, and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
         passes = max(output.passes for output in self.files)
         return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "passes": passes}
