@@ -143,9 +143,12 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
     """
     try:
         answer = law(t, q, v)
-        efforts = tuple(map(float, answer))
     except Exception as error:
         raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {error}") from error
+    try:
+        efforts = tuple(map(float, answer))
+    except (TypeError, ValueError):
+        raise LawError(f"the law returned {shorten(answer)} at t = {t:g} s, not {nu} efforts") from None
     if len(efforts) != nu:
         raise LawError(f"the law gave {len(efforts)} efforts at t = {t:g} s, {nu} joints are actuated")
     if not all(map(isfinite, efforts)):

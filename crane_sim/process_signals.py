@@ -1,7 +1,7 @@
 """Signals of a process from its first statement to its last, and parent-death signals; nothing heavy is imported here.
 
-Python's own handlers wait until compiled code comes back, which may take seconds, and then raise an exception wherever
-the program happens to be. Here a thread handles a signal at once, or a run collects it and ends in order. SIGKILL has
+Python's own handlers wait until compiled code returns, which may take seconds, and then raise an exception at an
+arbitrary statement. Here a thread handles a signal at once, or a run collects it and ends in order. SIGKILL has
 no handler: the children of a killed process outlive it, unless they have a parent-death signal.
 """
 
@@ -35,7 +35,7 @@ def exit_on_signal(end: Callable[[], object]) -> None:
 
 
 def exit_now(code: int) -> NoReturn:
-    """End the process with an exit code now: it can take Python seconds to take down what it has loaded."""
+    """End the process with an exit code now: the interpreter's own shutdown can take seconds."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -11,7 +11,7 @@ from until_stopped import spin_until_stopped
 
 
 class MyArrayController(Node):
-    """Commands every 20 ms, whatever the rate of the states."""
+    """Commands every 20 ms, independent of the rate of the states."""
 
     def __init__(self) -> None:
         """Join the crane's namespace."""

@@ -29,12 +29,12 @@ def summary(log: IO[str]) -> dict:
     """Return what a plant logged at its end."""
     log.seek(0)
     lines = log.read().splitlines()
-    told = [line[line.index("{") :] for line in lines if "state_sha256" in line]
-    return json.loads(told[0]) if told else {"error": lines[-1] if lines else "it said nothing"}
+    summaries = [line[line.index("{") :] for line in lines if "state_sha256" in line]
+    return json.loads(summaries[0]) if summaries else {"error": lines[-1] if lines else "it logged nothing"}
 
 
 def end(*nodes: subprocess.Popen[str]) -> None:
-    """End the nodes: asked first, and where that is not enough killed."""
+    """End the nodes: interrupted first, and killed if they do not exit."""
     for process in nodes:
         process.terminate()
     deadline = time.monotonic() + PATIENCE
@@ -69,7 +69,7 @@ def main() -> int:
 
 
 def failed(*nodes: subprocess.Popen[str]) -> bool:
-    """Whether a node has ended, and not as it should."""
+    """Whether a node has failed."""
     return any(process.poll() for process in nodes)
 
 

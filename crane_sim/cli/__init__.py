@@ -34,20 +34,20 @@ def main() -> int:
 
 
 def _fail(message: str, code: int) -> int:
-    """Tell a failure in one line, as JSON too where that was asked for, and return the exit code."""
+    """Print a failure in one line, as JSON too with --json; return the exit code."""
     if "--json" in sys.argv:
         import json
 
         try:
             print(json.dumps({"error": message}), flush=True)
-        except OSError:  # no room there: what is still to be written at exit must not fail once more
+        except OSError:  # a full disk: flushing stdout at exit must not fail again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(f"crane: {message}", file=sys.stderr, flush=True)
     return code
 
 
 def _on_interrupt() -> None:
-    """End the process, whatever its other threads do."""
+    """End the process independent of its other threads."""
     if sys.stderr.isatty():
-        print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # what a progress display leaves: its line, no cursor
+        print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # clear the progress display's line, show the cursor
     os._exit(_fail("interrupted", 1))

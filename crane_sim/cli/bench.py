@@ -13,45 +13,48 @@ from crane_sim.evaluation.bench import scenes
 from crane_sim.evaluation.bench.cases import LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
 from crane_sim.evaluation.bench.page import write_page
-from crane_sim.evaluation.bench.parts import PARTS
 from crane_sim.evaluation.bench.results import best, points_of
-from crane_sim.evaluation.bench.store import merge_part, read_store, write_store
+from crane_sim.evaluation.bench.store import merge_suite, read_store, write_store
+from crane_sim.evaluation.bench.suites import SUITES
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.files.errors import SceneError, unknown_key
 
-EVERY = ("scenes", *PARTS, "page")
+SUITE_NAMES = ("scenes", *SUITES, "page")
+_HELP = f"""Benchmark speed against error (scenes), ROS transport and other suites.
+
+SUITE: {", ".join(SUITE_NAMES)}; scenes when left out, page rewrites page and figure.
+
+Data, figure and page go to FOLDER; suites and scenes that are not measured keep their data there.
+"""
 
 
-@click.command(context_settings=HELP)
-@click.argument("part", default="scenes")
+@click.command(context_settings=HELP, help=_HELP)
+@click.argument("suite", default="scenes")
 @click.option("--quick", is_flag=True, help="Four scenes and three methods.")
 @click.option("--scene", "ids", multiple=True, metavar="ID", help="Only this one (S1, S3a, ... or a catalogue name).")
 @click.option("--method", "methods", multiple=True, metavar="NAME", help=f"Only this one: {', '.join(METHODS)}.")
-@click.option("--peers", is_flag=True, help="Beside every other engine that is installed, interleaved.")
+@click.option("--peers", is_flag=True, help="Measure every other installed engine as well, interleaved.")
 @click.option("--save", "folder", default="runs/bench", show_default=True, metavar="FOLDER", help="Where results go.")
-def bench(part: str, quick: bool, ids: Sequence[str], methods: Sequence[str], peers: bool, folder: str) -> None:
-    """Measure speed against error, and the whole path; PART: scenes (default), lockstep, realtime, ..., page.
-
-    Data, figure and page go to FOLDER; parts and scenes that are not measured keep what FOLDER has of them.
-    """
-    if part not in EVERY:
-        raise SceneError(unknown_key(part, EVERY, "PART"))
-    if part != "scenes" and (quick or ids or methods or peers):
-        raise SceneError(f"bench {part}: --quick, --scene, --method and --peers belong to scenes")
+def bench(suite: str, quick: bool, ids: Sequence[str], methods: Sequence[str], peers: bool, folder: str) -> None:
+    """Run a suite of the benchmark."""
+    if suite not in SUITE_NAMES:
+        raise SceneError(unknown_key(suite, SUITE_NAMES, "SUITE"))
+    if suite != "scenes" and (quick or ids or methods or peers):
+        raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
     data = read_store(_make_folder(folder))
-    if part == "page" and not data:
+    if suite == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
-    if part == "scenes":
-        cases = scenes.chosen_cases(ids, quick)
+    if suite == "scenes":
+        cases = scenes.select_cases(ids, quick)
         with Console(stderr=True).status("measuring") as status:
             measured = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
-        data = merge_part(data, part, measured)
+        data = merge_suite(data, suite, measured)
         for case in measured["scenes"]:
             Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
-    elif part != "page":
-        with Console(stderr=True).status(f"measuring: {PARTS[part].title}"):
-            data = merge_part(data, part, PARTS[part].measure())
-        print("\n".join(PARTS[part].format(data[part])))
+    elif suite != "page":
+        with Console(stderr=True).status(f"measuring: {SUITES[suite].title}"):
+            data = merge_suite(data, suite, SUITES[suite].measure())
+        print("\n".join(SUITES[suite].format(data[suite])))
     _write(data, Path(folder))
 
 
@@ -70,10 +73,10 @@ def _write(data: dict[str, Any], folder: Path) -> None:
     written = ["performance.json", "performance.md"]
     try:
         write_store(data, folder)
-        picture, measured = folder / "performance.png", data.get("scenes", {}).get("scenes")
-        if measured and save_figure(draw, measured, picture, dpi=110):
-            written.append(picture.name)
-        (folder / "performance.md").write_text(write_page(data, drawn=picture.is_file()))
+        figure_file, measured = folder / "performance.png", data.get("scenes", {}).get("scenes")
+        if measured and save_figure(draw, measured, figure_file, dpi=110):
+            written.append(figure_file.name)
+        (folder / "performance.md").write_text(write_page(data, drawn=figure_file.is_file()))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     Console(stderr=True).print(f"written to {folder}: {', '.join(written)}")

@@ -13,7 +13,7 @@ from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import RunOptions, check_folder, run_options
-from crane_sim.cli.scene_options import as_json_option, loaded_scene, scene_options
+from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
 
@@ -30,18 +30,18 @@ def app() -> None:
 @app.command()
 @scene_options
 @run_options
-def run(scene: str, as_json: bool, **given: Any) -> None:
+def run(scene: str, as_json: bool, **scene_changes: Any) -> None:
     """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
     from crane_sim import orchestration
 
-    options = RunOptions(**{name: given.pop(name) for name in RunOptions._fields})
+    options = RunOptions(**{name: scene_changes.pop(name) for name in RunOptions._fields})
     options.check()
-    loaded = loaded_scene(scene, **given)
+    loaded = load_scene_with_options(scene, **scene_changes)
     arguments = options.arguments(loaded.name)
     with report.compiling(hidden=as_json):
         _warm_plant(loaded)
-    with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as teller:
-        summary = orchestration.run(loaded, on_progress=teller.move, on_news=teller.say, **arguments)
+    with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as reporter:
+        summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
     process_signals.exit_now(_print_outcome(dict(loaded.notes) | summary, loaded, as_json))
 
 
@@ -52,18 +52,18 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import simulate as roll_out
 
-    loaded = loaded_scene(scene, **changes)
+    loaded = load_scene_with_options(scene, **changes)
     with report.compiling(hidden=as_json):
         roll_out(replace(loaded, duration=loaded.period))
-    ended = {}
+    failure = {}
     try:
         result = roll_out(loaded)
     except SimulationError as error:
         if error.run is None:
             raise
-        result, ended = error.run, {"error": str(error)}
+        result, failure = error.run, {"error": str(error)}
     raise SystemExit(
-        _print_outcome(result.summary | report.speed(result) | report.WITHOUT_ROS | ended, loaded, as_json)
+        _print_outcome(result.summary | report.speed(result) | report.WITHOUT_ROS | failure, loaded, as_json)
     )
 
 
@@ -84,7 +84,7 @@ def scenes(as_json: bool) -> None:
 @click.argument("file")
 def check(file: str) -> None:
     """Validate a scene file."""
-    loaded = loaded_scene(file)
+    loaded = load_scene_with_options(file)
     drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
     print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
     report.print_notes(loaded.notes, report.Console())
@@ -132,17 +132,17 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 @as_json_option
 def league(folder: str | None, as_json: bool) -> None:
     """Try every law on every scene that suits it: errors, swing, efforts (some minutes)."""
-    from crane_sim.cli.league import league as played
+    from crane_sim.cli.league import league as print_league
 
     check_folder(folder)
-    played(as_json, folder)
+    print_league(as_json, folder)
 
 
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def bench(arguments: tuple[str, ...]) -> None:
-    """Measure speed against error on the benchmark's scenes, and the whole path (crane bench -h)."""
-    from crane_sim.cli.bench import bench as command  # here: it imports every part
+    """Benchmark speed against error, ROS transport and other suites (crane bench -h)."""
+    from crane_sim.cli.bench import bench as command  # here: it imports every suite
 
     command.main(list(arguments), prog_name="crane bench", standalone_mode=False)
 
@@ -150,7 +150,7 @@ def bench(arguments: tuple[str, ...]) -> None:
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def soak(arguments: tuple[str, ...]) -> None:
-    """Let a run survive for a long time, and print what that did (crane soak -h)."""
+    """Test long runs and runs under faults (crane soak -h)."""
     from crane_sim.cli.soak import soak as command
 
     command.main(list(arguments), prog_name="crane soak", standalone_mode=False)
@@ -168,7 +168,7 @@ def test(arguments: tuple[str, ...]) -> None:
 
 
 def _warm_plant(scene: Any) -> None:
-    """Compile what the nodes need once, before they would all compile it side by side."""
+    """Compile the scene once, before several nodes would compile it in parallel."""
     from crane_sim.simulation.plant import Plant
 
     plant = Plant(scene)
@@ -178,9 +178,9 @@ def _warm_plant(scene: Any) -> None:
 
 
 def _print_outcome(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
-    """Print the summary and return the exit code it asks for."""
+    """Print the summary; return the exit code."""
     if as_json:
-        print(json.dumps(report.replace_non_finite(summary)))
+        print(json.dumps(report.json_value(summary)))
     elif summary.get("steps"):
         report.print_summary(summary, scene)
     if "error" in summary:

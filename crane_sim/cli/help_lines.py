@@ -1,6 +1,10 @@
-"""Help of the command line: -h everywhere, and what each subcommand does in a whole sentence."""
+"""Help of the command line: -h everywhere, whole sentences for subcommands, and the names near an unknown one."""
+
+from collections.abc import Sequence
 
 import click
+
+from crane_sim.files.errors import meant
 
 HELP = {"help_option_names": ["-h", "--help"]}
 """Settings of a command's context."""
@@ -9,6 +13,15 @@ _WHOLE = 1000  # letters of a sentence that is not cut
 
 class Group(click.Group):
     """A group of commands whose help has the first sentence of each, on as many lines as it takes."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: Sequence[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return name, command and remaining arguments; an unknown command fails with the possible ones."""
+        if self.get_command(ctx, args[0]) is None:
+            names = self.list_commands(ctx)
+            ctx.fail(f"No such command {args[0]!r}{meant(args[0], names)} (known: {', '.join(names)})")
+        return super().resolve_command(ctx, list(args))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""

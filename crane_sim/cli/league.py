@@ -23,26 +23,26 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
     Raises:
         SceneError: the folder cannot be written.
     """
-    compared = list[Cell]()
+    cells = list[Cell]()
     with Console(stderr=True).status("simulating (some minutes)") as status:
         for cell in evaluate_all(groups):
-            compared.append(cell)
+            cells.append(cell)
             status.update(f"simulating: {cell.crane}, {cell.law} is done")
     if as_json:
-        print(json.dumps(document(compared)))
+        print(json.dumps(document(cells)))
     else:
-        print_tables(lines(compared))
+        print_tables(lines(cells))
     if folder is not None:
-        save_comparison(compared, Path(folder))
+        save_comparison(cells, Path(folder))
 
 
-def document(compared: Sequence[Cell]) -> dict[str, Any]:
-    """Return the cells as a document, digits rounded to what has a meaning."""
-    rows = [cell._asdict() | {"figures": cell.figures and cell.figures._asdict()} for cell in compared]
+def document(cells: Sequence[Cell]) -> dict[str, Any]:
+    """Return the cells as a document, with rounded digits."""
+    rows = [cell._asdict() | {"figures": cell.figures and cell.figures._asdict()} for cell in cells]
     return {"cells": round_floats(rows)}
 
 
-def save_comparison(compared: Sequence[Cell], folder: Path) -> None:
+def save_comparison(cells: Sequence[Cell], folder: Path) -> None:
     """Write league.md, league.png and league.json into the folder.
 
     Raises:
@@ -50,9 +50,9 @@ def save_comparison(compared: Sequence[Cell], folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "league.json").write_text(json.dumps(document(compared), indent=1, ensure_ascii=False) + "\n")
-        picture = folder / "league.png"
-        save_figure(draw, compared, picture, dpi=100)
-        (folder / "league.md").write_text(write_comparison(compared, drawn=picture.is_file()))
+        (folder / "league.json").write_text(json.dumps(document(cells), indent=1, ensure_ascii=False) + "\n")
+        figure_file = folder / "league.png"
+        save_figure(draw, cells, figure_file, dpi=100)
+        (folder / "league.md").write_text(write_comparison(cells, drawn=figure_file.is_file()))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None

@@ -1,4 +1,4 @@
-"""What a person sees at the terminal: the progress bar, the summary, the catalogue."""
+"""Terminal output: the progress bar, the summary, the catalogue."""
 
 import math
 import os
@@ -33,7 +33,7 @@ _GROUPS = {
     ),
     "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
     "base": ("peak_base_acceleration", "peak_base_angular_acceleration"),
-    "chosen": ("method", "model", "model_error_estimate", "left_out"),
+    "selected": ("method", "model", "model_error_estimate", "left_out"),
 }
 _UNITS = {
     "wall_time": "s",
@@ -52,9 +52,9 @@ _UNITS = {
     "peak_base_angular_acceleration": "rad/s²",
 }
 
-_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
+_COMPUTE_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
 
-_NOTHING = 1e-20  # in any unit: what is smaller is the rounding of something that is zero
+_ZERO_TOLERANCE = 1e-20  # in any unit: smaller figures are rounding errors of zero
 
 WITHOUT_ROS: dict[str, Any] = {
     "deadline_misses": 0,
@@ -63,11 +63,11 @@ WITHOUT_ROS: dict[str, Any] = {
     "recorded_steps": 0,
     "lost_steps": 0,
 }
-"""What a run without ROS has to say of topics and recordings."""
+"""Summary entries on topics and recordings of a run without ROS."""
 
 
 def speed(run: "Rollout") -> dict[str, float]:
-    """Return what the summary says of a run's speed."""
+    """Return the summary's entries on a run's speed."""
     wall, summary = run.stats["wall_time"], run.summary
     return {
         "wall_time": wall,
@@ -76,25 +76,33 @@ def speed(run: "Rollout") -> dict[str, float]:
     }
 
 
-def replace_non_finite(value: Any) -> Any:
-    """Return the value with non-finite numbers as None, which JSON can carry."""
-    if isinstance(value, dict):
-        return {key: replace_non_finite(part) for key, part in value.items()}
-    if isinstance(value, list):
-        return [replace_non_finite(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def json_value(value: Any) -> Any:
+    """Return the value for JSON: numpy's numbers as Python's, non-finite ones as None, no negative zero."""
+    if isinstance(value, Mapping):
+        return {key: json_value(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_value(entry) for entry in value]
+    value = _python_number(value)
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None
+    return value
 
 
-class Teller(NamedTuple):
-    """Progress of a run for a user: `move(steps done, steps in all)`, and `say(line)` on what happens."""
+def _python_number(value: Any) -> Any:
+    """Return a scalar of numpy as one of Python; any other value as it is."""
+    return value.item() if hasattr(value, "item") else value
 
-    move: Callable[[int, int], None]
-    say: Callable[[str], None]
+
+class ProgressReporter(NamedTuple):
+    """Progress of a run at the terminal: `update(steps done, total steps)`, and `log(line)`."""
+
+    update: Callable[[int, int], None]
+    log: Callable[[str], None]
 
 
 @contextmanager
-def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
-    """Yield a report with a progress bar that shows the real-time factor; hidden, only lines are printed."""
+def progress(scene: "Scene", hidden: bool) -> Iterator[ProgressReporter]:
+    """Yield the reporter of a progress bar that shows the real-time factor; hidden, it only prints lines."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -104,20 +112,20 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[Teller]:
     with Progress(*columns, console=Console(stderr=True), disable=hidden, transient=True) as bar:
         task = bar.add_task(scene.name, total=scene.steps, factor="")
 
-        def move(done: int, _: int) -> None:
+        def update(done: int, _: int) -> None:
             elapsed = bar.tasks[0].elapsed or 0.0
             factor = f"{done * scene.period / elapsed:.1f} x real time" if elapsed > 0.0 and done else "starting"
             bar.update(task, completed=done, factor=factor)
 
-        def say(line: str) -> None:
+        def log(line: str) -> None:
             bar.console.print(f"crane: {line}", highlight=False, markup=False, soft_wrap=True)
 
-        yield Teller(move, say)
+        yield ProgressReporter(update, log)
 
 
 @contextmanager
 def compiling(hidden: bool) -> Iterator[None]:
-    """Tell a person why the first run of a kind of scene takes its time, where something is compiled at all."""
+    """Show a status line while a kind of scene is compiled; nothing where nothing is."""
     from crane_sim.numerics.jit import watch_compiling
 
     console = Console(stderr=True, quiet=hidden)
@@ -130,24 +138,25 @@ def compiling(hidden: bool) -> Iterator[None]:
 
 
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
-    """Print the figures of a scene's run as tables of what a person asks first."""
+    """Print the most important figures of a scene's run as tables."""
     console = Console()
     law = summary.get("law") or "none"
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
+    hidden = () if summary["mode"] == "realtime" else ("deadline_misses",)
     table = Table(title=title, show_header=False, title_justify="left")
     seconds = f"{_format_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
     table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
     for keys in _GROUPS.values():
         table.add_section()
         for key in keys:
-            if key in summary:
+            if key in summary and key not in hidden:
                 table.add_row(
                     key.removesuffix("_deg").replace("_", " "), f"{_format_number(summary[key])} {_UNITS.get(key, '')}"
                 )
     _add_commands(table, summary)
     console.print(table)
     _print_joints(console, summary, scene)
-    _print_pushes(console, summary)
+    _warn_compression(console, summary)
     print_notes(summary, console)
     _print_events(console, summary)
     if "state_sha256" in summary:
@@ -156,7 +165,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
 
 
 def print_notes(notes: Mapping[str, Any], console: Console) -> None:
-    """Print what of a scene was rounded, and what is possible but unlikely to be meant, a line each."""
+    """Print notes on rounded values, and warnings of possible but unlikely ones, a line each."""
     for key, word in (("rounded", "note"), ("warnings", "warning")):
         for line in notes.get(key, ()):
             console.print(f"{word + ':':<8} {line}", highlight=False, markup=False, soft_wrap=True)
@@ -175,15 +184,15 @@ def _print_files(console: Console, summary: dict[str, Any]) -> None:
         if summary.get(key):
             console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
     for key, title in (("parts", "part"), ("bag_parts", "bag part"), ("before_reset", "before reset")):
-        for part in summary.get(key, ()):
-            console.print(f"{title:<13} {part}", highlight=False, soft_wrap=True)
+        for path in summary.get(key, ()):
+            console.print(f"{title:<13} {path}", highlight=False, soft_wrap=True)
     if summary.get("recording"):
         command = f"{_viewer()} {shlex.quote(str(summary['recording']))}"
         console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True)
 
 
 def _viewer() -> str:
-    """Return the command of the Rerun viewer: its name where the shell finds it, else its path as seen from here."""
+    """Return the command of the Rerun viewer: its name if on the PATH, else its path from the working directory."""
     if shutil.which("rerun"):
         return "rerun"
     program, folder = Path(sys.executable).with_name("rerun"), Path.cwd()
@@ -198,7 +207,7 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
     if demands := summary.get("demands"):
         held = f"held for up to {_format_number(demands['longest_hold'])} s"
         table.add_row("demands", f"{demands['received']} received, {demands['late']} late, {held}")
-    for key, title in _TIMES.items():
+    for key, title in _COMPUTE_TIMES.items():
         if key in summary:
             table.add_row(title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs")
     if summary.get("recording"):
@@ -207,10 +216,10 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
         table.add_row("replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items()))
 
 
-def _print_pushes(console: Console, summary: dict[str, Any]) -> None:
-    """Warn of a cable that pushed: no rope does."""
-    if pushed := summary.get("negative_tension_steps", 0):
-        periods, most = f"{pushed} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
+def _warn_compression(console: Console, summary: dict[str, Any]) -> None:
+    """Warn of a cable under compression, which no rope can carry."""
+    if steps := summary.get("negative_tension_steps", 0):
+        periods, most = f"{steps} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
         line = f"warning: the cable pushed in {periods}, with up to {most} N, and no rope can"
         console.print(line, highlight=False, soft_wrap=True)
 
@@ -224,18 +233,24 @@ def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> 
     for name, peak in summary["peak_effort"].items():
         error = summary.get("final_error", {}).get(name)
         settled = summary.get("settling_time", {}).get(name)
-        table.add_row(name, _with(error, units[name]), _format_number(settled), _with(peak, effort_units[name]))
+        table.add_row(
+            name,
+            _format_with_unit(error, units[name]),
+            _format_number(settled),
+            _format_with_unit(peak, effort_units[name]),
+        )
     console.print(table)
 
 
-def _with(value: Any, unit: str) -> str:
+def _format_with_unit(value: Any, unit: str) -> str:
     return "-" if value is None else f"{_format_number(value)} {unit}"
 
 
 def _format_number(value: Any) -> str:
-    """Return a figure in four digits, and zero, whatever its sign, for what is smaller than any figure means."""
+    """Return a number in four digits; below `_ZERO_TOLERANCE` it is zero without a sign."""
+    value = _python_number(value)
     if isinstance(value, float):
-        return f"{0.0 if abs(value) < _NOTHING else value:.4g}"
+        return f"{0.0 if abs(value) < _ZERO_TOLERANCE else value:.4g}"
     return "-" if value is None else str(value)
 
 

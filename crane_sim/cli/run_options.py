@@ -18,7 +18,7 @@ from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 _OPTIONS = (
-    click.option("--mode", default="lockstep", help="lockstep | realtime"),
+    click.option("--mode", default="lockstep", help="lockstep | realtime (default lockstep)."),
     click.option("--rate", type=float, help="realtime: simulated seconds per second."),
     click.option("--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."),
     click.option("--no-record", is_flag=True, help="Write no recording."),
@@ -29,16 +29,19 @@ _OPTIONS = (
     click.option(
         "--wait",
         type=float,
-        help="s without your own node until the run ends (120); at its start 120 s or more. 0: it waits for ever.",
+        help="With --no-controller: seconds without a command of your node until the run ends (default 120). "
+        "Until its first command the run always waits at least 120 s. 0: no limit.",
     ),
     click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
-    click.option("--on-silence", help=f"Realtime, no commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."),
-    click.option("--fifo", type=int, help="Realtime priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
+    click.option(
+        "--on-silence", help=f"realtime: action at the time-out of commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."
+    ),
+    click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
 
 class RunOptions(NamedTuple):
-    """The options of one run; what is None was not given, and its default is that of `orchestration.run`."""
+    """The options of one run; None selects the default of `orchestration.run`."""
 
     mode: str
     rate: float | None
@@ -54,7 +57,7 @@ class RunOptions(NamedTuple):
     fifo: int | None
 
     def check(self) -> None:
-        """Raise SceneError, one line, for what is not possible."""
+        """Raise SceneError, one line, for an impossible value or combination."""
         if self.mode not in ("lockstep", "realtime"):
             raise SceneError(f"--mode = {self.mode!r}: possible: lockstep, realtime")
         if self.rate is not None and not (self.rate > 0.0 and math.isfinite(self.rate)):
@@ -67,13 +70,13 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
         if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
             raise SceneError(f"--wait = {self.wait}: must be a number of seconds, 0 or more")
-        self._check_use()
+        self._check_effect()
         self._check_files()
 
-    def _check_use(self) -> None:
-        """Refuse what the run would have no use for."""
-        timed = {"--rate": self.rate, "--on-silence": self.on_silence, "--fifo": self.fifo}
-        for option, value in timed.items():
+    def _check_effect(self) -> None:
+        """Raise SceneError for an option without effect."""
+        realtime_options = {"--rate": self.rate, "--on-silence": self.on_silence, "--fifo": self.fifo}
+        for option, value in realtime_options.items():
             if self.mode == "lockstep" and value is not None:
                 raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
         if self.wait is not None and not self.no_controller:
@@ -83,7 +86,7 @@ class RunOptions(NamedTuple):
         if self.record is not None and self.no_record:
             raise SceneError("--record and --no-record: only one of the two is possible")
         if self.live and self.no_record:
-            raise SceneError("--live and --no-record: only one of the two is possible, viewers see the recording grow")
+            raise SceneError("--live and --no-record: only one of the two is possible, --live streams the recording")
         if self.mcap is not None:
             _check_mcap(self.mcap)
         if self.mcap is not None and self.mcap == self.record:
@@ -99,9 +102,9 @@ class RunOptions(NamedTuple):
         for option, path in (("--record", record), ("--mcap", self.mcap)):
             if path is not None:
                 _check_writable(option, path)
-        chosen = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
-        chosen["wait"] = math.inf if self.wait == 0.0 else self.wait
-        return {name: value for name, value in chosen.items() if value is not None} | {
+        set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
+        set_options["wait"] = math.inf if self.wait == 0.0 else self.wait
+        return {name: value for name, value in set_options.items() if value is not None} | {
             "mode": self.mode,
             "record": record,
             "mcap": self.mcap,
@@ -113,7 +116,7 @@ class RunOptions(NamedTuple):
 
 
 def check_folder(folder: str | None) -> None:
-    """Raise SceneError, one line, when pages cannot be written into the folder of `--save`, which is made."""
+    """Raise SceneError, one line, when pages cannot be written into the folder of `--save`; creates it."""
     if folder is None:
         return
     try:
@@ -125,7 +128,7 @@ def check_folder(folder: str | None) -> None:
 
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of `RunOptions`."""
+    """Add the options of `RunOptions` to a command."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -139,30 +142,31 @@ def _check_mcap(path: Path) -> None:
     if find_spec("rosbags") is None:
         raise SceneError("--mcap: needs the Python package rosbags, which is not installed")
     if path.suffix != ".mcap":
-        raise SceneError(f"--mcap {path}: must end in .mcap, by which its readers know it")
-    part = unfinished_name(path)
-    if not part.exists():
+        raise SceneError(f"--mcap {path}: must end in .mcap, as readers expect")
+    partial_file = unfinished_name(path)
+    if not partial_file.exists():
         return
-    with lock_file(part) as free:  # what a killed run left is recovered when this one begins
-        if not free or not part.is_dir():
-            raise SceneError(f"--mcap {path}: {part} is in the way{'' if free else ', another run is writing it'}")
+    with lock_file(partial_file) as acquired:  # a killed run's file is recovered when this one begins
+        if not acquired or not partial_file.is_dir():
+            reason = "" if acquired else ", another run is writing it"
+            raise SceneError(f"--mcap {path}: {partial_file} is in the way{reason}")
 
 
 def _check_writable(option: str, path: Path) -> None:
     if path.is_dir():
         raise SceneError(f"{option} {path}: is a folder")
     if path.exists() and not path.is_file():
-        raise SceneError(f"{option} {path}: is no ordinary file")
+        raise SceneError(f"{option} {path}: is not a regular file")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent):  # not the file itself: what is there stays until the end
+        with tempfile.TemporaryFile(dir=path.parent):  # not the file itself: an existing one stays until the run ends
             pass
     except OSError as error:
         raise SceneError(f"{option} {path}: cannot be written: {error.strerror}") from None
 
 
 def _free_port() -> int:
-    """Return the viewers' usual port, or another one where that is taken."""
+    """Return the viewers' usual port, or another one if it is in use."""
     for port in (VIEWER_PORT, 0):
         with socket.socket() as probe:
             try:

@@ -23,7 +23,7 @@ def soak() -> None:
     """Run a soak test and print its figures; exit code 1 where a promise was not kept."""
 
 
-_seed = click.option("--seed", type=int, default=0, help="Of the random instants.")
+_seed = click.option("--seed", type=int, default=0, help="Seed of the random instants.")
 
 
 def _output(command: _Command) -> _Command:
@@ -33,7 +33,7 @@ def _output(command: _Command) -> _Command:
 
 
 @soak.command()
-@click.option("--count", type=click.IntRange(2), default=200, help="Kills.")
+@click.option("--count", type=click.IntRange(2), default=200, help="Number of kills.")
 @_seed
 @_output
 def kill(count: int, seed: int, **output: Any) -> None:
@@ -44,7 +44,7 @@ def kill(count: int, seed: int, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--count", type=click.IntRange(1), default=50, help="Runs.")
+@click.option("--count", type=click.IntRange(1), default=50, help="Number of runs.")
 @_seed
 @_output
 def signals(count: int, seed: int, **output: Any) -> None:
@@ -55,7 +55,7 @@ def signals(count: int, seed: int, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--minutes", type=click.FloatRange(0.1), default=30.0, help="Of wall time.")
+@click.option("--minutes", type=click.FloatRange(0.1), default=30.0, help="Minutes of wall time.")
 @_output
 def memory(minutes: float, **output: Any) -> None:
     """Resident memory of the nodes, and their rate, over a long lockstep run."""
@@ -65,7 +65,7 @@ def memory(minutes: float, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--steps", type=click.FloatRange(1e4), default=1e7, help="Control periods.")
+@click.option("--steps", type=click.FloatRange(1e4), default=1e7, help="Number of control periods.")
 @_output
 def inprocess(steps: float, **output: Any) -> None:
     """Resident memory and rate of `Plant.advance` and `simulate`, without ROS."""
@@ -75,7 +75,7 @@ def inprocess(steps: float, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--count", type=click.IntRange(2), default=50, help="Runs.")
+@click.option("--count", type=click.IntRange(2), default=50, help="Number of runs.")
 @_output
 def determinism(count: int, **output: Any) -> None:
     """One scene over processes, executors and load: every run has the same state_sha256."""
@@ -85,7 +85,7 @@ def determinism(count: int, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Of real time.")
+@click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Seconds of real time.")
 @_output
 def realtime(seconds: float, **output: Any) -> None:
     """1 kHz in real time: rate, overruns against a subscriber's count, period error against a loop that only sleeps."""
@@ -95,7 +95,7 @@ def realtime(seconds: float, **output: Any) -> None:
 
 
 @soak.command("page")
-@click.option("--save", "folder", metavar="FOLDER", required=True, help="Where the data are.")
+@click.option("--save", "folder", metavar="FOLDER", required=True, help="Folder of the data.")
 def rewrite_page(folder: str) -> None:
     """Rewrite page and plots from the saved data."""
     from crane_sim.evaluation.soak.store import write_page
@@ -122,7 +122,7 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
 
 
 def _command_line(part: str) -> str:
-    """Return the line by which this soak can be repeated."""
+    """Return the command line that repeats this soak."""
     options = {name: value for name, value in click.get_current_context().params.items() if name not in _OUTPUT}
     return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in options.items())])
 
@@ -130,6 +130,6 @@ def _command_line(part: str) -> str:
 def _format_table(part: str, figures: Sequence[Figure]) -> Table:
     table = Table("figure", "", "promised", title=f"soak: {part}", title_justify="left")
     for figure in figures:
-        missed = "" if figure.kept else "  not kept"
-        table.add_row(figure.what, figure.format_value(), figure.promise + missed)
+        verdict = "" if figure.kept else "  not kept"
+        table.add_row(figure.what, figure.format_value(), figure.promise + verdict)
     return table

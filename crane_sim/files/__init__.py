@@ -1,1 +1,1 @@
-"""What people write and read: scene documents, tables, types of values, errors of one line."""
+"""Files: scene documents, tables, types of values, single-line errors."""

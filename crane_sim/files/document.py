@@ -11,15 +11,15 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.files.errors import SceneError, meant, one_word, shorten
 
 REAL = ("control", "brake", "sensors", "actuators", "faults")
-"""Groups of a scene that its nominal one leaves out, unless `control.nominal` has them."""
+"""Groups that the nominal scene omits, unless `control.nominal` has them."""
 SHARED = ("servo", "tracker_rate", "vision")
 """Settings of measurement and drive that several laws share: another law that has them keeps them."""
-UNREADABLE = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
-"""Errors of reading YAML: its own, and those of its readers of dates and numbers, which check little."""
+YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
+"""Errors of reading YAML: its own, and those of its converters of dates and numbers, which check little."""
 
 
 class _Unambiguous(yaml.SafeLoader):
-    """A YAML reader that refuses a key that stands twice in a group, of which YAML would keep the last one silently."""
+    """A YAML loader that rejects duplicate keys of a group, of which YAML would keep the last one silently."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Return the group."""
@@ -40,20 +40,20 @@ def read(source: str | Path) -> dict[str, Any]:
         raise SceneError(f"scene {shorten(source)}: must be a name, a file or a dict")
     path = scene_files().get(str(source), Path(source))
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
-        raise SceneError(_nowhere(str(source)))
+        raise SceneError(_unknown_scene(str(source)))
     try:
         document = yaml.load(path.read_text(), _Unambiguous)
-    except UNREADABLE as error:
+    except YAML_ERRORS as error:
         raise SceneError(f"scene file {path}: cannot be read: {_cause(error)}") from None
     if not isinstance(document, dict):
         raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
     document.setdefault("name", path.stem)
-    _anchor(document, path.resolve().parent)
+    _resolve_paths(document, path.resolve().parent)
     return document
 
 
 def _cause(error: Exception) -> str:
-    """Return why a file cannot be read, in one line, with the place in the file where there is one."""
+    """Return the cause of a read error in one line, with line and column if known."""
     if isinstance(error, OSError):
         return error.strerror or str(error)
     if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
@@ -62,16 +62,16 @@ def _cause(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _nowhere(source: str) -> str:
-    """Return the line on what is neither a name of the catalogue nor a file."""
+def _unknown_scene(source: str) -> str:
+    """Return the line on a source that is neither a name of the catalogue nor a file."""
     is_path = os.sep in source or source.endswith((".yaml", ".yml"))
     name = Path(source).stem if is_path else source
     what = f"scene file {one_word(source)}: there is no such file" if is_path else f"unknown scene {one_word(source)!r}"
     return f"{what}{meant(name, scene_files())} (`crane scenes` lists the catalogue)"
 
 
-def _anchor(document: dict[str, Any], folder: Path) -> None:
-    """Make the files that a scene names, which lie beside it, known by their whole paths: it is read elsewhere too."""
+def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
+    """Make paths of files in a scene absolute, relative to its folder: the scene is read elsewhere, too."""
     reference = document.get("reference")
     for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
         if isinstance(group, dict) and isinstance(group.get("file"), str):
@@ -79,18 +79,18 @@ def _anchor(document: dict[str, Any], folder: Path) -> None:
 
 
 def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
-    """Take the settings of a document's own law out where the overrides put another one there; return their keys."""
+    """Remove the settings of the document's law if the overrides select another one; return their keys."""
     control, law = document.get("control"), overrides.get("control.law")
     if not isinstance(control, dict) or law is None or law == control.get("law"):
         return []
-    own = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
-    for key in own:
+    ignored = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
+    for key in ignored:
         del control[key]
-    return own
+    return ignored
 
 
-def put(document: dict[str, Any], key: str, value: Any) -> None:
-    """Set the value at a dotted key, such as "payload.mass"; null makes it as good as absent.
+def set_value(document: dict[str, Any], key: str, value: Any) -> None:
+    """Set the value at a dotted key, such as "payload.mass"; null means absent.
 
     Raises:
         SceneError: a part of the key is not a group.
@@ -105,9 +105,9 @@ def put(document: dict[str, Any], key: str, value: Any) -> None:
 
 
 def present(group: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a group without the keys that are null, which are as good as absent, nor those of groups in it.
+    """Return a group without null keys, which mean absent, also in its subgroups.
 
-    What groups within `control` hold is left to the law: there null may be a choice.
+    Groups within `control` are left to the law: there null may be a choice.
     """
     deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
     groups = {key: present(value) for key, value in deeper.items() if key != "control"}

@@ -1,4 +1,4 @@
-"""Errors in scene files, each in one line: the culprit, its value, and what is possible."""
+"""Errors in scene files, each in one line: the offending key, its value, and the possible ones."""
 
 import difflib
 import types
@@ -26,7 +26,7 @@ _FOREIGN = ("extra_forbidden", "unexpected_keyword_argument")
 _NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_type", "dataclass_type", "mapping_type")
 
 
-_NEAR = 0.6  # of difflib: the least likeness of a word to what was perhaps meant
+_NEAR = 0.6  # of difflib: least similarity of a word to a suggestion
 
 
 class SceneError(ValueError):
@@ -34,29 +34,29 @@ class SceneError(ValueError):
 
 
 def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "") -> str:
-    """Return a line on an unknown key (or whatever it is) `of` something, with the nearest known one."""
+    """Return a line on an unknown key, or other `what`, `of` something, with the nearest known one."""
     names = list(known)
     line = f"unknown {what} {key!r}{' ' * bool(of)}{of}"
     return f"{line}{meant(key, names)} (known: {', '.join(names)})"
 
 
 def nearest(word: str, words: Iterable[Any]) -> str | None:
-    """Return the one of the words that is most like another one, None where none is like it."""
+    """Return the most similar of the words, None without a similar one."""
     return next(iter(difflib.get_close_matches(word, list(map(str, words)), n=1, cutoff=_NEAR)), None)
 
 
 def meant(word: str, words: Iterable[str]) -> str:
-    """Return the question for the nearest of the words, with a comma before it; nothing where none is near."""
-    near = nearest(word, words)
-    return f", did you mean {near!r}?" if near else ""
+    """Return ", did you mean ...?" with the nearest of the words; an empty text without a near one."""
+    suggestion = nearest(word, words)
+    return f", did you mean {suggestion!r}?" if suggestion else ""
 
 
 def missing_key(key: str, keys: Iterable[Any], choices: Iterable[str]) -> str:
-    """Return a line on a key that a group lacks, or has under a name much like it, with the values it may have."""
-    names, near = ", ".join(choices), nearest(key, keys)
+    """Return a line on a missing key, or on one with a similar name, with its possible values."""
+    names, suggestion = ", ".join(choices), nearest(key, keys)
     return (
-        f"unknown key {near!r}, did you mean {key!r}? ({key}: {names})"
-        if near
+        f"unknown key {suggestion!r}, did you mean {key!r}? ({key}: {names})"
+        if suggestion
         else f"{key} is missing; possible: {names}"
     )
 
@@ -70,7 +70,7 @@ def foreign_key(error: ValidationError) -> str | None:
 def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) -> str:
     """Return the first mistake of a validation of `kind`, which stands in `group`, as one line."""
     first, message = _deepest(error.errors())
-    inside = first["loc"] if first["type"] in _FOREIGN else _readable_place(first["loc"])
+    inside = first["loc"] if first["type"] in _FOREIGN else _readable_location(first["loc"])
     where = (*group, *inside)
     if first["type"] in _FOREIGN:
         return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, inside[:-1])))
@@ -89,11 +89,11 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
 
 
 def _missing(first: Any, where: Sequence[int | str], fields: Sequence[str]) -> str:
-    """Return the line on a key of a group that is missing, or stands there under a name much like it."""
+    """Return the line on a missing key of a group, or on one with a similar name."""
     keys = getattr(first["input"], "kwargs", first["input"])
-    spare = [key for key in keys if key not in fields] if isinstance(keys, Mapping) else []
-    near = nearest(str(where[-1]), spare)
-    return _at(where[:-1], unknown_key(near, fields)) if near else _at(where, "is missing")
+    unknown_keys = [key for key in keys if key not in fields] if isinstance(keys, Mapping) else []
+    suggestion = nearest(str(where[-1]), unknown_keys)
+    return _at(where[:-1], unknown_key(suggestion, fields)) if suggestion else _at(where, "is missing")
 
 
 def about_keys(error: ValidationError) -> bool:
@@ -102,39 +102,41 @@ def about_keys(error: ValidationError) -> bool:
 
 
 def no_group(keys: Iterable[str] = ()) -> str:
-    """Return the words for a value that stands where a group of keys must."""
+    """Return the message for a value in place of a group of keys."""
     return "must be a group of keys" + (f": {', '.join(keys)}" if keys else "")
 
 
-def _readable_place(where: Sequence[int | str]) -> tuple[int | str, ...]:
-    """Return the place without the names of the kinds that were tried there, where a value may be of several."""
+def _readable_location(where: Sequence[int | str]) -> tuple[int | str, ...]:
+    """Return the location without pydantic's names of the kinds that a value may have."""
     return tuple(part for part in where if isinstance(part, int) or not ("[" in part or part in _KINDS))
 
 
 def _deepest(errors: Sequence[Any]) -> tuple[Any, str]:
-    """Return the first mistake and its words; of a value that may be of several kinds, what each of them asks.
+    """Return (first mistake, its message); of a value of several possible kinds the requirement of each.
 
-    The kind that the value comes nearest to is the one that was followed furthest, or was refused for its size.
+    The nearest kind is the one with the deepest location, or whose bounds the value violates.
     """
-    place = _readable_place(errors[0]["loc"])
-    same = [e for e in errors if _readable_place(e["loc"])[: len(place)] == place]
-    same = [e for e in same if len(_readable_place(e["loc"])) == max(len(_readable_place(e["loc"])) for e in same)]
+    location = _readable_location(errors[0]["loc"])
+    same = [e for e in errors if _readable_location(e["loc"])[: len(location)] == location]
+    same = [
+        e for e in same if len(_readable_location(e["loc"])) == max(len(_readable_location(e["loc"])) for e in same)
+    ]
     same = [e for e in same if not e["type"].endswith(("_type", "_parsing", "literal_error"))] or same
-    if len(same[0]["loc"]) == len(_readable_place(same[0]["loc"])):
+    if len(same[0]["loc"]) == len(_readable_location(same[0]["loc"])):
         same = same[:1]
     words = [_expected_words(e) for e in same]
     return same[0], " or ".join([words[0], *(word.removeprefix("must be ") for word in words[1:])])
 
 
 def _expected_words(error: Any) -> str:
-    """Return what a mistake asks for."""
+    """Return the requirement that a value violates, in words."""
     if error["type"] == "too_short":
         count = error["ctx"]["min_length"]
         what = "point" if error["loc"][-1:] == ("points",) else "value"
         return f"needs at least {'one' if count == 1 else count} {what}{'' if count == 1 else 's'}"
     message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-    for pydantic, ours in _PHRASES.items():
-        message = message.replace(pydantic, ours)
+    for phrase, replacement in _PHRASES.items():
+        message = message.replace(phrase, replacement)
     return message
 
 
@@ -144,7 +146,7 @@ def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
 
 
 def one_word(name: Any) -> str:
-    """Return a name as it is, or shortened where it would not stand well in a line."""
+    """Return a name as it is, or shortened if it does not fit into a line."""
     return name if isinstance(name, str) and name.isprintable() and len(name) <= 60 else shorten(name)
 
 

@@ -49,8 +49,8 @@ class Child:
         """Process id."""
         return self._process.pid
 
-    def order(self, line: str) -> None:
-        """Send one line to the node; an exited one is detected where its reports are read."""
+    def send(self, line: str) -> None:
+        """Send one order to the node; an exited one is detected where its reports are read."""
         try:
             os.write(self._control, line.encode() + b"\n")
         except BrokenPipeError:

@@ -57,7 +57,7 @@ class ProcessGroup:
         if self._fork_server and not all(child.pid for child in self.children):
             self._fork_server.kill()  # what it has not forked yet is not to be started
         for child in self.children:
-            child.order("finish")
+            child.send("finish")
             child.close_control_pipe()
         for child in self.children:
             child.wait_started()

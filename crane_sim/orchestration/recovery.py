@@ -39,7 +39,7 @@ def recover_bags(role: RecorderRole, last: str | None, time_left: Callable[[], f
     Args:
         role: the recorder's.
         last: the file that the last recorder has finished, None where it could not.
-        time_left: as of `recover_recordings`; the next run to the same path recovers what stays.
+        time_left: see `recover_recordings`; the next run to the same path recovers what stays.
     """
     if not role.mcap:
         return {}

@@ -62,7 +62,7 @@ class Role:
         exited, self.active = self.active, max(self._standbys, key=lambda child: child.ready)  # the first ready one
         self._standbys.remove(self.active)
         self.restarts += 1
-        self.active.order(f"go {self._resume_state(exited)}".strip())
+        self.active.send(f"go {self._resume_state(exited)}".strip())
         self._group.remove(exited)
         return True
 
@@ -79,13 +79,13 @@ class Role:
         return ""
 
     def _reason_to_give_up(self, step: int) -> str:
-        """Return why there is no fail-over, one line; empty where a standby may do better."""
-        why = f"{self.name}: {self.active.fault}"
+        """Return the reason, one line, against a fail-over; empty where a standby may succeed."""
+        reason = f"{self.name}: {self.active.fault}"
         if not self._restart or self.active.fatal:
-            return why
+            return reason
         self._failures_at_step = self._failures_at_step + 1 if step == self._failure_step else 1
         self._failure_step = step
-        given_up = f"{why}; {_RESTART_LIMIT} replacements in a row died with the plant at step {step}"
+        given_up = f"{reason}; {_RESTART_LIMIT} replacements in a row died with the plant at step {step}"
         return given_up if self._failures_at_step > _RESTART_LIMIT else ""
 
     def _add_standby(self) -> None:

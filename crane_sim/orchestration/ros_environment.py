@@ -14,14 +14,14 @@ _RUST_LOG = "warn,re_log_encoding::rrd::file_sink=error"  # the footer of a long
 
 
 @contextmanager
-def reserve_domain(wanted: int | None = None) -> Iterator[int]:
-    """Yield a ROS domain id: `wanted`, or one that no other process on this machine reserves until the block ends.
+def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
+    """Yield a ROS domain id: `domain_id`, or one that no other process on this machine reserves until the block ends.
 
     Raises:
         RuntimeError: all are taken; one line.
     """
-    if wanted is not None:
-        yield wanted
+    if domain_id is not None:
+        yield domain_id
         return
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):

@@ -51,7 +51,7 @@ def run(
     Args:
         scene: what to simulate.
         mode: "lockstep" or "realtime".
-        rate: simulated seconds per second in realtime; None: as the plant's parameter of that name says.
+        rate: simulated seconds per second in realtime; None: the default of the plant's parameter of that name.
         record: the recording to write, or None for none.
         mcap: the MCAP file to write, with the messages as they came over the wire, or None for none.
         live_port: serve the recording to viewers on this port of the loopback interface, too.
@@ -60,10 +60,10 @@ def run(
         wait: s without that node until the run ends; at its start at least two minutes.
         restart: replace a controller, tracker or recorder that dies, by a standby.
         on_silence: action of a plant in realtime at the time-out of commands: "zero" effort, "hold" the last effort, or
-            "brake"; None: as the plant's parameter of that name says.
+            "brake"; None: the default of the plant's parameter of that name.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
-        on_news: called with one line on whatever a person at the terminal should know.
+        on_news: called with single-line messages for the terminal.
         on_filled: called with a node's name and process id when it becomes the active one of its role.
 
     Returns:

@@ -22,7 +22,7 @@ def collect_controller_summary(supervisor: Supervisor, roles: Sequence[Role]) ->
     """Order the law's processes to finish; return what they add to the summary."""
     laws = [role.active for role in roles if role.name in ("controller", "tracker")]
     for child in laws:
-        child.order("finish")
+        child.send("finish")
     supervisor.drain([child for child in laws if child.ready], *_DRAIN)
     return {key: value for child in laws for key, value in (child.summary or {}).items()}
 
@@ -78,8 +78,8 @@ def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str
 
 def _order_finish(supervisor: Supervisor, recorder: Child, summary: dict[str, Any]) -> None:
     if recorder.ready or not supervisor.shutting_down:
-        within = min(_WRITE, supervisor.time_left)
-        recorder.order(f"finish {json.dumps({'within': within, 'summary': summary})}")
+        time_limit = min(_WRITE, supervisor.time_left)
+        recorder.send(f"finish {json.dumps({'within': time_limit, 'summary': summary})}")
         supervisor.drain([recorder], _WRITE)
 
 

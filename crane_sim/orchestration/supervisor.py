@@ -22,7 +22,7 @@ class RunError(RuntimeError):
 
 
 class Callbacks(NamedTuple):
-    """Callbacks of a run, as of `orchestration.run`."""
+    """Callbacks of a run; see `orchestration.run`."""
 
     on_progress: Callable[[int], object]  # steps done
     on_news: Callable[[str], object]  # one line
@@ -58,7 +58,7 @@ class Supervisor:
 
     def run(self) -> None:
         """Start the plant's steps, and wait for its summary; raises RunError when there will be none."""
-        self.plant.order("go")
+        self.plant.send("go")
         self._wait_until(
             lambda: self.plant.summary is not None, self._recover, _REPORT_TIMEOUT, "waiting for the plant"
         )
@@ -66,7 +66,7 @@ class Supervisor:
     def stop_early(self) -> None:
         """Order the plant to end early, and wait for its summary."""
         if self.plant.ready:
-            self.plant.order("finish")
+            self.plant.send("finish")
             self.drain([self.plant], *_DRAIN)
 
     def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
@@ -83,10 +83,10 @@ class Supervisor:
 
     def fail_over(self, role: Role) -> bool:
         """Let a standby take over a role whose active process has exited, and report it; False where it cannot."""
-        why = f"{role.name}: {role.active.fault}"
+        reason = f"{role.name}: {role.active.fault}"
         if not role.fail_over(self.plant.step):
             return False
-        self._callbacks.on_news(f"{why}; replaced")
+        self._callbacks.on_news(f"{reason}; replaced")
         self._announce_active()
         self._waiting_since = self._waiting_since and time.monotonic()
         return True
@@ -135,8 +135,8 @@ class Supervisor:
         for role in self._roles[1:]:
             if role.active.fault and not role.failure and not self.fail_over(role):
                 self._degrade(role)
-            if why := role.maintain_standbys():
-                self._callbacks.on_news(why)
+            if reason := role.maintain_standbys():
+                self._callbacks.on_news(reason)
         self._announce_active()
         self._check_timeout()
 
@@ -154,7 +154,7 @@ class Supervisor:
             self._callbacks.on_news(f"{role.failure}; the run goes on unrecorded")
         else:
             self._callbacks.on_news(f"{role.failure}; the crane is braked to rest")
-            self.plant.order(f"brake {role.failure}")
+            self.plant.send(f"brake {role.failure}")
 
     def _check_timeout(self) -> None:
         """Report that the plant waits for a command; kill our own controller, or end the run, after the time-out."""
@@ -166,11 +166,12 @@ class Supervisor:
         if not self._waiting_since:
             self._waiting_since = time.monotonic()
             self._callbacks.on_news(f"the plant waits: {self.plant.waiting}")
-        own, waited = self._own_controller, time.monotonic() - self._waiting_since
+        own_controller, waiting_time = self._own_controller, time.monotonic() - self._waiting_since
         if not all(role.active.active for role in self._roles):
             self._waiting_since = time.monotonic()  # a pause or a deactivation is on purpose, and no failure
-        elif own and waited > _ANSWER_TIMEOUT:
+        elif own_controller and waiting_time > _ANSWER_TIMEOUT:
             self._waiting_since = time.monotonic()  # the next one has as long
-            own.active.send_signal(signal.SIGKILL)  # it is alive and does not answer: it is replaced as a dead one is
-        elif not own and waited > self._timeout:
+            # it is alive and does not answer: it is replaced like a dead one
+            own_controller.active.send_signal(signal.SIGKILL)
+        elif not own_controller and waiting_time > self._timeout:
             raise RunError(f"plant: {self.plant.waiting}; that was {self._timeout:g} s ago")

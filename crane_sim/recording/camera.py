@@ -1,4 +1,4 @@
-"""How large a crane is and where its picture is taken from: what the drawing needs beside the crane's own solids."""
+"""Size of a crane and position of the camera: needed for drawing beside the crane's own solids."""
 
 from __future__ import annotations
 

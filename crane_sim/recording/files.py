@@ -1,4 +1,4 @@
-"""What the files of a run are called while they grow, and when more than one recorder writes them.
+"""Names of a run's files while they are written, and where several recorders write them.
 
 Files of a killed recorder: their locks, and their names when recovered. No Rerun, no bags here.
 """
@@ -18,58 +18,65 @@ if TYPE_CHECKING:
 
 
 def part_of(path: str, number: int) -> Path:
-    """Return the name of a part of a file, counted from 1; the first one has the whole's."""
-    whole = Path(path)
-    return whole if number == 1 else whole.with_name(f"{whole.stem}.part{number}{whole.suffix}")
+    """Return the name of a part of a file, counted from 1; the first one has the complete file's."""
+    complete_file = Path(path)
+    return (
+        complete_file
+        if number == 1
+        else complete_file.with_name(f"{complete_file.stem}.part{number}{complete_file.suffix}")
+    )
 
 
 def temporary_name(path: Path) -> Path:
-    """Return the name under which a file grows into which its parts are just being joined."""
+    """Return the name of a file while its parts are being joined into it."""
     return path.with_name(path.name + ".tmp")
 
 
 def unfinished_name(path: Path) -> Path:
-    """Return the name under which a file, or the folder that becomes one, grows until it is complete."""
+    """Return the name of a file, or of the folder that becomes one, until it is complete."""
     return path.with_name(path.name + ".part")
 
 
 def existing_parts(path: str, count: int, since: float) -> list[Path]:
-    """Return what is there of the first `count` parts of a file, finished or not, in order.
+    """Return the existing ones of the first `count` parts of a file, finished or not, in order.
 
     Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: a recorder
-    killed while joining all parts has left the first one and the whole, which has its name.
+    killed while joining the parts leaves the first one and the complete file, which have the same name.
     """
-    wholes = [part_of(path, number) for number in range(1, count + 1)]
-    candidates = [file for whole in wholes for file in (unfinished_name(whole), whole)]
+    names = [part_of(path, number) for number in range(1, count + 1)]
+    candidates = [file for name in names for file in (unfinished_name(name), name)]
     return [file for file in candidates if file.exists() and file.stat().st_mtime >= since]
 
 
 def files_before_resets(path: str, since: float) -> list[Path]:
-    """Return what resets have set aside of a file and of its parts since an instant [s of the system's clock]."""
-    whole = Path(path)
-    name = re.compile(rf"{re.escape(whole.stem)}(\.part\d+)?\.before_reset_\d+{re.escape(whole.suffix)}")
-    kept = [file for file in whole.parent.iterdir() if name.fullmatch(file.name)] if whole.parent.is_dir() else []
-    return sorted((file for file in kept if file.stat().st_mtime >= since), key=lambda file: file.stat().st_mtime)
+    """Return the files that resets have set aside of a file and its parts since `since` [s of the system's clock]."""
+    complete_file = Path(path)
+    name = re.compile(
+        rf"{re.escape(complete_file.stem)}(\.part\d+)?\.before_reset_\d+{re.escape(complete_file.suffix)}"
+    )
+    folder = complete_file.parent
+    matching = [file for file in folder.iterdir() if name.fullmatch(file.name)] if folder.is_dir() else []
+    return sorted((file for file in matching if file.stat().st_mtime >= since), key=lambda file: file.stat().st_mtime)
 
 
 def before_reset(path: Path, number: int) -> Path:
     """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free, of an unfinished file, too."""
-    while (kept := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists() or unfinished_name(
-        kept
+    while (target := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists() or unfinished_name(
+        target
     ).exists():
         number += 1
-    return kept
+    return target
 
 
-def set_aside(parts: Sequence[Path], whole: Path) -> None:
-    """Rename the parts of a file, in order: the only one to the `whole`, several to the names that its parts have."""
+def set_aside(parts: Sequence[Path], complete_file: Path) -> None:
+    """Rename the parts of a file, in order: a single one to `complete_file`, several to the names of its parts."""
     for number, part in enumerate(parts, start=1):
-        kept = part_of(str(whole), number)
-        part.replace(unfinished_name(kept) if part.name.endswith(".part") else kept)
+        target = part_of(str(complete_file), number)
+        part.replace(unfinished_name(target) if part.name.endswith(".part") else target)
 
 
 def acquire_lock(path: Path) -> int | None:
-    """Lock a file or folder until the descriptor returned is closed, or this process ends, however that happens.
+    """Lock a file or folder until the returned descriptor is closed, or this process ends in any way.
 
     Returns None where a living process has it.
     """
@@ -84,7 +91,7 @@ def acquire_lock(path: Path) -> int | None:
 
 @contextmanager
 def lock_file(path: Path) -> Iterator[bool]:
-    """Lock a file or folder for the length of the block; yield whether that was possible."""
+    """Lock a file or folder for the duration of the block; yield whether that was possible."""
     descriptor = acquire_lock(path)
     try:
         yield descriptor is not None
@@ -95,9 +102,9 @@ def lock_file(path: Path) -> Iterator[bool]:
 
 def free_name(part: Path) -> Path:
     """Return `<name>.recovered.<kind>` for `<name>.<kind>.part`, or the first numbered one that is free."""
-    whole = part.with_name(part.name.removesuffix(".part"))
-    number, path = 1, whole.with_name(f"{whole.stem}.recovered{whole.suffix}")
+    complete_file = part.with_name(part.name.removesuffix(".part"))
+    number, path = 1, complete_file.with_name(f"{complete_file.stem}.recovered{complete_file.suffix}")
     while path.exists():
         number += 1
-        path = whole.with_name(f"{whole.stem}.recovered-{number}{whole.suffix}")
+        path = complete_file.with_name(f"{complete_file.stem}.recovered-{number}{complete_file.suffix}")
     return path

@@ -1,6 +1,6 @@
-"""What a recording holds: the fixed facts of a run, and the arrays of one block of its steps.
+"""Contents of a recording: the constants of a run, and the arrays of one block of its steps.
 
-Between the world and a base that moves in it: what is drawn aboard turns and heaves with the base.
+Between the world and a base that moves in it: solids of the crane move with the base.
 
 What the derived curves of a recording are computed from, where that is not the truth.
 
@@ -46,8 +46,8 @@ def base_of(scene: Scene) -> Base | SplineBase | None:
     return getattr(scene.model, "base", None)
 
 
-def base_turns(base: Numbers) -> Rotation:
-    """Return the turns (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
+def base_rotations(base: Numbers) -> Rotation:
+    """Return the rotations (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
     return Rotation.from_euler("ZYX", base[:, :2:-1])
 
 
@@ -55,14 +55,14 @@ def to_base(points: Numbers, base: Numbers | None) -> Numbers:
     """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
     if base is None:
         return points
-    return np.einsum("kji,knj->kni", base_turns(base).as_matrix(), points - base[:, None, :3])
+    return np.einsum("kji,knj->kni", base_rotations(base).as_matrix(), points - base[:, None, :3])
 
 
 def to_world(points: Numbers, base: Numbers | None) -> Numbers:
     """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
     if base is None:
         return points
-    return np.einsum("kij,knj->kni", base_turns(base).as_matrix(), points) + base[:, None, :3]
+    return np.einsum("kij,knj->kni", base_rotations(base).as_matrix(), points) + base[:, None, :3]
 
 
 def source_note(scene: Scene) -> str:
@@ -83,7 +83,7 @@ def _is_sensed(equipment: HardwareConfig, nq: int) -> bool:
     return bool((equipment.sensors != ideal_sensors(nq)).any() or (equipment.faults.kind <= SENSOR_LOSS).any())
 
 
-CURVES = 4  # so many links of a cable are plotted
+CURVES = 4  # number of a cable's links that are plotted
 
 
 COORDINATES = ("swing_", "link_", "node_")  # beginnings of the names of a cable's joints
@@ -212,8 +212,8 @@ class Layout(NamedTuple):
         return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith(COORDINATES)]
 
     @property
-    def is_crowded(self) -> bool:
-        """Return whether there are too many coordinates to plot them all."""
+    def has_hidden_coordinates(self) -> bool:
+        """Return whether some coordinates are not plotted: a cable has too many."""
         return len(self.moving) < len(self.joints)
 
 
@@ -291,8 +291,10 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
         return (ROPE,) if "rope" in scene.actuated else ()
     form = validated_scene_file(scene)
     axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
-    ways = [LengthPlot("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
-    return (*ways, HOIST) if form.hoist else tuple(ways)
+    length_plots = (
+        [LengthPlot("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
+    )
+    return (*length_plots, HOIST) if form.hoist else tuple(length_plots)
 
 
 def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:

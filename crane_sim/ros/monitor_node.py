@@ -1,4 +1,4 @@
-"""The node `witness`: an independent subscriber, part of no run, that logs messages to a file; for soaks and tests.
+"""The node `monitor`: an independent subscriber, part of no run, that logs messages to a file; for soaks and tests.
 
 A line of its file is a letter (s: joint_states, e: applied_effort, c: joint_commands), the instant at which the message
 was sent [ns of the system's clock], its stamp [ns], and the efforts.
@@ -18,7 +18,7 @@ from crane_sim.ros.recorder.subscriptions import PolledSubscription
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene whose runs are logged: a name of the catalogue or a path"),
-    "file": Option("witness.txt", "the log"),
+    "file": Option("monitor.txt", "the log"),
 }
 _TOPICS = {"s": "joint_states", "e": "applied_effort", "c": "joint_commands"}
 _PERIOD = 0.01  # s between two polls
@@ -64,7 +64,7 @@ def serve(host: NodeHost, settings: SimpleNamespace) -> None:
 
 def main() -> int:
     """Run the node; see `node_host.main` for the exit code."""
-    return node_host.main("witness", PARAMETERS, serve)
+    return node_host.main("monitor", PARAMETERS, serve)
 
 
 if __name__ == "__main__":

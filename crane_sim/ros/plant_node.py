@@ -29,19 +29,19 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "mode": Option(RunMode.LOCKSTEP.value, "when steps are taken", choices=RUN_MODES),
     "rate": Option(1.0, "realtime: simulated seconds per second", 1e-3, 1e6),
-    "commanded": Option(False, "leave the scene's own law and inputs out: another node commands every period"),
+    "commanded": Option(False, "ignore the scene's own law and inputs: another node commands every period"),
     "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
     "expected_trackers": Option(0, "slow halves of laws, which subscribe to the states and command nothing", 0, 100),
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),
     "command_timeout": Option(
         0.5,
-        "s of wall time, two periods at least, without a command until realtime does as on_silence says; 0: never",
+        "realtime: time-out of commands, s of wall time, two periods at least; 0: never",
         0.0,
         3600.0,
     ),
     "on_silence": Option(
         TimeoutAction.ZERO.value,
-        "realtime, at the time-out of commands: zero effort, the last one held, or brakes",
+        "realtime: action at the time-out of commands: zero effort, the last one held, or brakes",
         choices=tuple(COMMAND_TIMEOUT_ACTIONS),
     ),
     "command_lease": Option(
@@ -54,7 +54,7 @@ PARAMETERS = {
         0.0, "N m or N; a command that is larger is refused; 0: far beyond what the scene can need", 0.0, 1e12
     ),
     "step_timeout": Option(0.5, "s without a command until lockstep sends its state again", 1e-3, 3600.0),
-    "beside": Option("", "lockstep: namespaces of cranes on the same clock, with commas between them"),
+    "beside": Option("", "lockstep: peers, the namespaces of other cranes on the same clock, with commas between them"),
     "clock": Option(True, "publish /clock; of several cranes on the same clock one does"),
     "resends": Option(10, "of one state until lockstep reports that it waits, paused, for a command", 0, 1_000_000),
     "fifo_priority": Option(0, "SCHED_FIFO priority of the loop over steps; 0: ordinary scheduling", 0, 99),

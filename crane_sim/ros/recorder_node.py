@@ -109,8 +109,8 @@ def _record(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions
     added = _finish_files(host, subscriptions, outputs, *_final_summary(scene, host.stop_reason))
     host.pipes.report("done", summary=added)
     for output in outputs.files:
-        if output.broken:
-            raise Fault(output.broken)
+        if output.write_error:
+            raise Fault(output.write_error)
     files = [added[key] for key in ("recording", "mcap") if key in added]
     host.node.get_logger().info(f"wrote {' and '.join(files)}")
 
@@ -123,9 +123,9 @@ def _record_until_stopped(host: NodeHost, subscriptions: RecorderSubscriptions, 
         subscriptions.dispatch()
         for output in outputs.files:
             output.idle()
-            if output.broken and output.broken not in errors:
-                errors.add(output.broken)
-                host.node.get_logger().error(f"{output.broken}; the run goes on unrecorded")
+            if output.write_error and output.write_error not in errors:
+                errors.add(output.write_error)
+                host.node.get_logger().error(f"{output.write_error}; the run goes on unrecorded")
         if (progress := outputs.progress()) != reported:
             reported = progress
             _report_statistics(host, outputs)
@@ -157,8 +157,8 @@ def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
     if document:
         argument = json.loads(document)
         return argument["summary"], argument["within"]
-    own = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return own | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
+    entries = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
+    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
 
 
 def _lower_priority() -> None:

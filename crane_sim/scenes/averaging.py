@@ -1,8 +1,8 @@
-"""Disturbances of a crane at their mean over time: the crane about which equations are linearised.
+"""Disturbances of a crane at their mean over time, for the linearisation of its equations.
 
 A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. Of a given force the constant
-part stays, which is a constant or the offset of a sine; a table or a polynomial that varies counts as no force. What a
-drive prescribes rests where it is. The types stay, so equations that are compiled serve both.
+part stays, which is a constant or the offset of a sine; a table or a polynomial that varies counts as no force. A
+prescribed motion rests at its position. Types are kept, so that compiled equations serve both scenes.
 """
 
 from dataclasses import replace
@@ -22,7 +22,7 @@ from crane_sim.trajectories.inputs import Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import Motion
 
 REST = Motion(np.zeros(1), np.zeros((1, 1)))
-"""A motion without acceleration, which is all that equations take of a prescribed one: its position is in the state."""
+"""A motion without acceleration, which is the only input from a prescribed one: its position is in the state."""
 
 
 def average_scene(scene: Scene) -> Scene:
@@ -32,14 +32,14 @@ def average_scene(scene: Scene) -> Scene:
 
 @singledispatch
 def average(part: Any) -> Any:
-    """Return a part of a model with what varies with time at its mean; others as they are."""
+    """Return a part of a model with its time-varying quantities at their mean; others as they are."""
     return part
 
 
 @average.register
 def _(part: Base) -> Base:
-    still = np.where(part.frequencies == 0.0, part.amplitudes * np.sin(part.phases), 0.0)
-    return Base(part.offsets + still.sum(axis=1), *np.zeros((3, len(part.offsets), 1)))
+    constant_part = np.where(part.frequencies == 0.0, part.amplitudes * np.sin(part.phases), 0.0)
+    return Base(part.offsets + constant_part.sum(axis=1), *np.zeros((3, len(part.offsets), 1)))
 
 
 @average.register
@@ -61,8 +61,8 @@ def _(part: NodeForces) -> NodeForces:
 
 @average.register
 def _(part: Sine) -> Sine:
-    still = part.amplitude * sin(part.phase) if part.frequency == 0.0 else 0.0
-    return Sine(0.0, 0.0, part.offset + still)
+    constant_part = part.amplitude * sin(part.phase) if part.frequency == 0.0 else 0.0
+    return Sine(0.0, 0.0, part.offset + constant_part)
 
 
 @average.register

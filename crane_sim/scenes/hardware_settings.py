@@ -24,14 +24,14 @@ from crane_sim.scenes.schema.hardware import (
 )
 from crane_sim.scenes.schema.scene_file import SceneFile
 
-CLOSE = 1e-6  # of a period: rounding by less is none
+CLOSE = 1e-6  # of a period: smaller deviations are rounding errors
 
 
 class Periods:
     """Turns seconds into whole control periods.
 
     Attributes:
-        rounded: lines on what was not a whole number of them.
+        rounded: lines on times that were not a whole number of them.
     """
 
     def __init__(self, period: float) -> None:
@@ -45,11 +45,11 @@ class Periods:
         Raises:
             SceneError: there are too many.
         """
-        wanted = seconds / self._period
-        if wanted > MAX_PERIODS:
+        exact = seconds / self._period
+        if exact > MAX_PERIODS:
             raise SceneError(f"{what}: {seconds:g} s is more than {MAX_PERIODS} periods of {self._period:g} s")
-        periods = max(least, round(wanted))
-        if abs(periods - wanted) > CLOSE:
+        periods = max(least, round(exact))
+        if abs(periods - exact) > CLOSE:
             line = f"{what}: {seconds:g} s is taken as {periods * self._period:g} s"
             self.rounded += [line] if line not in self.rounded else []
         return periods
@@ -128,7 +128,7 @@ def _faults(file: SceneFile) -> Faults:
 
 
 def _fault(file: SceneFile, name: str, fault: Any) -> tuple[float, float, float, float, float]:
-    """Return (kind, place, value, begin, end) of a fault."""
+    """Return (kind, index, value, begin, end) of a fault."""
     kind = list(FAULTS.values()).index(type(fault))
     times = inf if fault.at is None else fault.at, inf if fault.until is None else fault.until
     if isinstance(fault, PayloadChange):
@@ -136,12 +136,12 @@ def _fault(file: SceneFile, name: str, fault: Any) -> tuple[float, float, float,
     known = file.joint_names if KINDS[kind].startswith("sensor") else file.actuated
     if fault.joint not in known:
         raise SceneError(f"faults.{name}.joint: {unknown_key(fault.joint, known, 'joint')}")
-    place = known.index(fault.joint)
+    index = known.index(fault.joint)
     if not isinstance(fault, EffortLoss):
-        return kind, place, 0.0, *times
-    if file.effort_units[place] == "m":
+        return kind, index, 0.0, *times
+    if file.effort_units[index] == "m":
         raise SceneError(f"faults.{name}: the effort of {fault.joint} is a position, of which no part can be lost")
-    return kind, place, fault.factor, *times
+    return kind, index, fault.factor, *times
 
 
 def _brakes(file: SceneFile) -> BrakeSettings:

@@ -1,4 +1,4 @@
-"""A scene: what is simulated, for how long, driven by what, integrated how."""
+"""A scene: the crane, its inputs, duration and integration method."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.files.document import SHARED, nominal, present, put, read, switch_law
+from crane_sim.files.document import SHARED, nominal, present, read, set_value, switch_law
 from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shorten
 from crane_sim.laws import ForeignSetting, Law, make_law
 from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
@@ -52,7 +52,7 @@ class Scene:
     actuated: tuple[str, ...]  # joints that take commands (nu,)
     joint_units: tuple[str, ...]
     effort_units: tuple[str, ...]  # (nu,)
-    notes: Mapping[str, Any]  # what was chosen for the scene, and goes into the summary
+    notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
 
@@ -75,7 +75,7 @@ class Scene:
         return copy.deepcopy(dict(self.document))
 
     def __repr__(self) -> str:
-        """Return what it is, in one line."""
+        """Return a description in one line."""
         law = f"law {self.law_name!r}" if self.law_name else "no law"
         steps = f"{self.duration:g} s in {self.steps} periods of {self.period:g} s"
         return f"<Scene {self.name!r}: {self.crane} crane, {law}, {steps}, {type(self.method).__name__}>"
@@ -86,7 +86,7 @@ class Scene:
 
 
 SceneSource = str | Path | Mapping[str, Any] | Scene
-"""What `load_scene` takes: a name of the catalogue, a file, a dict of a file's shape, or a scene."""
+"""Sources of `load_scene`: a name of the catalogue, a file, a dict of a file's shape, or a scene."""
 
 
 def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -98,7 +98,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
             leaves the settings of that one out; `notes` then name them.
 
     Raises:
-        SceneError: one line naming the culprit, its value and what is possible.
+        SceneError: one line naming the key, its value and what is possible.
     """
     if overrides is not None and not isinstance(overrides, Mapping):
         raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
@@ -109,13 +109,13 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
         source = source.document
     try:
         document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
-        control, omitted = copy.deepcopy(document.get("control")), switch_law(document, changes)
+        control, ignored = copy.deepcopy(document.get("control")), switch_law(document, changes)
         for key, value in changes.items():
-            put(document, key, value)
+            set_value(document, key, value)
     except RecursionError:
-        raise SceneError("scene: has groups within groups beyond all measure") from None
+        raise SceneError("scene: has too many nested groups") from None
     try:
-        return _build_switched(document, control, omitted, changes)
+        return _build_switched(document, control, ignored, changes)
     except (SceneError, RecursionError) as error:
         raise SceneError(f"scene {_name(document)}: {error}") from None
 
@@ -124,7 +124,7 @@ def _name(document: Mapping[str, Any]) -> str:
     return one_word(document.get("name", "given as a dict"))
 
 
-def _build_switched(document: dict[str, Any], control: Any, omitted: list[str], changes: Mapping[str, Any]) -> Scene:
+def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], changes: Mapping[str, Any]) -> Scene:
     """Return the scene with a note of what was left out of its original `control` group when its law was switched.
 
     That are the keys `omitted`, and those that laws share, unless the new law has them or `changes` set them.
@@ -140,31 +140,31 @@ def _build_switched(document: dict[str, Any], control: Any, omitted: list[str], 
             if error.key not in shared:
                 raise
             shared.remove(error.key)
-            omitted.append(error.key)
+            ignored.append(error.key)
             del document["control"][error.key]
-    if not omitted:
+    if not ignored:
         return scene
     return replace(
-        scene, notes={**scene.notes, "left_out": f"{', '.join(map(str, omitted))} of law {control.get('law')!r}"}
+        scene, notes={**scene.notes, "left_out": f"{', '.join(map(str, ignored))} of law {control.get('law')!r}"}
     )
 
 
 def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
     """Return the scene of a document, with the control period [s] of another one where that is given."""
     file = _validate(document)
-    crane = file.model()  # first: it refuses what nothing else can be computed from
+    crane = file.model()  # first: it rejects scenes of which nothing else can be computed
     period, duration, rounded = _clock(file, period)
-    own = _file_fields(file, document)
+    fields = _file_fields(file, document)
     control, continuous = file.control, _is_continuous(file)
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
-    method, why = choose_method(file.integrator, file.demands(sampled))
+    method, reason = choose_method(file.integrator, file.demands(sampled))
     hardware, noted = equipment_of(file, period)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
-        **own,
+        **fields,
         model=model,
         duration=duration,
         period=period,
@@ -172,7 +172,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         law=law,
         sampled=sampled,
         source=source,
-        notes=_join_notes(file.notes, {"method": why} if why else {}, rounded, noted, _base_notes(file, crane)),
+        notes=_join_notes(file.notes, {"method": reason} if reason else {}, rounded, noted, _base_notes(file, crane)),
         document=document,
         hardware=hardware,
     )
@@ -201,7 +201,7 @@ def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return notes as one group; lists of the same name are put together."""
+    """Return notes as one group; lists of the same name are concatenated."""
     joined: dict[str, Any] = {}
     for key, value in (item for group in notes for item in group.items()):
         joined[key] = [*joined.get(key, ()), *value] if isinstance(value, list) else value
@@ -215,9 +215,9 @@ def _base_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
 def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:
     """Return (period [s], duration [s] in whole periods, at least one, a note when the file has another one)."""
     period, duration = _period(file) if period is None else period, file.duration
-    wanted = duration / period
-    steps = max(1, round(wanted))
-    if abs(steps - wanted) <= CLOSE:
+    exact = duration / period
+    steps = max(1, round(exact))
+    if abs(steps - exact) <= CLOSE:
         return period, duration, {}
     return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
 
@@ -238,8 +238,12 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     form = FORMS.get(str(document.get("crane")))
     if "crane" not in document:
         known = {key for form in FORMS.values() for key in form.model_fields}
-        near = nearest("crane", [key for key in document if key not in known])
-        what = f"unknown key {near!r}, did you mean 'crane'? (crane: " if near else "crane: is missing (possible: "
+        suggestion = nearest("crane", [key for key in document if key not in known])
+        what = (
+            f"unknown key {suggestion!r}, did you mean 'crane'? (crane: "
+            if suggestion
+            else "crane: is missing (possible: "
+        )
         raise SceneError(f"{what}{', '.join(FORMS)})")
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
@@ -281,7 +285,7 @@ def check_limits(file: SceneFile, target: Sequence[float] | None) -> None:
 
     Args:
         file: the scene's file.
-        target: where the actuated joints should end (nu,), None without a target.
+        target: of the actuated joints (nu,), None without a target.
     """
     for limit in file.limits:
         i, key = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"

@@ -12,7 +12,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak frequency
 GRAVITY = 9.81  # m/s²
-BREAKING = 1.0 / 7.0
+BREAKING_STEEPNESS = 1.0 / 7.0
 """Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893); DNV-RP-C205, 3.4.6)."""
 HIGHEST = 5.0  # times the peak frequency, up to which a sea is sampled: 0.2 % of the energy is beyond, and moved below
 

@@ -1,4 +1,4 @@
-"""The command `crane` as a person or a script meets it: exit codes, one-line errors, JSON, tables."""
+"""The command `crane`: exit codes, single-line errors, JSON, tables."""
 
 import json
 import os
@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from command_line import CRANE, crane
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim import cli
+from crane_sim.cli.bench import SUITE_NAMES
 from crane_sim.cli.commands import app
 from crane_sim.files.catalogue import scene_files
 from crane_sim.simulation.rollout import simulate
@@ -39,7 +40,10 @@ from crane_sim.simulation.rollout import simulate
         (["reproduce", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
         (["league", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
         (["run", "--fast"], "No such option"),
-        (["fly"], "No such command 'fly'"),
+        (["run", "--on-silence", "warp"], "--on-silence = 'warp': possible: zero, hold, brake"),
+        (["fly"], "No such command 'fly' (known: bench, check"),
+        (["soak", "memry"], "No such command 'memry', did you mean 'memory'? (known: determinism, inprocess"),
+        (["bench", "flight"], "unknown SUITE 'flight' (known: scenes, lockstep"),
         (["check", "/"], "cannot be read"),
     ],
     ids=lambda case: " ".join(case) if isinstance(case, list) else "",
@@ -51,88 +55,94 @@ def test_bad_input_is_one_line_and_exit_2(
     monkeypatch.setattr("sys.argv", ["crane", *arguments])
     monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)  # pytest has its own handlers
     assert cli.main() == 2
-    shown = capsys.readouterr().err
-    assert line in shown
-    assert len(shown.strip().splitlines()) == 1
+    error = capsys.readouterr().err
+    assert line in error
+    assert len(error.strip().splitlines()) == 1
 
 
 def test_a_group_without_a_command_shows_its_usage() -> None:
     """A command without arguments prints the text of --help on stderr, with exit code 2."""
-    done = crane("soak")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.strip() == crane("soak", "--help").stdout.strip()
+    result = crane("soak")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.strip() == crane("soak", "--help").stdout.strip()
 
 
 @pytest.mark.parametrize("command", ["bench", "soak", "league", "run"])
 def test_every_command_has_help(command: str) -> None:
-    """Both -h and --help show how a command is used, as the help of the whole says."""
+    """Both -h and --help print the usage of a command."""
     short, long = (CliRunner().invoke(app, [command, option], prog_name="crane") for option in ("-h", "--help"))
     assert short.exit_code == long.exit_code == 0
     assert short.stdout == long.stdout and short.stdout.startswith(f"Usage: crane {command} ")
 
 
+def test_help_of_the_benchmark_lists_its_suites() -> None:
+    """`crane bench -h` names every suite."""
+    text = CliRunner().invoke(app, ["bench", "-h"], prog_name="crane").stdout
+    assert all(name in text for name in SUITE_NAMES)
+
+
 @pytest.mark.parametrize("group", [[], ["soak"]], ids=str)
 def test_help_is_not_cut(group: list[str]) -> None:
-    """What each command does stands in the help as a whole sentence."""
+    """The help has a whole sentence on each command."""
     commands = crane(*group, "--help").stdout.partition("Commands:")[2]
     assert commands and "..." not in commands
 
 
-def test_the_version_is_told() -> None:
+def test_the_version_is_printed() -> None:
     """`crane --version` prints the version of the installed package."""
     assert crane("--version").stdout == f"crane_sim {version('crane_sim')}\n"
 
 
-def test_an_unknown_name_is_refused_without_listing_the_catalogue() -> None:
-    """The line on a scene that does not exist fits a terminal, and says where the names are."""
+def test_an_unknown_scene_is_rejected_without_listing_the_catalogue() -> None:
+    """The error about an unknown scene fits a terminal, and names the command that lists the names."""
     for name in ("nowhere", "nowhere/mine.yaml"):
         line = crane("run", name).stderr
         assert len(line) < 120 and "crane scenes" in line
 
 
-def test_nothing_is_said_of_compiling_where_nothing_compiles() -> None:
-    """Once a scene's equations are on disk, a person at a terminal reads nothing of compiling them."""
+def test_no_compilation_status_without_compilation() -> None:
+    """Once a scene's equations are on disk, the terminal shows no status line of compilation."""
     command = ["simulate", "--duration", "0.1"]
     crane(*command)
-    ours, theirs = pty.openpty()
-    with open(ours, "rb", buffering=0) as terminal:
-        done = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=theirs, check=True)
-        os.write(theirs, b"end")  # so that there is something to read
-        os.close(theirs)
-        assert b"compiling" not in terminal.read(65536) and done.stdout
+    master, slave = pty.openpty()
+    with open(master, "rb", buffering=0) as terminal:
+        result = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=slave, check=True)
+        os.write(slave, b"end")  # so that the read returns
+        os.close(slave)
+        assert b"compiling" not in terminal.read(65536) and result.stdout
 
 
 def test_a_full_disk_behind_stdout_is_one_line() -> None:
-    """Where not even the error can be printed as JSON, stderr still has it in one line, and no traceback."""
+    """If even the error cannot be printed as JSON, stderr has it in one line, without a traceback."""
     with Path("/dev/full").open("w") as full:
         command = [str(CRANE), "simulate", "nowhere", "--json"]
-        done = completed(command, stdout=full)
-    assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in done.stderr
+        result = run_to_completion(command, stdout=full)
+    assert result.returncode == 2
+    assert len(result.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in result.stderr
 
 
 def test_json_carries_the_error_too() -> None:
     """With --json, a failure is an object with the key `error` on stdout as well."""
-    done = crane("simulate", "nowhere", "--json")
-    assert done.returncode == 2
-    assert json.loads(done.stdout)["error"] in done.stderr
+    result = crane("simulate", "nowhere", "--json")
+    assert result.returncode == 2
+    assert json.loads(result.stdout)["error"] in result.stderr
 
 
 def test_simulate_prints_one_object_with_the_summary() -> None:
     """`crane simulate --json` prints the figures of the same run in Python, and nothing else on stdout."""
-    done = crane("simulate", "--duration", "1", "--json")
-    found = json.loads(done.stdout)
+    result = crane("simulate", "--duration", "1", "--json")
+    printed = json.loads(result.stdout)
     expected = simulate("knuckle_setpoint", duration=1.0).summary
-    assert done.returncode == 0
-    assert {key: found[key] for key in expected} == expected
+    assert result.returncode == 0
+    assert {key: printed[key] for key in expected} == expected
 
 
 @pytest.mark.slow
-def test_a_run_that_ends_early_is_told_with_what_there_is() -> None:
+def test_a_run_that_ends_early_has_a_partial_summary() -> None:
     """A model that stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
-    done = crane("simulate", "overhead_slack", "--json")
-    summary = json.loads(done.stdout)
-    assert done.returncode == 1 and "link 1 went slack" in done.stderr and summary["error"] in done.stderr
+    result = crane("simulate", "overhead_slack", "--json")
+    summary = json.loads(result.stdout)
+    assert result.returncode == 1 and "link 1 went slack" in result.stderr and summary["error"] in result.stderr
     assert summary["events"][-1]["what"].startswith("link 1 went slack") and summary["steps"] > 10
 
 
@@ -143,17 +153,17 @@ def test_scenes_lists_the_catalogue() -> None:
     assert all(line.count(". ") == 0 for line in lines)
 
 
-def test_check_accepts_a_file_and_says_what_it_is(tmp_path: Path) -> None:
+def test_check_accepts_and_describes_a_file(tmp_path: Path) -> None:
     """`crane check FILE` validates a file of one's own."""
     file = tmp_path / "mine.yaml"
     file.write_text(scene_files()["knuckle_setpoint"].read_text())
-    done = crane("check", str(file))
-    assert done.returncode == 0
-    assert "fine (knuckle, 40 s, 4000 steps of 0.01 s, law energy)" in done.stdout
+    result = crane("check", str(file))
+    assert result.returncode == 0
+    assert "fine (knuckle, 40 s, 4000 steps of 0.01 s, law energy)" in result.stdout
 
 
 def test_tables_are_plain_when_piped() -> None:
-    """What a script reads from a pipe has no escape sequences and no progress bar."""
-    done = crane("simulate", "--duration", "0.5")
-    assert "state sha256" in done.stdout
-    assert "\x1b" not in done.stdout + done.stderr
+    """Output to a pipe has no escape sequences and no progress bar."""
+    result = crane("simulate", "--duration", "0.5")
+    assert "state sha256" in result.stdout
+    assert "\x1b" not in result.stdout + result.stderr

@@ -1,16 +1,21 @@
-"""What a person reads at the terminal after a run."""
+"""Terminal output after a run."""
 
+import json
+
+import numpy as np
 import pytest
 
 from crane_sim import load_scene
-from crane_sim.cli.report import print_summary
+from crane_sim.cli.report import json_value, print_summary
 
 SUMMARY = {
     "scene": "knuckle_setpoint",
     "law": "energy",
     "mode": "lockstep",
     "steps": 10,
+    "deadline_misses": 3,
     "min_rope_tension": -0.0,
+    "max_rope_tension": np.float32(9.8125),
     "peak_effort": {"slew": 2.4e-45, "boom": 5.0, "jib": 1.0, "rope": 9.0},
     "final_error": {"slew": -1e-22, "boom": 0.1, "jib": 0.1, "rope": 0.25},
     "recording": "runs/my run.rrd",
@@ -22,28 +27,42 @@ SUMMARY = {
 
 
 @pytest.fixture
-def told(capsys: pytest.CaptureFixture[str]) -> list[str]:
+def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
     """Return the lines of a summary."""
     print_summary(SUMMARY, load_scene("knuckle_setpoint"))
     return capsys.readouterr().out.splitlines()
 
 
-def test_figures_have_their_units(told: list[str]) -> None:
+def test_figures_have_their_units(lines: list[str]) -> None:
     """Final errors are in the units of the joints, peak efforts in those of the efforts, and zero is zero."""
-    rows = {line.split()[1]: line for line in told if line.startswith("│ ")}
+    rows = {line.split()[1]: line for line in lines if line.startswith("│ ")}
     assert "0.25 m " in rows["rope"] and "9 N " in rows["rope"]
     assert "0.1 rad " in rows["boom"] and "5 N m " in rows["boom"]
     assert "│ 0 rad " in rows["slew"] and "│ 0 N m " in rows["slew"]
-    assert rows["min"].split("│")[2].strip() == "0 N"
+    assert rows["min"].split("│")[2].strip() == "0 N" and rows["max"].split("│")[2].strip() == "9.812 N"
 
 
-def test_files_are_named_with_what_opens_them(told: list[str]) -> None:
-    """The recording stands there with the command that opens it as it can be pasted, and files from before a reset."""
-    assert [line for line in told if line.startswith("before reset ")][0].endswith("my run.before_reset_1.rrd")
-    command = next(line for line in told if line.startswith("open it with "))
+def test_files_are_named_with_what_opens_them(lines: list[str]) -> None:
+    """The recording is printed with a shell command that opens it, and files from before a reset."""
+    assert [line for line in lines if line.startswith("before reset ")][0].endswith("my run.before_reset_1.rrd")
+    command = next(line for line in lines if line.startswith("open it with "))
     assert command.endswith("rerun 'runs/my run.rrd'")
 
 
-def test_what_was_left_out_is_told(told: list[str]) -> None:
-    """Settings that a switch of the law has left out stand in the table."""
-    assert any("left out" in line and "kp of law 'energy'" in line for line in told)
+def test_ignored_settings_are_listed(lines: list[str]) -> None:
+    """Settings that a switch of the law ignores are in the table."""
+    assert any("left out" in line and "kp of law 'energy'" in line for line in lines)
+
+
+@pytest.mark.parametrize(("mode", "shown"), [("lockstep", False), ("realtime", True)])
+def test_deadline_misses_are_those_of_real_time(mode: str, shown: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    """Deadline misses are printed in real time only: no other mode has deadlines."""
+    print_summary(SUMMARY | {"mode": mode}, load_scene("knuckle_setpoint"))
+    assert ("deadline misses" in capsys.readouterr().out) == shown
+
+
+def test_json_has_plain_numbers() -> None:
+    """Numbers of numpy become Python's, tuples lists, negative zero zero, and non-finite numbers null."""
+    value = {"a": np.float64(0.1), "b": (np.int64(2), -0.0), "c": [float("nan"), np.float32(0.5)], "d": np.bool_(True)}
+    assert json.dumps(json_value(value)) == '{"a": 0.1, "b": [2, 0.0], "c": [null, 0.5], "d": true}'
+    assert type(json_value(value)["a"]) is float

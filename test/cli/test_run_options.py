@@ -1,4 +1,4 @@
-"""The options of `crane run`: mistakes are told in one line before anything starts, and checking harms nothing."""
+"""The options of `crane run`: single-line errors before anything starts, and checks without side effects."""
 
 import math
 from pathlib import Path
@@ -44,10 +44,10 @@ OPTIONS = RunOptions(
         ({"wait": 5.0}, "--wait = 5: only with --no-controller"),
     ],
 )
-def test_impossible_options_are_refused(
+def test_impossible_options_are_rejected(
     options: dict[str, Any], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What cannot be written, does not go together or has no use is told in one line before anything starts."""
+    """Unwritable files, contradictory options and those without effect are single-line errors before the start."""
     monkeypatch.chdir(tmp_path)
     Path("busy.mcap.part").mkdir()
     Path("odd.mcap.part").touch()
@@ -55,8 +55,8 @@ def test_impossible_options_are_refused(
         OPTIONS._replace(**options).check()
 
 
-def test_what_is_not_given_is_left_to_the_run(tmp_path: Path) -> None:
-    """Options of real time reach the run where they are given, no wait at all is for ever, and the rest stays away."""
+def test_only_set_options_reach_the_run(tmp_path: Path) -> None:
+    """Options of real time reach the run if set, --wait 0 is no limit, and unset options are not passed on."""
     record = tmp_path / "run.rrd"
     quick = OPTIONS._replace(mode="realtime", rate=2.0, wait=0.0, no_controller=True, record=record)
     quick.check()
@@ -65,20 +65,20 @@ def test_what_is_not_given_is_left_to_the_run(tmp_path: Path) -> None:
 
 
 def test_a_killed_run_s_bag_is_not_in_the_way(tmp_path: Path) -> None:
-    """A part whose recorder has ended is left to the next recorder, which recovers it."""
+    """The partial bag of a dead recorder is recovered by the next recorder."""
     Path(tmp_path, "run.mcap.part").mkdir()
     OPTIONS._replace(mcap=tmp_path / "run.mcap").check()
 
 
-def test_without_rosbags_the_option_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where rosbags is not installed, --mcap is refused with its name."""
+def test_mcap_needs_rosbags(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without rosbags --mcap is rejected with the package's name."""
     monkeypatch.setattr(run_options, "find_spec", lambda name: None)
     with pytest.raises(SceneError, match="--mcap: needs the Python package rosbags"):
         OPTIONS._replace(mcap=Path("run.mcap")).check()
 
 
-def test_checking_a_path_harms_nothing(tmp_path: Path) -> None:
-    """The early check that a recording can be written leaves what a killed recorder left there for its repair."""
+def test_checking_a_path_changes_no_file(tmp_path: Path) -> None:
+    """The early check that a recording can be written keeps a killed recorder's file for its repair."""
     leftover = tmp_path / "run.rrd.part"
     leftover.write_bytes(b"rescue me")
     OPTIONS._replace(record=tmp_path / "run.rrd").arguments("knuckle_setpoint")

@@ -1,4 +1,4 @@
-"""The benchmark: what it measures, what follows from that, and the files it writes."""
+"""The benchmark: cases, sweeps, targets, and its files."""
 
 import json
 from pathlib import Path
@@ -10,26 +10,28 @@ from click.testing import CliRunner
 
 from crane_sim.cli.bench import bench
 from crane_sim.evaluation.bench import scenes
-from crane_sim.evaluation.bench.cases import CASES, LEVELS, case_scene, truth_of
+from crane_sim.evaluation.bench.cases import CASES, LEVELS, case_scene, reference_of
 from crane_sim.evaluation.bench.crane_sim_engine import NAME, CraneSimEngine
-from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
+from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
 from crane_sim.evaluation.bench.page import write_page
 from crane_sim.evaluation.bench.results import Target, best, points_of, targets
-from crane_sim.evaluation.bench.store import merge_part, read_store, round_floats, write_store
+from crane_sim.evaluation.bench.store import merge_suite, read_store, round_floats, write_store
 from crane_sim.evaluation.bench.sweep import Point, cheapest, measure_points, run_trial, select_candidates, sweep_method
 from crane_sim.files.errors import SceneError
 
-TRUTH = truth_of(CASES[0])._replace(payload=np.zeros(3), trusted=0.0)
+REFERENCE = reference_of(CASES[0])._replace(payload=np.zeros(3), error_bound=0.0)
 
 
 def point(engine: str, error: float, time: float) -> Point:
-    """Return a point of which only engine, error and time matter."""
+    """Return a point with this engine, error [m] and time [µs/s]; its other fields are arbitrary."""
     return Point(engine, "rk4", 0.01, error, None, time, time, 3, 4, 1)
 
 
 def run(error: float, setting: float = 0.1) -> Run:
-    """Return a run that ends so far from the origin."""
-    return Run("toy", "rk4", setting, lambda times: Outcome(np.array([error, 0.0, 0.0]), 4 * times, times))
+    """Return a run whose payload ends `error` [m] from the origin."""
+    return Run(
+        "toy", "rk4", setting, lambda repetitions: RunResult(np.array([error, 0.0, 0.0]), 4 * repetitions, repetitions)
+    )
 
 
 def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
@@ -38,24 +40,24 @@ def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
 
     for case in CASES:
         assert hardcase_references()[case.scene]["t"][-1] == pytest.approx(case_scene(case).duration, abs=1e-12)
-        assert truth_of(case).trusted <= LEVELS[-1] / 10.0
+        assert reference_of(case).error_bound <= LEVELS[-1] / 10.0
 
 
 @pytest.mark.parametrize(("method", "order", "finest", "coarsest"), [("rk4", 4, 1e-3, 6e-3), ("rk8", 8, 0.03, 0.12)])
 def test_our_runs_converge_at_their_order(method: str, order: int, finest: float, coarsest: float) -> None:
     """On S1 the error falls with the step as the method's order says, and evaluations are stages times steps."""
     runs = [r for r in CraneSimEngine(case_scene(CASES[0])).runs(method) if finest < r.setting < coarsest]
-    trials = [run_trial(r, truth_of(CASES[0])) for r in runs]
+    trials = [run_trial(r, reference_of(CASES[0])) for r in runs]
     steps = [10.0 / (t.steps or 1) for t in trials]
     slope = np.polyfit(np.log(steps), np.log([t.error for t in trials]), 1)[0]
-    assert slope == pytest.approx(order, abs=0.5)  # a swing of 60° nears the limit at these steps
+    assert slope == pytest.approx(order, abs=0.5)  # at a swing of 60° and these steps the order is not yet exact
     assert all(t.evaluations == (12 if method == "rk8" else 4) * (t.steps or 0) for t in trials)
 
 
-def test_a_sweep_ends_where_finer_settings_are_no_use() -> None:
+def test_a_sweep_ends_at_the_accuracy_of_its_reference() -> None:
     """Once a run is as good as its reference allows, finer ones are not tried; failures stay in the sweep."""
-    found = sweep_method([run(np.nan), run(1e-3), run(0.0), run(0.0)], TRUTH)
-    assert [t.error for t in found] == [np.inf, 1e-3, 0.0]
+    results = sweep_method([run(np.nan), run(1e-3), run(0.0), run(0.0)], REFERENCE)
+    assert [t.error for t in results] == [np.inf, 1e-3, 0.0]
 
 
 def test_the_cheapest_point_reaches_the_error() -> None:
@@ -66,93 +68,98 @@ def test_the_cheapest_point_reaches_the_error() -> None:
     assert cheapest(points, 1e-9) is None
 
 
-def test_rounds_go_to_what_may_be_the_cheapest() -> None:
+def test_rounds_time_candidates_for_the_cheapest() -> None:
     """Only runs near the cheapest at one of the errors are timed in rounds; every run is timed once."""
     trials = [
-        run_trial(run(e), TRUTH)._replace(seconds=s) for e, s in ((1e-3, 0.1), (1e-3, 1.0), (1e-7, 2.0), (1.0, 0.01))
+        run_trial(run(e), REFERENCE)._replace(seconds=s)
+        for e, s in ((1e-3, 0.1), (1e-3, 1.0), (1e-7, 2.0), (1.0, 0.01))
     ]
     assert select_candidates(trials) == {0, 2}
     points = measure_points({"toy": trials}, 1.0, lambda what: None)
     assert [p.timings > 1 for p in points].count(True) >= 1 and all(p.timings >= 1 for p in points)
 
 
-def test_targets_tell_what_is_missed() -> None:
+def test_verdicts_name_the_missed_targets() -> None:
     """A target is missed by a slower time than 1.5 of C's, by less than 15 of the best engine's, and never hidden."""
     rows = [point(NAME, 1e-10, 10.0), point("hand C", 1e-10, 5.0), point("MuJoCo", 1e-10, 100.0)]
     rows += [point("Drake", 1e-10, 900.0), point("CasADi C", 1e-10, 9.0)]
-    found = targets("S1", {"points": [list(row) for row in rows]})
-    assert len(found) == len(LEVELS)
-    assert found[0] == Target("S1", 1e-2, 2.0, "MuJoCo", 10.0, 0.9)
-    assert found[0].verdict() == "misses C, general, CasADi"
-    assert found[0]._replace(case="S4", of_floor=1.0, of_generated=1.0).verdict() == "holds"  # 10 are enough there
+    results = targets("S1", {"points": [list(row) for row in rows]})
+    assert len(results) == len(LEVELS)
+    assert results[0] == Target("S1", 1e-2, 2.0, "MuJoCo", 10.0, 0.9)
+    assert results[0].verdict() == "misses C, general, CasADi"
+    assert (
+        results[0]._replace(case="S4", of_hand_c=1.0, of_generated=1.0).verdict() == "holds"
+    )  # the factor of S4 is 10
 
 
-def part(date: str, engine: str, case: str, *points: Point) -> dict[str, Any]:
-    """Return what `scenes.measure` returns of one case and one engine."""
+def scenes_data(date: str, engine: str, case: str, *points: Point) -> dict[str, Any]:
+    """Return the data of `scenes.measure` with one case and one engine."""
     scene = {"points": [list(p) for p in points], "refused": {}, "compiling_s": {}}
     head = {"date": date, "machine": {}, "engines": {engine: "1"}, "missing": {}, "cannot": {engine: {}}}
     return head | {"scenes": {case: scene}}
 
 
 def test_data_survive_the_file(tmp_path: Path) -> None:
-    """What is measured anew replaces its own engine and method only; infinite errors come back as such."""
-    data = merge_part({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
-    data = merge_part(data, "scenes", part("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
-    data = merge_part(data, "scenes", part("3", "a", "S1", point("a", 1e-4, 3.0)))
-    data = merge_part(data, "scenes", part("4", "b", "S5"))
+    """New results replace those of their engine and method only; infinite errors come back as such."""
+    data = merge_suite({}, "scenes", scenes_data("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
+    data = merge_suite(data, "scenes", scenes_data("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
+    data = merge_suite(data, "scenes", scenes_data("3", "a", "S1", point("a", 1e-4, 3.0)))
+    data = merge_suite(data, "scenes", scenes_data("4", "b", "S5"))
     write_store(data, tmp_path)
     again = read_store(tmp_path)
     assert again == data and again["scenes"]["date"] == "4" and again["scenes"]["engines"] == {"a": "1", "b": "1"}
-    found = points_of(again["scenes"]["scenes"]["S1"])
-    assert [(p.engine, p.error) for p in found] == [("a", 1e-4), ("b", 1.2346e-3)]
-    infinite = merge_part({}, "scenes", part("1", "a", "S1", point("a", float("inf"), 1.0)))
+    results = points_of(again["scenes"]["scenes"]["S1"])
+    assert [(p.engine, p.error) for p in results] == [("a", 1e-4), ("b", 1.2346e-3)]
+    infinite = merge_suite({}, "scenes", scenes_data("1", "a", "S1", point("a", float("inf"), 1.0)))
     assert points_of(infinite["scenes"]["scenes"]["S1"])[0].error == float("inf")
     assert round_floats({"a": (1, 2.0000001)}) == {"a": [1, 2.0]}
 
 
 @pytest.mark.parametrize("text", ["{", "[1]", '{"scenes": {}}'])
-def test_a_file_that_is_none_of_ours_is_told(text: str, tmp_path: Path) -> None:
-    """A data file that is no JSON, or not the benchmark's, is named in one line."""
+def test_an_unreadable_data_file_is_named(text: str, tmp_path: Path) -> None:
+    """A file that is no JSON, or not the benchmark's, is named in a single-line error."""
     (tmp_path / "performance.json").write_text(text)
     with pytest.raises(SceneError, match="performance.json: cannot be read"):
         read_store(tmp_path)
 
 
 def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
-    """`crane bench` on one scene with one method writes all three files, and the page shows what the data hold."""
+    """`crane bench` on one scene with one method writes all three files, and the page is made from the data."""
     pytest.importorskip("matplotlib")
-    done = CliRunner().invoke(bench, ["--scene", "S1", "--method", "rk8", "--save", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    result = CliRunner().invoke(bench, ["--scene", "S1", "--method", "rk8", "--save", str(tmp_path)])
+    assert result.exit_code == 0, result.output
     data = json.loads((tmp_path / "performance.json").read_text())
-    found = best(points_of(data["scenes"]["scenes"]["S1"]))[NAME]
-    assert all(p is not None and p.method == "rk8" and p.error <= level for p, level in zip(found, LEVELS, strict=True))
+    results = best(points_of(data["scenes"]["scenes"]["S1"]))[NAME]
+    assert all(
+        p is not None and p.method == "rk8" and p.error <= level for p, level in zip(results, LEVELS, strict=True)
+    )
     text = (tmp_path / "performance.md").read_text()
     assert text == write_page(data, drawn=True) and "| S1 | crane_sim |" in text
     assert (tmp_path / "performance.png").read_bytes()[:4] == b"\x89PNG"
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--scene", "S9"], "S9"),
         (["--method", "rk5"], "rk5"),
         (["flight"], "flight"),
-        (["start", "--quick"], "belong to scenes"),
+        (["start", "--quick"], "only apply to scenes"),
     ],
 )
-def test_bad_arguments_are_told(arguments: list[str], told: str, tmp_path: Path) -> None:
-    """What is not possible gets one line that names it."""
-    done = CliRunner().invoke(bench, [*arguments, "--save", str(tmp_path)])
-    assert isinstance(done.exception, SceneError) and told in str(done.exception)
+def test_bad_arguments_are_named(arguments: list[str], message: str, tmp_path: Path) -> None:
+    """An impossible argument is named in a single-line error."""
+    result = CliRunner().invoke(bench, [*arguments, "--save", str(tmp_path)])
+    assert isinstance(result.exception, SceneError) and message in str(result.exception)
 
 
-def test_ladders_are_geometric() -> None:
-    """A ladder begins and ends where it is told, with equal ratios."""
-    found = sweep_values(1.0, 1e-2, 4)
-    assert found[0] == 1.0 and found[-1] == pytest.approx(1e-2) and len(found) == 9
-    assert np.ptp(np.diff(np.log(found))) < 1e-12  # rounding
+def test_sweep_values_are_geometric() -> None:
+    """A sweep begins and ends at its bounds, with equal ratios."""
+    results = sweep_values(1.0, 1e-2, 4)
+    assert results[0] == 1.0 and results[-1] == pytest.approx(1e-2) and len(results) == 9
+    assert np.ptp(np.diff(np.log(results))) < 1e-12  # rounding
 
 
-def test_quick_is_a_part_of_the_whole() -> None:
+def test_quick_is_a_subset() -> None:
     """`--quick` measures scenes and methods that the whole benchmark has."""
-    assert {case.id for case in scenes.chosen_cases((), True)} < {case.id for case in scenes.chosen_cases((), False)}
+    assert {case.id for case in scenes.select_cases((), True)} < {case.id for case in scenes.select_cases((), False)}

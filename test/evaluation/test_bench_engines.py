@@ -1,17 +1,23 @@
-"""The multibody engines of the benchmark: the model that each is given is the crane that is meant."""
+"""The multibody engines of the benchmark: each one's model is the crane of the problem."""
 
 import sys
 
 import numpy as np
 import pytest
 
-from crane_sim.evaluation.bench.engine import Engine, Missing, Outcome, Run
+from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable, Run, RunResult
 from crane_sim.evaluation.bench.peers import mujoco_engine, pinocchio_engine
 from crane_sim.evaluation.bench.peers.drake_engine import Drake
-from crane_sim.evaluation.bench.peers.joints import centre, fastest, model_joints, steps, tension
+from crane_sim.evaluation.bench.peers.joints import (
+    highest_frequency,
+    model_joints,
+    payload_position,
+    step_sizes,
+    tension,
+)
 from crane_sim.evaluation.bench.peers.mujoco_engine import MuJoCo
 from crane_sim.evaluation.bench.peers.pinocchio_engine import Pinocchio
-from crane_sim.evaluation.bench.problem import Boom, Chain, KnuckleCrane, Problem, Spring
+from crane_sim.evaluation.bench.problem import Chain, KnuckleCrane, Problem, RodParameters, Spring
 from crane_sim.evaluation.reproduce.hardcases import hardcase_references
 from crane_sim.integrators import dop853, rk4
 
@@ -20,11 +26,11 @@ TEN = Chain(5.0, np.array([*[0.1] * 9, 100.0]), np.full(10, 0.2), np.radians([30
 SPRING = Spring(5.0, 10.0, 2.0, 1e6, np.array([2.0 * np.sin(np.pi / 3), -1.0]), 9.81, 10.0)
 KNUCKLE = KnuckleCrane(
     tower=10.0,
-    boom=Boom(5.0, 2.0, 50.0 / 12.0, 0.01),
-    jib=Boom(4.0, 3.0, 4.0, 0.01),
+    boom=RodParameters(5.0, 2.0, 50.0 / 12.0, 0.01),
+    jib=RodParameters(4.0, 3.0, 4.0, 0.01),
     payload=1.0,
     stiffness=(2000.0, 1000.0, 200.0),
-    rest=(np.pi / 4, -np.pi / 3, 2.0),
+    neutral=(np.pi / 4, -np.pi / 3, 2.0),
     q=np.radians([0.0, 45.0, -15.0]),
     # a rope of 2 m below the tip, 20 degrees outwards and 30 sideways
     start=np.array(
@@ -60,54 +66,54 @@ def engine(kind: type[Engine]) -> Engine:
     """Return the engine; skip the test where it is not installed."""
     try:
         return kind()
-    except Missing as why:
+    except EngineUnavailable as why:
         pytest.skip(str(why))
 
 
-def near(found: Engine, problem: Problem, method: str, setting: float) -> Run:
+def nearest_run(tested_engine: Engine, problem: Problem, method: str, setting: float) -> Run:
     """Return the run of a method with the setting nearest to this one."""
-    runs = [run for run in found.runs(problem) if run.method == method]
+    runs = [run for run in tested_engine.runs(problem) if run.method == method]
     return min(runs, key=lambda run: abs(np.log(run.setting / setting)))
 
 
-def error(name: str, outcome: Outcome) -> float:
-    """Return how far [m] the payload is from where it ends in extended precision."""
+def error(name: str, outcome: RunResult) -> float:
+    """Return the payload's distance [m] from its end position in extended precision."""
     return float(np.linalg.norm(outcome.payload - hardcase_references()[name]["nodes"][-1][-1]))
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_the_joints_start_where_the_crane_does(name: str) -> None:
-    """The row of joints that all engines get puts the payload where the problem says, at rest length where it does."""
+def test_the_joints_start_at_the_cranes_initial_position(name: str) -> None:
+    """The common chain of joints puts the payload at the problem's initial position, its spring at its free length."""
     problem = PROBLEMS[name]
-    row = model_joints(problem)
-    q = np.array([joint.start for joint in row])
+    joints = model_joints(problem)
+    q = np.array([joint.initial for joint in joints])
     if isinstance(problem, Chain):
         angles, lengths = problem.angles, problem.lengths
         expected = np.array([lengths @ np.sin(angles), 0.0, -lengths @ np.cos(angles)])
     else:
         expected = problem.start if isinstance(problem, KnuckleCrane) else problem.start[[0, 0, 1]] * (1.0, 0.0, 1.0)
-        assert tension(row, q) == pytest.approx(0.0, abs=1e-8)  # 1e6 N/m on a rounding error
-    assert centre(row, q) == pytest.approx(expected, abs=1e-14)
+        assert tension(joints, q) == pytest.approx(0.0, abs=1e-8)  # 1e6 N/m on a rounding error
+    assert payload_position(joints, q) == pytest.approx(expected, abs=1e-14)
 
 
 def test_the_joints_turn_and_slide_in_space() -> None:
     """The payload of a slewed knuckle crane turns with the tower, also in coordinates where nothing is zero."""
-    turn = 0.7
-    spin = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
-    slewed = KNUCKLE._replace(q=KNUCKLE.q + [turn, 0.0, 0.0], start=spin @ KNUCKLE.start)
-    rows = model_joints(KNUCKLE), model_joints(slewed)
-    starts = [np.array([joint.start for joint in row]) for row in rows]
-    assert starts[1] - starts[0] == pytest.approx([turn, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-14)
-    assert centre(rows[1], starts[1]) == pytest.approx(spin @ KNUCKLE.start, abs=1e-14)
+    angle = 0.7
+    rotation = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    slewed = KNUCKLE._replace(q=KNUCKLE.q + [angle, 0.0, 0.0], start=rotation @ KNUCKLE.start)
+    chains = model_joints(KNUCKLE), model_joints(slewed)
+    starts = [np.array([joint.initial for joint in row]) for row in chains]
+    assert starts[1] - starts[0] == pytest.approx([angle, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-14)
+    assert payload_position(chains[1], starts[1]) == pytest.approx(rotation @ KNUCKLE.start, abs=1e-14)
 
 
 def test_steps_fit_the_fastest_motion() -> None:
-    """The steps of a sweep fill the duration and begin where the crane's frequency says: that of two bodies' swing."""
-    assert fastest(SWING) == pytest.approx(np.sqrt(9.81 / 2.0 * (1.0 + 10.0 / 5.0)), rel=1e-12)
-    assert fastest(SPRING) == pytest.approx(np.sqrt(1e6 * (1.0 / 5.0 + 1.0 / 10.0)), rel=1e-12)
-    found = steps(TEN, 2.0, 0.02)
-    assert found[0] * fastest(TEN) == pytest.approx(2.0, rel=1e-2)  # rounded to a whole number of steps, 1096
-    counts = TEN.duration / np.array(found)
+    """Step sizes divide the duration, from the crane's highest frequency on, that of the swing of two bodies."""
+    assert highest_frequency(SWING) == pytest.approx(np.sqrt(9.81 / 2.0 * (1.0 + 10.0 / 5.0)), rel=1e-12)
+    assert highest_frequency(SPRING) == pytest.approx(np.sqrt(1e6 * (1.0 / 5.0 + 1.0 / 10.0)), rel=1e-12)
+    sizes = step_sizes(TEN, 2.0, 0.02)
+    assert sizes[0] * highest_frequency(TEN) == pytest.approx(2.0, rel=1e-2)  # rounded to a whole number of steps, 1096
+    counts = TEN.duration / np.array(sizes)
     assert counts == pytest.approx(np.round(counts), abs=1e-6) and len(counts) == 13
 
 
@@ -115,65 +121,65 @@ def test_steps_fit_the_fastest_motion() -> None:
 def test_errors_fall_with_the_order_of_the_method(
     kind: type[Engine], method: str, order: int, name: str, step: float
 ) -> None:
-    """The engine computes the very motion of the scene: it ends at the reference, the nearer the smaller the step."""
-    found = engine(kind)
-    runs = [near(found, PROBLEMS[name], method, setting) for setting in (step, 0.5 * step)]
-    errors = [error(name, run.go(1)) for run in runs]
+    """The engine computes the motion of the scene: its end converges to the reference with the method's order."""
+    tested_engine = engine(kind)
+    runs = [nearest_run(tested_engine, PROBLEMS[name], method, setting) for setting in (step, 0.5 * step)]
+    errors = [error(name, run.execute(1)) for run in runs]
     # all converge faster than this here, by at least a tenth
     assert np.log(errors[0] / errors[1]) / np.log(runs[0].setting / runs[1].setting) > order - 0.5
     assert errors[1] < 1e-5  # the worst, of order 3, reaches 5e-6; a wrong model is off by centimetres
 
 
 @pytest.mark.parametrize(("kind", "method", "step"), STIFF)
-def test_the_spring_pulls_as_it_should(kind: type[Engine], method: str, step: float) -> None:
+def test_the_tension_of_the_stiff_spring(kind: type[Engine], method: str, step: float) -> None:
     """Position and tension of the stiff spring's payload both meet the reference, and a run repeats itself exactly."""
-    run = near(engine(kind), SPRING, method, step)
-    outcome = run.go(1)
+    run = nearest_run(engine(kind), SPRING, method, step)
+    outcome = run.execute(1)
     assert error("overhead_spring", outcome) < 3e-7  # at these steps the worst one is 9e-8
     exact = hardcase_references()["overhead_spring"]["tension"][-1][-1]
-    assert outcome.tension == pytest.approx(exact, abs=0.3)  # N of 383: 1e6 N/m on the position error, as above
-    assert np.array_equal(run.go(2).payload, outcome.payload)
+    assert outcome.tension == pytest.approx(exact, abs=0.3)  # N of 383: 1e6 N/m times the position error above
+    assert np.array_equal(run.execute(2).payload, outcome.payload)
 
 
 @pytest.mark.parametrize("method", CONTROLLED)
 def test_error_control_repeats_itself(method: str) -> None:
-    """Drake with error control forgets the run before, and meets the reference at a tight accuracy."""
-    run = near(engine(Drake), SWING, method, 1e-7)
-    first = run.go(1)
-    assert np.array_equal(run.go(2).payload, first.payload)
+    """Drake with error control repeats a run bit for bit, and meets the reference at a tight accuracy."""
+    run = nearest_run(engine(Drake), SWING, method, 1e-7)
+    first = run.execute(1)
+    assert np.array_equal(run.execute(2).payload, first.payload)
     assert error("overhead_swing", first) < 1e-3  # its order 5 keeps 2e-4 at this accuracy, the others 4e-7
 
 
-def test_a_run_that_fails_leaves_nothing_behind() -> None:
+def test_a_failed_run_does_not_affect_the_next() -> None:
     """A step far too long ends in no number, and the next run with the same engine is right all the same."""
     for kind, method in ((MuJoCo, "RK4"), (Pinocchio, "aba, rk4")):
-        found = engine(kind)
-        runs = [run for run in found.runs(TEN) if run.method == method]
-        assert not np.isfinite(runs[0].go(1).payload).all()
+        tested_engine = engine(kind)
+        runs = [run for run in tested_engine.runs(TEN) if run.method == method]
+        assert not np.isfinite(runs[0].execute(1).payload).all()
         good = min(runs, key=lambda run: abs(np.log(run.setting / 1e-3)))
-        assert error("overhead_chain", good.go(1)) < 1e-5  # 1e-6 at this step
+        assert error("overhead_chain", good.execute(1)) < 1e-5  # 1e-6 at this step
 
 
-def test_a_batch_ends_where_single_runs_do() -> None:
-    """Each crane of MuJoCo's batch ends where a run of its own ends, from its own start."""
-    run = near(engine(MuJoCo), SWING, "RK4", 0.01)
+def test_a_batch_ends_like_single_runs() -> None:
+    """Each crane of MuJoCo's batch ends at the end of a single run from the same start."""
+    run = nearest_run(engine(MuJoCo), SWING, "RK4", 0.01)
     ends, seconds = mujoco_engine.batch(SWING, 3, run.setting, 2)
-    assert ends == pytest.approx(np.tile(run.go(1).payload, (3, 1)), abs=1e-12) and seconds > 0.0
+    assert ends == pytest.approx(np.tile(run.execute(1).payload, (3, 1)), abs=1e-12) and seconds > 0.0
     starts = np.array([[0.0, -1.0], [0.0, 0.5]])
     ends, _ = mujoco_engine.batch(SWING, starts, run.setting, 1)
     mirrored = SWING._replace(angles=np.array([-0.5]))
-    assert ends[1] == pytest.approx(near(engine(MuJoCo), mirrored, "RK4", 0.01).go(1).payload, abs=1e-12)
+    assert ends[1] == pytest.approx(nearest_run(engine(MuJoCo), mirrored, "RK4", 0.01).execute(1).payload, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", [MuJoCo, Pinocchio, Drake])
-def test_an_engine_that_is_not_there_says_so(kind: type[Engine], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without its package an engine is missing, and says which in one line."""
+def test_a_missing_engine_is_named(kind: type[Engine], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its package an engine is unavailable, named in a single-line error."""
     for name in ("mujoco", "pydrake", "pydrake.systems.analysis"):
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setattr(pinocchio_engine, "find_spec", lambda name: None)
-    with pytest.raises(Missing, match=f"(?i){kind.name}.* is not installed") as said:
+    with pytest.raises(EngineUnavailable, match=f"(?i){kind.name}.* is not installed") as error_info:
         kind()
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(error_info.value)
 
 
 def test_the_c_loop_takes_the_tableaus_of_the_simulator() -> None:

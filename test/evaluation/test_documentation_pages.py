@@ -1,4 +1,4 @@
-"""The pages in docs are what their commands write: each says by which, and has the rows that this command has."""
+"""The pages in docs: each names the command that writes it, and has the rows of this command."""
 
 from pathlib import Path
 
@@ -22,32 +22,32 @@ def text(name: str) -> str:
     return (DOCS / f"{name}.md").read_text()
 
 
-def test_every_page_is_known() -> None:
-    """Each page in the folder is one that a command writes, or one of those that people write."""
+def test_every_page_is_listed() -> None:
+    """Each page in the folder is written by a command, or listed as written by hand."""
     assert {file.stem for file in DOCS.glob("*.md")} == {*PAGES, *HAND_WRITTEN}
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_says_which_command_writes_it(name: str) -> None:
+def test_a_page_names_its_command(name: str) -> None:
     """The first lines of a page name its command as `crane docs` does."""
     assert f"\n\nWritten by `crane {PAGES[name].command}`" in text(name)[:200]
 
 
 def test_commands_of_the_soaks_exist() -> None:
-    """The page of the soaks is written by a command that there is, from data that others measure."""
+    """The page of the soaks is written by an existing command, from data of other existing ones."""
     page = PAGES["soak"]
     assert {command.split()[1] for command in (page.command, *page.measured)} == set(soak.commands)
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_has_the_rows_of_its_command(name: str) -> None:
-    """What the rows of a page are called is what its command would call them now, no case more or less."""
+    """The rows of a page have the names of its command's rows, no case more or less."""
     page = PAGES[name]
     assert sorted(page.read_rows(text(name))) == sorted(page.expected_rows()), f"out of date: ./crane {page.command}"
 
 
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
-    """The page of the benchmark is, to the last letter, what its command makes of the data beside it."""
+    """The page of the benchmark is exactly the output of its command from the data beside it."""
     assert text("performance") == performance(read_store(DOCS), drawn=True)
 
 
@@ -61,8 +61,8 @@ def test_commands_and_their_options_are_described() -> None:
 
 def test_figures_are_described() -> None:
     """The page of the summary has each figure of a run, over ROS or not."""
-    found = simulate("overhead_energy", duration=0.1).summary.keys() | WITHOUT_ROS.keys()
-    assert {name for name in found if f"`{name}`" not in text("summary")} == set()
+    figures = simulate("overhead_energy", duration=0.1).summary.keys() | WITHOUT_ROS.keys()
+    assert {name for name in figures if f"`{name}`" not in text("summary")} == set()
 
 
 def test_parameters_are_described() -> None:
@@ -71,16 +71,16 @@ def test_parameters_are_described() -> None:
 
 
 def test_rows_are_read_from_pages() -> None:
-    """Names of rows are found in Markdown: several cells, heads and rules left out; laws that do not apply as well."""
+    """Names of rows are read from Markdown: several cells, no heads and rules; laws that do not apply as well."""
     table = "| a | b |\n|---|---|\n| one | 1 |\n| two | 2 |\n| one | 3 |\n"
     assert first_cells(1, table) == ["one", "two", "one"] and first_cells(2, table) == ["one, 1", "two, 2", "one, 3"]
     league = "## Boom\n\n| law | trial | x |\n|---|---|---|\n| pd | sea: not controlled | 1 |\n\n## Does not apply\n\n"
     assert trials_in(league + "- boom, lqr, gust: why: so\n") == ["boom, pd, sea", "boom, lqr, gust"]
 
 
-def test_the_command_lists_pages_and_refuses_others() -> None:
+def test_the_command_lists_pages_and_rejects_others() -> None:
     """`crane docs` lists each page with its command, and a page that no command writes is bad input."""
-    listed, refused = crane("docs"), crane("docs", "profiling")
-    assert listed.returncode == 0 and refused.returncode == 2
+    listed, rejected = crane("docs"), crane("docs", "profiling")
+    assert listed.returncode == 0 and rejected.returncode == 2
     assert all(f"crane {page.command}" in listed.stdout for page in PAGES.values())
-    assert "unknown page 'profiling'" in refused.stderr
+    assert "unknown page 'profiling'" in rejected.stderr

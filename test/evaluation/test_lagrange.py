@@ -34,12 +34,12 @@ def random_crane(n: int, seed: int) -> tuple[LumpedCrane, np.ndarray, np.ndarray
 def nodes(q: Any) -> list[tuple[Any, Any]]:
     """Return positions of trolley and nodes, each link hung below the node above it."""
     n, angle = len(q) // 2, 0
-    found = [(q[0], mpmath.mpf(0))]
+    positions = [(q[0], mpmath.mpf(0))]
     for theta, length in zip(q[1 : n + 1], q[n + 1 :], strict=True):
         angle += theta
-        x, z = found[-1]
-        found.append((x + length * mpmath.sin(angle), z - length * mpmath.cos(angle)))
-    return found
+        x, z = positions[-1]
+        positions.append((x + length * mpmath.sin(angle), z - length * mpmath.cos(angle)))
+    return positions
 
 
 def lagrangian(p: LumpedCrane, q: Any, v: Any) -> Any:
@@ -71,7 +71,7 @@ def forces_by_differences(p: LumpedCrane, q: Any, v: Any, a: Any) -> np.ndarray:
             )
             for s in (1, -1)
         )
-        found = []
+        forces = []
         for i in range(len(q)):
 
             def moved(values: Any, by: Any, i: int = i) -> Any:
@@ -81,8 +81,8 @@ def forces_by_differences(p: LumpedCrane, q: Any, v: Any, a: Any) -> np.ndarray:
                 return (lagrangian(p, at, moved(rates, h)) - lagrangian(p, at, moved(rates, -h))) / (2 * h)
 
             slope = (lagrangian(p, moved(q, h), v) - lagrangian(p, moved(q, -h), v)) / (2 * h)
-            found.append(float((momentum(*later) - momentum(*earlier)) / (2 * h) - slope))
-        return np.array(found)
+            forces.append(float((momentum(*later) - momentum(*earlier)) / (2 * h) - slope))
+        return np.array(forces)
 
 
 @pytest.mark.parametrize("n", SIZES)
@@ -91,8 +91,8 @@ def test_dynamics_equal_lagranges_equations_of_the_energies(n: int) -> None:
     for seed in range(2):
         crane, q, v = random_crane(n, seed)
         a = np.random.default_rng(seed + 7).normal(0, 1, 2 * n + 1)
-        ours = chain.mass_matrix(crane, q) @ a + chain.bias(crane, q, v)
-        assert relative_difference(ours, forces_by_differences(crane, q, v, a)) < EXACT
+        computed = chain.mass_matrix(crane, q) @ a + chain.bias(crane, q, v)
+        assert relative_difference(computed, forces_by_differences(crane, q, v, a)) < EXACT
 
 
 @pytest.mark.parametrize("n", SIZES)
@@ -159,12 +159,12 @@ def test_accelerations_agree_with_the_simulator(hoisted: bool) -> None:
         "initial": {"angles": [0.0, 0.0, 0.0]},
     }
     at, rates = ([x[0], *x[4 : 4 + hoisted], *coordinates.absolute(x[1:4])] for x in (q, v))
-    found = crane_sim.acceleration(document | hoist, at, rates, [7.0, -80.0][: 1 + hoisted])
-    drawn = found[1] if hoisted else 0.0
-    a = np.concatenate([found[:1], coordinates.relative(found[1 + hoisted :]), [drawn, 0.0, 0.0]])
+    accelerations = crane_sim.acceleration(document | hoist, at, rates, [7.0, -80.0][: 1 + hoisted])
+    drawn = accelerations[1] if hoisted else 0.0
+    a = np.concatenate([accelerations[:1], coordinates.relative(accelerations[1 + hoisted :]), [drawn, 0.0, 0.0]])
     forces = np.array([7.0, 0.0, 0.0, 0.0, -80.0 - 2.0 * drawn, 0.0, 0.0])  # the drum takes its share of the hoist's
-    ours = chain.chain_acceleration(crane, q, v, forces, (1,) if hoisted else ())
-    assert relative_difference(ours, a) < 1e-11  # the dense matrix loses its condition number, some 1e3
+    computed = chain.chain_acceleration(crane, q, v, forces, (1,) if hoisted else ())
+    assert relative_difference(computed, a) < 1e-11  # the dense matrix loses its condition number, some 1e3
 
 
 def test_damping_takes_energy() -> None:
@@ -173,8 +173,8 @@ def test_damping_takes_energy() -> None:
     c = np.array([0.5, 0.3, 0.2])
     damped = crane._replace(joints=Joints(damping=c), elasticity=Elasticity(damping=2.0 * c))
     free = crane._replace(joints=Joints(), elasticity=Elasticity())
-    taken = v @ (chain.bias(damped, q, v) - chain.bias(free, q, v))
-    assert taken == pytest.approx(c @ v[1:4] ** 2 + 2.0 * c @ v[4:] ** 2, rel=1e-10)  # differences of forces of 1e2
+    power = v @ (chain.bias(damped, q, v) - chain.bias(free, q, v))
+    assert power == pytest.approx(c @ v[1:4] ** 2 + 2.0 * c @ v[4:] ** 2, rel=1e-10)  # differences of forces of 1e2
 
 
 def test_elastic_links_carry_the_payload() -> None:
@@ -183,12 +183,12 @@ def test_elastic_links_carry_the_payload() -> None:
     stretch = 9.81 * np.array([8.0, 7.0, 5.0]) / stiffness
     crane = LumpedCrane(5.0, masses, elasticity=Elasticity(stiffness, np.ones(3)))
     q = np.concatenate([np.zeros(4), 1.0 + stretch])
-    found = chain.chain_acceleration(crane, q, np.zeros(7), np.zeros(7), (1, 2, 3))
-    assert np.max(np.abs(found)) < 1e-10  # forces of 80 N cancel to 1e-14 of them
+    accelerations = chain.chain_acceleration(crane, q, np.zeros(7), np.zeros(7), (1, 2, 3))
+    assert np.max(np.abs(accelerations)) < 1e-10  # forces of 80 N cancel to 1e-14 of them
 
 
 def test_a_fixed_length_must_not_change() -> None:
-    """A rate of a length that is fixed is refused."""
+    """A rate of a fixed length is rejected."""
     crane, q, v = example(2)
     with pytest.raises(ValueError, match="of fixed lengths: must be zero"):
         chain.chain_acceleration(crane, q, v, np.zeros(5), (1,))
@@ -196,6 +196,6 @@ def test_a_fixed_length_must_not_change() -> None:
 
 @pytest.mark.parametrize("erratum", ERRATA, ids=lambda erratum: erratum.where.replace(" ", "_"))
 def test_errata(erratum: Erratum) -> None:
-    """What the report prints differs from what first principles give, and the corrected form does not."""
+    """Printed misprints differ from first principles, and the corrected forms do not."""
     assert relative_difference(erratum.printed, erratum.truth) > 1e-3
     assert relative_difference(erratum.corrected, erratum.truth) < erratum.tolerance

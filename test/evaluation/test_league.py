@@ -26,7 +26,7 @@ def trial_of(column: str) -> Trial:
 
 
 def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
-    """A payload or rope that differs and a base that moves are in the scene, and not in what the law believes."""
+    """Another payload or rope, and a moving base, are in the scene, not in the law's nominal scene."""
     heavy, long, sea = (
         trial_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
     )
@@ -42,7 +42,7 @@ def cpu_time(pid: int) -> float:
 
 
 def test_workers_end_with_the_command(tmp_path: Path) -> None:
-    """Where the command is killed, as an interruption ends it, none of the processes that evaluate cells is left."""
+    """When the command is killed, as by an interruption, no process that evaluates cells remains."""
     with started_program([Path(sys.executable).with_name("crane"), "league"], cwd=tmp_path) as process:
         listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         wait_until(lambda: len(listed.read_text().split()) > 1, "worker processes")
@@ -53,13 +53,13 @@ def test_workers_end_with_the_command(tmp_path: Path) -> None:
             wait_exited(pid)
 
 
-def test_a_shaped_path_is_believed_and_not_judged() -> None:
+def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
     """Open loop with ZV the suspension point follows the shaped path; errors are from the path as it is."""
     shaped = next(entrant for entrant in GROUPS[0].entrants if entrant.name.endswith("ZV"))
     scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
     assert scene.path is not None and scene.path.starts[-1] == 50.0
-    believed = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
-    assert believed.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
+    nominal_path = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
+    assert nominal_path.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
 
 
 def test_settings_are_those_of_the_catalogue() -> None:
@@ -72,7 +72,7 @@ def test_settings_are_those_of_the_catalogue() -> None:
 
 
 def test_figures_of_a_cell_are_those_of_the_summary() -> None:
-    """Errors and swing of a cell are those that the run's own summary gathers, block by block."""
+    """Errors and swing of a cell are those of the run's own summary, computed block by block."""
     trial = Trial("obstacle", "offshore_obstacle")
     cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
     summary = simulate(load_scene(trial_scene(trial, ANGULAR, 0))).summary
@@ -85,8 +85,8 @@ def test_figures_of_a_cell_are_those_of_the_summary() -> None:
     assert 0.0 < (cell.figures.settling or 0.0) < 10.0  # the scene ends 10 s after its path
 
 
-def test_a_law_that_does_not_apply_is_left_out_with_its_reason() -> None:
-    """The angular law has no camera: the cell has no figures, and says why."""
+def test_a_law_that_does_not_apply_has_its_reason() -> None:
+    """The angular law has no camera: the cell has no figures, but the reason."""
     cell = evaluate(GROUPS[0], ANGULAR, trial_of("30 Hz vision"))
     assert cell.figures is None and "vision" in cell.refused and not cell.failed
 
@@ -109,7 +109,7 @@ CELLS = [
 def test_a_page_without_matplotlib_has_no_figure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Page and data are written without the figure, and one line on stderr says so."""
+    """Page and data are written without the figure, with one line on stderr."""
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     save_comparison(CELLS, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md"}

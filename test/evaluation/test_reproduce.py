@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim.evaluation.reproduce import measure_items
 from crane_sim.evaluation.reproduce.hardcases import Case
@@ -20,28 +20,28 @@ FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
 
 
 def crane(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """Return what the command did."""
-    return completed([str(CRANE), "reproduce", *arguments], limit=600.0)
+    """Return exit code and output of the command."""
+    return run_to_completion([str(CRANE), "reproduce", *arguments], limit=600.0)
 
 
 def test_every_claim_holds_or_is_an_erratum() -> None:
-    """No row of the paper says that a claim fails without the correction that first principles confirm."""
+    """No claim of the paper fails without a correction that first principles confirm."""
     rows = measure_items("overhead")["overhead"]
     assert len({row.claim for row in rows}) == len(rows) > 0
     assert not [row for row in rows if row.verdict != "holds" and not row.verdict.startswith("erratum: ")]
 
 
 def test_overhead_has_all_errata_and_properties() -> None:
-    """The rows of the overhead crane cover the properties of the report and every place that is misprinted."""
+    """The rows of the overhead crane cover the properties of the report and every misprint."""
     rows = {row.claim: row.verdict for row in measure_items("overhead")["overhead"]}
     wrong = " ".join(claim for claim, verdict in rows.items() if verdict.startswith("erratum"))
-    for place in ("(145)", "(174), m22", "(174), m23", "1.3", "1.8", "(182)", "(184)", "(73)", "after (83), large"):
-        assert place in wrong
-    for place in ("after (83), small", "before (88)", "(91)", "Remark 2", "(93)", "end of 6.2.3"):
-        assert place in wrong
+    for item in ("(145)", "(174), m22", "(174), m23", "1.3", "1.8", "(182)", "(184)", "(73)", "after (83), large"):
+        assert item in wrong
+    for item in ("after (83), small", "before (88)", "(91)", "Remark 2", "(93)", "end of 6.2.3"):
+        assert item in wrong
     right = " ".join(claim for claim, verdict in rows.items() if verdict == "holds")
-    for place in ("M = Mᵀ", "positive definite", "skew", "(19)", "(138)", "(194)", "cond M", "(178)", "(176)", "(179)"):
-        assert place in right
+    for item in ("M = Mᵀ", "positive definite", "skew", "(19)", "(138)", "(194)", "cond M", "(178)", "(176)", "(179)"):
+        assert item in right
 
 
 @pytest.mark.parametrize(
@@ -62,16 +62,16 @@ def test_verdicts_follow_from_the_numbers(printed: object, corrected: object, tr
 
 def test_json_is_one_object_with_the_measured_rows() -> None:
     """With --json stdout is one object with the item and all fields of its rows."""
-    done = crane("overhead", "--json")
-    found = json.loads(done.stdout)
-    assert done.returncode == 0 and list(found) == ["overhead"]
+    result = crane("overhead", "--json")
+    tables = json.loads(result.stdout)
+    assert result.returncode == 0 and list(tables) == ["overhead"]
     rows = measure_items("overhead")["overhead"]
-    assert [list(row) for row in found["overhead"]] == [FIELDS] * len(rows)
-    assert [(row["claim"], row["verdict"]) for row in found["overhead"]] == [(row.claim, row.verdict) for row in rows]
+    assert [list(row) for row in tables["overhead"]] == [FIELDS] * len(rows)
+    assert [(row["claim"], row["verdict"]) for row in tables["overhead"]] == [(row.claim, row.verdict) for row in rows]
 
 
 def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
-    """Rows become a Markdown page with one line each, hard cases with a picture beside it."""
+    """Rows become a Markdown page with one line each, hard cases with a figure beside it."""
     cases = [Case("a", "nodes, m", "dop853", 1e-12, 1e-9, None, 10, 0.1, "holds")]
     save_pages({"hardcases": cases, "overhead": measure_items("overhead")["overhead"]}, str(tmp_path))
     page = (tmp_path / "hardcases.md").read_text()
@@ -80,8 +80,8 @@ def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     assert (tmp_path / "overhead.md").read_text().count("\n| ") == len(measure_items("overhead")["overhead"]) + 1
 
 
-def test_digits_that_vary_are_told_apart(tmp_path: Path) -> None:
-    """A wall time has a star and one digit, what only rounding makes has none; everything else has all its digits."""
+def test_varying_digits_are_marked(tmp_path: Path) -> None:
+    """A wall time has a star and one digit, a rounding error a bound; all else has all its digits."""
     case = Case("a", "nodes, m", "dop853", 1.234e-13, 1e-9, None, 12345, 0.0123, "holds")
     rows = [Row("exact", 0, 1.5e-16, 1.5e-16, "holds"), Row("not", 0.5, 0.25, 0.5, "holds")]
     save_pages({"hardcases": [case], "overhead": rows}, str(tmp_path))
@@ -93,17 +93,17 @@ def test_digits_that_vary_are_told_apart(tmp_path: Path) -> None:
 
 def test_the_table_has_a_line_for_each_row() -> None:
     """In a pipe the table is plain, and each row is one line with its claim and its verdict."""
-    done = crane("overhead")
-    lines = done.stdout.splitlines()
-    assert done.returncode == 0 and "\x1b" not in done.stdout
+    result = crane("overhead")
+    lines = result.stdout.splitlines()
+    assert result.returncode == 0 and "\x1b" not in result.stdout
     for row in measure_items("overhead")["overhead"]:
         assert any(row.claim in line and row.verdict in line for line in lines), row.claim
 
 
-def test_an_unknown_item_is_bad_input() -> None:
-    """An item that does not exist ends with exit code 2 and one line that names those that do, in JSON as well."""
-    done = crane("overhaed", "--json")
-    assert done.returncode == 2
-    assert "unknown item 'overhaed', did you mean 'overhead'?" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert json.loads(done.stdout)["error"] in done.stderr
+def test_an_unknown_item_is_rejected() -> None:
+    """An item that does not exist ends with exit code 2 and one line that names the known ones, in JSON as well."""
+    result = crane("overhaed", "--json")
+    assert result.returncode == 2
+    assert "unknown item 'overhaed', did you mean 'overhead'?" in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert json.loads(result.stdout)["error"] in result.stderr

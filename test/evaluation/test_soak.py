@@ -1,4 +1,4 @@
-"""The soaks in short: what they measure is right, what was promised is judged, and their page says it."""
+"""The soak tests in short: their figures, the verdicts on their promises, and their page."""
 
 import json
 import random
@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from crane_sim.cli.soak import soak
 from crane_sim.evaluation.soak import inprocess, memory, realtime
-from crane_sim.evaluation.soak.drift import FALL, drift, drift_figures
+from crane_sim.evaluation.soak.drift import MAX_FALL, drift, drift_figures
 from crane_sim.evaluation.soak.figures import Figure, at_least, at_most, equal
 from crane_sim.evaluation.soak.store import save_findings, thin_lists, write_page
 from crane_sim.files.errors import SceneError
@@ -19,7 +19,7 @@ STEPS = 20_000
 
 
 def noisy_rates(fall: float) -> list[float]:
-    """Return 900 rates that lose so much [%] by the end, on a machine that halves every tenth of them for a while."""
+    """Return 900 rates that lose `fall` [%] by the end, a tenth of them halved by a disturbance of the machine."""
     draw = random.Random(7)
     rates = [1000.0 * (1.0 - 0.01 * fall * i / 899) * draw.uniform(0.9, 1.1) for i in range(900)]
     for begin in (40, 400, 860):
@@ -28,35 +28,35 @@ def noisy_rates(fall: float) -> list[float]:
 
 
 @pytest.mark.parametrize("fall", [0.0, 10.0, -10.0])
-def test_a_drift_is_told_from_noise(fall: float) -> None:
-    """A rate that falls by 10 % is found out, one that stays or grows is not, beside noise of 10 % and disturbances."""
-    found = drift(noisy_rates(fall))
-    assert found.low < -fall < found.high
-    assert found.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
-    assert [figure.kept for figure in drift_figures(noisy_rates(fall))] == [True, fall < FALL, True]
+def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
+    """A rate that falls by 10 % is detected, one that stays or grows is not, beside noise of 10 % and disturbances."""
+    trend = drift(noisy_rates(fall))
+    assert trend.low < -fall < trend.high
+    assert trend.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
+    assert [figure.kept for figure in drift_figures(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
 
 
-def test_a_drift_that_cannot_be_told_has_a_wide_interval() -> None:
-    """Where a machine is so restless that nothing follows from the change, the figure beside it says so."""
+def test_an_unresolved_drift_has_a_wide_interval() -> None:
+    """On a disturbed machine, where the change is not resolved, the interval beside it is wide."""
     draw = random.Random(3)
-    assert drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > FALL
+    assert drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > MAX_FALL
 
 
-def test_steps_without_ros_leave_no_memory_behind() -> None:
-    """Neither way of simulating grows over twenty thousand steps, and each is looked at in equal blocks to the end."""
+def test_steps_without_ros_leak_no_memory() -> None:
+    """Neither way of simulating grows over twenty thousand steps, and each is sampled in equal blocks to the end."""
     figures, data = inprocess.soak(STEPS)
     assert set(data) == {"Plant.advance", "simulate"}
-    for way, found in data.items():
+    for method, samples in data.items():
         named = {figure.what: figure for figure in figures}
-        growth = named[f"{way}, growth of resident memory"]
-        assert growth.kept and growth.value == found["memory_MB"][-1] - found["memory_MB"][0]
-        assert named[f"{way}, steps"].value == STEPS == found["steps"][-1]
-        assert len(found["memory_MB"]) == len(found["steps_per_second"]) == inprocess.BLOCKS
-        assert min(found["steps_per_second"]) > 0.0
+        growth = named[f"{method}, growth of resident memory"]
+        assert growth.kept and growth.value == samples["memory_MB"][-1] - samples["memory_MB"][0]
+        assert named[f"{method}, steps"].value == STEPS == samples["steps"][-1]
+        assert len(samples["memory_MB"]) == len(samples["steps_per_second"]) == inprocess.BLOCKS
+        assert min(samples["steps_per_second"]) > 0.0
 
 
-def test_a_run_over_ros_is_watched_to_its_end() -> None:
-    """A few seconds of lockstep: every node is looked at as often as the rate, and growth is judged for each."""
+def test_a_run_over_ros_is_sampled_to_its_end() -> None:
+    """A few seconds of lockstep: every node is sampled as often as the rate, and growth is judged for each."""
     figures, data = memory.soak(6.0)
     named = {figure.what: figure for figure in figures}
     assert set(data["memory_MB"]) == {"plant", "controller", "recorder"}
@@ -71,7 +71,7 @@ def test_a_run_over_ros_is_watched_to_its_end() -> None:
 
 
 def test_overruns_are_those_that_a_subscriber_counts() -> None:
-    """At 1 kHz the plant's own count of overruns is that of a subscriber, which only knows the times of sending."""
+    """At 1 kHz the plant's own count of overruns is that of a subscriber, which only has the times of sending."""
     figures, data = realtime.soak(3.0)
     named = {figure.what: figure for figure in figures}
     (plant,) = data["plant"]
@@ -83,12 +83,12 @@ def test_overruns_are_those_that_a_subscriber_counts() -> None:
     assert counted <= plant["deadline_misses"] <= counted + unclear + 3
 
 
-KEPT, BROKEN = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha256", 2, 1)
+KEPT, NOT_KEPT = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha256", 2, 1)
 
 
 def test_the_page_has_all_parts_that_were_measured(tmp_path: Path) -> None:
-    """A part that is saved joins those that are there, in the page's order, with its promises, kept or not."""
-    save_findings("determinism", "crane soak determinism --count 4", [Figure("runs", 4), BROKEN], {}, tmp_path)
+    """A saved part is added to the page's others, in order, with its promises, kept or not."""
+    save_findings("determinism", "crane soak determinism --count 4", [Figure("runs", 4), NOT_KEPT], {}, tmp_path)
     alone = (tmp_path / "soak.md").read_text()
     back = {"back_s": [0.25, float("inf"), 0.3]}
     save_findings("kill", "crane soak kill --count 6 --seed 0", [KEPT, Figure("back", float("inf"))], back, tmp_path)
@@ -120,7 +120,7 @@ SAMPLES = {"steps": series(9), "memory_MB": series(9), "steps_per_second": serie
     ],
 )
 def test_plots_need_only_the_saved_data(part: str, data: dict[str, Any], tmp_path: Path) -> None:
-    """Each part's plot can be drawn of the data that are saved of it, and of nothing else."""
+    """Each part's plot can be drawn from its saved data alone."""
     save_findings(part, f"crane soak {part}", [KEPT], data | {"more": series(5)}, tmp_path)
     assert (tmp_path / "soak" / f"{part}.png").stat().st_size > 0
     assert json.loads((tmp_path / "soak" / f"{part}.json").read_text())["data"] == data
@@ -128,14 +128,14 @@ def test_plots_need_only_the_saved_data(part: str, data: dict[str, Any], tmp_pat
 
 def test_long_series_are_thinned_alike() -> None:
     """Of lists of one length the same entries are kept, first and last among them; short ones stay as they are."""
-    found = thin_lists({"a": series(1800), "b": {"c": series(1800)}, "d": series(5)})
-    assert found["a"] == found["b"]["c"] and len(found["a"]) == 100
-    assert (found["a"][0], found["a"][-1]) == (0.0, 1799.0) and found["a"] == sorted(set(found["a"]))
-    assert found["d"] == series(5)
+    thinned = thin_lists({"a": series(1800), "b": {"c": series(1800)}, "d": series(5)})
+    assert thinned["a"] == thinned["b"]["c"] and len(thinned["a"]) == 100
+    assert (thinned["a"][0], thinned["a"][-1]) == (0.0, 1799.0) and thinned["a"] == sorted(set(thinned["a"]))
+    assert thinned["d"] == series(5)
 
 
 def test_other_files_are_no_data_of_a_soak(tmp_path: Path) -> None:
-    """A folder without data, and a file of another shape, are told in one line that names them."""
+    """A folder without data, and a file of another shape, are single-line errors."""
     with pytest.raises(SceneError, match=f"{tmp_path}: has no data of a soak yet"):
         write_page(tmp_path)
     (tmp_path / "soak").mkdir()
@@ -144,14 +144,14 @@ def test_other_files_are_no_data_of_a_soak(tmp_path: Path) -> None:
         write_page(tmp_path)
 
 
-def test_a_broken_promise_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command ends with 1 where a promise was not kept, prints so, and saves what it found all the same."""
-    found = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
-    monkeypatch.setattr("crane_sim.evaluation.soak.determinism.soak", lambda count: (found[:], {}))
+def test_a_promise_not_kept_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command ends with 1 where a promise was not kept, prints that, and saves its figures nevertheless."""
+    figures = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
+    monkeypatch.setattr("crane_sim.evaluation.soak.determinism.soak", lambda count: (figures[:], {}))
     arguments = ["determinism", "--count", "4", "--save", str(tmp_path)]
-    done = CliRunner().invoke(soak, arguments)
-    assert done.exit_code == 1 and "at least 1 Hz  not kept" in done.output
+    result = CliRunner().invoke(soak, arguments)
+    assert result.exit_code == 1 and "at least 1 Hz  not kept" in result.output
     assert "`crane soak determinism --count 4`" in (tmp_path / "soak.md").read_text()
-    del found[0]
+    del figures[0]
     assert CliRunner().invoke(soak, arguments).exit_code == 0
     assert "**no**" not in (tmp_path / "soak.md").read_text()

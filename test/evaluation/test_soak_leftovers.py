@@ -1,4 +1,4 @@
-"""What the soak of interruptions complains about, and what it lets pass."""
+"""Complaints of the soak of interruptions."""
 
 import os
 import signal
@@ -52,12 +52,12 @@ def test_a_recording_has_all_received_steps(tmp_path: Path) -> None:
     ],
 )
 def test_exit_codes(how: Interruption | None, code: int, cut: bool, right: bool) -> None:
-    """A run that was cut short says so, one that was not may be complete, and an undisturbed one is."""
+    """A run that was cut short has exit code 1, one that was not may be complete, an undisturbed one is."""
     assert signals._exit_code(how, code, cut) == ([] if right else [f"exit code {code}"])
 
 
 def received(*efforts: float) -> dict[str, list[Received]]:
-    """Return what a monitor receives of a run with these efforts."""
+    """Return the received messages of a run with these efforts."""
     messages = [Received(k, k, (str(effort),)) for k, effort in enumerate(efforts)]
     return {"s": [Received(0, 0, ())], "e": messages}
 
@@ -79,7 +79,7 @@ def test_the_zero_effort_belongs_to_no_step() -> None:
 
 
 def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:
-    """It is known by a variable of its environment, whatever its parent is now."""
+    """It is identified by a variable of its environment, independent of its present parent."""
     env = os.environ | {MARK: "mine"}
     with started_program([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env=env) as process:
         assert orphans("another's") == []

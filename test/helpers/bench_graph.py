@@ -56,7 +56,7 @@ class NodeProcess:
         self._reader = threading.Thread(target=self._read, args=(reports,), daemon=True)
         self._reader.start()
 
-    def order(self, line: str) -> None:
+    def send(self, line: str) -> None:
         """Send one order."""
         os.write(self._control, line.encode() + b"\n")
 

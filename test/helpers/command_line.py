@@ -4,11 +4,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 CRANE = Path(sys.executable).with_name("crane")
 
 
 def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Return what the command did."""
-    return completed([str(CRANE), *arguments], cwd=cwd)
+    """Return exit code and output of the command."""
+    return run_to_completion([str(CRANE), *arguments], cwd=cwd)

@@ -1,4 +1,4 @@
-"""How long fuzzing takes."""
+"""Extent of fuzzing."""
 
 from typing import Any
 

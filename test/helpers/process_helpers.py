@@ -1,6 +1,6 @@
-"""Programs that tests start: each ends with the block that started it, or with this process, however that ends.
+"""Programs started by tests: each ends with the block that started it, or with this process in any case.
 
-Every wait here has a time limit: what takes longer fails with a line that says what it was.
+Every wait here has a time limit, beyond which it fails with a line on its subject.
 """
 
 import os
@@ -28,7 +28,7 @@ def started_program(
 
     Args:
         command: program and arguments.
-        limit: after so many seconds the group is killed, which ends every wait for the program.
+        limit: s after which the group is killed, which ends every wait for the program.
         grace: s from SIGTERM, at the end of the block, to SIGKILL; 0: SIGKILL at once.
         options: further arguments of `subprocess.Popen`.
 
@@ -59,14 +59,14 @@ def started_program(
     assert not overrun, overrun[0]
 
 
-def completed(
+def run_to_completion(
     command: Sequence[str | Path], *, limit: float = LIMIT, check: bool = False, **options: Any
 ) -> subprocess.CompletedProcess[str]:
     """Run a program; return its exit code and output.
 
     Args:
         command: program and arguments.
-        limit: as of `started_program`.
+        limit: see `started_program`.
         check: fail where the exit code is not 0.
         options: further arguments of `subprocess.Popen`.
     """
@@ -79,7 +79,7 @@ def completed(
 
 
 def end(process: subprocess.Popen[Any], grace: float = 0.0) -> None:
-    """End a program, with its process group where it has not exited; arguments as of `started_program`."""
+    """End a program, with its process group where it has not exited; arguments: see `started_program`."""
     if grace and process.poll() is None:
         process.terminate()
         with suppress(subprocess.TimeoutExpired):
@@ -107,10 +107,10 @@ def next_line(process: subprocess.Popen[str]) -> str:
     return line
 
 
-def wait_until(done: Callable[[], bool], what: str = "the condition of the test", timeout: float = LIMIT) -> None:
-    """Return as soon as it is done; fails after `timeout` seconds, with `what` it was."""
+def wait_until(condition: Callable[[], bool], what: str = "the condition of the test", timeout: float = LIMIT) -> None:
+    """Return as soon as the condition holds; fails after `timeout` seconds, naming `what`."""
     deadline = time.monotonic() + timeout
-    while not done():
+    while not condition():
         assert time.monotonic() < deadline, f"{what}: not within {timeout:g} s"
         time.sleep(0.002)
 

@@ -28,7 +28,7 @@ class FakeSimulation:
     """
 
     def __init__(self, steps: int = 80) -> None:
-        """Begin at the first state; end after so many steps."""
+        """Begin at the first state; end after `steps` steps."""
         self.steps = steps
         self.scene = SimpleNamespace(actuated=JOINTS, period=PERIOD, sampled=True)
         self.validator = CommandValidator(JOINTS, (1e9, 1e9))
@@ -40,7 +40,7 @@ class FakeSimulation:
 
     @property
     def running(self) -> bool:
-        """Whether steps are left."""
+        """Whether steps remain."""
         return len(self.efforts) < self.steps
 
     def step(self, effort: tuple[float, ...]) -> None:
@@ -81,7 +81,7 @@ class RealtimeBench(FakeSimulation):
     """
 
     def __init__(self, steps: int, delay: float | None) -> None:
-        """End after so many steps; time begins at zero."""
+        """End after `steps` steps; time begins at zero."""
         super().__init__(steps)
         self.now, self.delay = 0.0, delay
         self.stop_reason = self.brake_reason = ""
@@ -111,8 +111,8 @@ class RealtimeBench(FakeSimulation):
         """Return the effort that answers the state before this step."""
         return (1.0 + step, 0.0)
 
-    def pass_time(self, seconds: float) -> None:
-        """Let time pass, a microsecond at least, and what is due happen."""
+    def advance_clock(self, seconds: float) -> None:
+        """Advance the clock, a microsecond at least, and process what is due."""
         self.now += seconds + 1e-6
         while self._in_transit and self._in_transit[0][0] <= self.now:
             self._queue.append((self._in_transit.popleft()[1], None))
@@ -120,8 +120,8 @@ class RealtimeBench(FakeSimulation):
             self.events.pop(0)[1]()
 
     def spin(self, timeout: float = 0.05) -> None:
-        """Let so much time pass, and pass messages on."""
-        self.pass_time(timeout)
+        """Advance the clock, and deliver messages."""
+        self.advance_clock(timeout)
         while self._queue:
             self.callbacks["joint_commands"](self._queue.popleft()[0])
 
@@ -150,5 +150,5 @@ def make_bench(
     """Return a bench, whose clock replaces the monotonic clock, and its scheduler."""
     bench = RealtimeBench(steps, delay)
     monkeypatch.setattr(time, "monotonic", lambda: bench.now)
-    monkeypatch.setattr(time, "sleep", bench.pass_time)
+    monkeypatch.setattr(time, "sleep", bench.advance_clock)
     return bench, Realtime(bench, bench, settings(TIMEOUT, on_silence, rate))  # type: ignore[arg-type]

@@ -5,7 +5,7 @@ from typing import Any
 RESEND = 0.5  # s without a command until lockstep sends a state again
 
 
-def check_answers(summary: dict[str, Any], steps: int) -> None:
+def check_one_command_per_state(summary: dict[str, Any], steps: int) -> None:
     """Check that every state was answered once.
 
     Where the machine stalls for longer than `RESEND`, a state is sent, and may be answered, again.

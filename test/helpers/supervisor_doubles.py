@@ -20,7 +20,7 @@ class FakeChild:
         self.pid, self.step, self.recorded, self.bagged, self.passes, self.waiting = 1, 0, 0, 0, 0, ""
         self.summary: dict[str, Any] | None = None
         self.orders: list[str] = []
-        self.order = self.orders.append
+        self.send = self.orders.append
 
     def exit(self, fault: str) -> None:
         """Exit with a fault."""

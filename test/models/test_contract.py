@@ -7,7 +7,7 @@ from inspect import getmembers, isclass
 from typing import Any
 
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 import crane_sim.models as models
 from crane_sim import system
@@ -71,5 +71,5 @@ def test_what_is_mandatory_has_no_default(function: Any) -> None:
 def test_importing_the_models_imports_every_module() -> None:
     """No module of the folder is left out of its package's import: what it registers would be missing."""
     code = "import sys; import crane_sim.models; print(*sys.modules)"
-    imported = completed([sys.executable, "-c", code], check=True).stdout.split()
+    imported = run_to_completion([sys.executable, "-c", code], check=True).stdout.split()
     assert set(MODULES) <= set(imported)

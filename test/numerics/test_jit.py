@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 import crane_sim
 from crane_sim.models.effects import PayloadDrag, add_drag
@@ -26,7 +26,7 @@ def probe(tree: Path, cache: Path, code: str = PROBE) -> str:
     """Return what `code` prints with the package of `tree` and the given cache folder."""
     inherited = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
     environment = inherited | {"PYTHONPATH": str(tree), "CRANE_SIM_CACHE": str(cache)}
-    done = completed([sys.executable, "-c", code], env=environment, cwd=tree, check=True)
+    done = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tree, check=True)
     return done.stdout.strip()
 
 
@@ -99,7 +99,7 @@ def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
         "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
     )
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    plain = completed([sys.executable, "-c", code], env=environment, check=True)
+    plain = run_to_completion([sys.executable, "-c", code], env=environment, check=True)
     run = simulate("knuckle_losses", duration=0.05)
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
 

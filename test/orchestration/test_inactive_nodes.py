@@ -62,7 +62,7 @@ def test_a_controller_is_not_killed_while_a_node_is_inactive(
     signals: list[int] = []
     plant = SimpleNamespace(pid=1, ready=True, fault="", waiting="no command", summary=None, step=0)
     plant.active = inactive != "plant"
-    plant.order = lambda line: None
+    plant.send = lambda line: None
     polls = iter(range(20))
 
     def listen(_: float) -> bool:

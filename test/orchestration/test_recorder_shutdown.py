@@ -69,7 +69,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
     with ProcessGroup({}, interrupts) as group:
         dead: Any = SimpleNamespace(
-            ready=True, exited=True, summary=None, recorded=5, fault="it was killed by SIGKILL", order=lambda line: None
+            ready=True, exited=True, summary=None, recorded=5, fault="it was killed by SIGKILL", send=lambda line: None
         )
         dead.send_signal, dead.wait_exited = (lambda number: None), (lambda deadline: True)
         role: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failure=why)

@@ -33,7 +33,7 @@ def test_the_resume_state_is_in_the_order_to_go() -> None:
 
 
 def test_a_role_that_fails_repeatedly_at_one_step_is_given_up() -> None:
-    """After three restarts with the plant at one step the crane is braked, and the news say why."""
+    """After three restarts with the plant at one step the crane is braked, with the reason in the news."""
     plant, news, group = FakeChild("plant"), list[str](), FakeGroup()
     fake: Any = group
     group.children.append(plant)

@@ -159,7 +159,7 @@ repair.optimize_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
 
 
 def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Parts that cannot be joined in time stay; a recorder that is killed while joining leaves no program behind."""
+    """Parts that cannot be joined in time stay; a recorder that is killed while joining leaves no process."""
     slow, pid = tmp_path / "slow", tmp_path / "pid"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)

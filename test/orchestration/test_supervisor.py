@@ -40,7 +40,7 @@ def news_of_run(changes: list[dict[str, Any]], timeout: float) -> list[str]:
 
 
 def test_a_plant_that_waits_for_the_user_s_node_is_reported() -> None:
-    """The news say that the plant waits and that it goes on; after the time-out the run ends."""
+    """The news report that the plant waits and that it resumes; after the time-out the run ends."""
     waits, goes_on = {"waiting": "no command for state 7"}, {"waiting": ""}
     news = ["the plant waits: no command for state 7", "the plant goes on"]
     assert news_of_run([waits, waits, goes_on, {"summary": {}}], timeout=60.0) == news

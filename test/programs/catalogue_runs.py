@@ -41,7 +41,7 @@ class ForkedNode:
         self._code: int | None = None
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """Return the exit code; raises TimeoutExpired when it has not ended within so many seconds."""
+        """Return the exit code; raises TimeoutExpired when it has not ended within `timeout` seconds."""
         if self._code is None:
             if not select([self._handle], [], [], timeout)[0]:
                 raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)

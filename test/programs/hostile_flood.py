@@ -1,4 +1,4 @@
-"""Floods `joint_commands` at 20 kHz from the second state on until the run is over; prints what it sent as JSON."""
+"""A flood of `joint_commands` at 20 kHz from the second state to the end of the run; prints its count as JSON."""
 
 import json
 import sys
@@ -11,26 +11,27 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 
+from crane_sim.ros.common.messages import SimulationState
+
 RATE = 20_000.0  # Hz
-PLAYING, OVER = 1, 0
 
 
 class Flood(Node):
-    """A publisher of invalid commands and, every fourth time, a valid one from another node than the owner."""
+    """A publisher of invalid commands and, every fourth time, a valid one, although it does not own the crane."""
 
     def __init__(self) -> None:
-        """Join the crane's namespace."""
+        """Create the node in the crane's namespace, still without a publisher."""
         super().__init__("flood", namespace="knuckle")
-        self.stamp, self.mode, self.sent = 0, -1, 0
+        self.stamp, self.simulation_state, self.sent = 0, -1, 0
         invalid = InvalidCommands(3)
         self._prepared = [invalid.generate(10**9)[1] for _ in range(1000)]
         self._commands = None
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
-        self.create_subscription(UInt8, "simulation_state", self._on_mode, latched)
+        self.create_subscription(UInt8, "simulation_state", self._on_simulation_state, latched)
 
-    def join(self) -> None:
-        """Become a publisher of commands: the scene's own controller owns the crane already."""
+    def create_command_publisher(self) -> None:
+        """Create the publisher: by now the scene's own controller owns the crane."""
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
 
     def send(self) -> None:
@@ -44,8 +45,8 @@ class Flood(Node):
     def _on_state(self, state: JointState) -> None:
         self.stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
 
-    def _on_mode(self, message: UInt8) -> None:
-        self.mode = message.data
+    def _on_simulation_state(self, message: UInt8) -> None:
+        self.simulation_state = message.data
 
 
 def main() -> None:
@@ -54,13 +55,13 @@ def main() -> None:
     flood = Flood()
     while flood.stamp < 2 * PERIOD:  # the scene's own controller has sent the first valid command
         rclpy.spin_once(flood, timeout_sec=0.1)
-    flood.join()
-    start, done = time.monotonic(), 0
-    while flood.mode != OVER:
+    flood.create_command_publisher()
+    start, sent = time.monotonic(), 0
+    while flood.simulation_state != SimulationState.STOPPED:
         due = int((time.monotonic() - start) * RATE)
-        for _ in range(min(due - done, 200)):
+        for _ in range(min(due - sent, 200)):
             flood.send()
-        done = due
+        sent = due
         rclpy.spin_once(flood, timeout_sec=0.0)
     print(json.dumps({"sent": flood.sent, "rate": flood.sent / (time.monotonic() - start)}), flush=True)
     rclpy.shutdown()

@@ -1,4 +1,4 @@
-"""A pytest session without compilation, which runs the tests that it is asked for: `interpreted_tests.py FILE ...`.
+"""A pytest session without compilation, which runs requested tests: `interpreted_tests.py FILE ...`.
 
 Requests are lines of JSON on its standard input, [test, the one after it or null]; for each it prints one line, the
 test's reports. States that are arrays pass through `plain_arrays`.
@@ -24,7 +24,7 @@ class OnRequest:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Run what is asked for until the requests end."""
+        """Run requested files until the requests end."""
         items, hook = {item.nodeid: item for item in session.items}, session.config.hook
         for name, after in map(json.loads, self._requests):
             self._reports = []

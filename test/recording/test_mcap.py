@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap_samples import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS, feed, read, stamp_of
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim import orchestration
 from crane_sim.recording.files import unfinished_name
@@ -27,13 +27,13 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
     """`crane run --mcap FILE` leaves one file, with every message at its stamp and with the numbers of `simulate`."""
     path = tmp_path / "run.mcap"
     options = ["--no-record", "--mcap", path, "--duration", str(SCENE.duration), "--domain-id", str(domain_id)]
-    done = completed([CRANE, "run", *options, "--json"])
-    assert done.returncode == 0, done.stderr
-    summary, found, expected = json.loads(done.stdout), read(path), simulate(SCENE)
+    result = run_to_completion([CRANE, "run", *options, "--json"])
+    assert result.returncode == 0, result.stderr
+    summary, messages_by_topic, expected = json.loads(result.stdout), read(path), simulate(SCENE)
     assert list(tmp_path.iterdir()) == [path]
     assert (summary["mcap"], summary["recording"]) == (str(path), None)
     states, efforts, commands = (
-        found[f"/knuckle/{name}"] for name in ("joint_states", "applied_effort", "joint_commands")
+        messages_by_topic[f"/knuckle/{name}"] for name in ("joint_states", "applied_effort", "joint_commands")
     )
     stamps = [k * SCENE.period_ns for k in range(1, SCENE.steps + 2)]
     for messages, expected_stamps in ((states, stamps), (efforts, stamps[:-1]), (commands[: SCENE.steps], stamps[:-1])):
@@ -42,10 +42,10 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
     assert np.array_equal([message.velocity for _, message in states], expected.v)
     for messages in (efforts, commands[: SCENE.steps]):  # the last row of `expected` is the final state's
         assert np.array_equal([message.effort for _, message in messages], expected.u[:-1])
-    assert "<robot" in found["/knuckle/robot_description"][0][1].data
-    modes = [message.data for _, message in found["/knuckle/simulation_state"]]
+    assert "<robot" in messages_by_topic["/knuckle/robot_description"][0][1].data
+    modes = [message.data for _, message in messages_by_topic["/knuckle/simulation_state"]]
     assert (modes[0], modes[-1]) == (1, 0)  # of what is published in a row, a latched topic keeps the last
-    poses = {stamp_of(message): message.pose.position for _, message in found["/knuckle/payload_pose"]}
+    poses = {stamp_of(message): message.pose.position for _, message in messages_by_topic["/knuckle/payload_pose"]}
     assert poses  # best effort: some may be missing
     for k, payload in enumerate(expected.payload, start=1):
         if point := poses.get(k * SCENE.period_ns):
@@ -56,12 +56,12 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
 def small_disk(folder: Path) -> Iterator[Path]:
     """Yield an empty disk of 100 kB."""
     folder.mkdir()
-    if os.geteuid() != 0 or completed(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
+    if os.geteuid() != 0 or run_to_completion(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
         pytest.skip("no right to mount here")
     try:
         yield folder
     finally:
-        completed(["umount", folder], check=True)
+        run_to_completion(["umount", folder], check=True)
 
 
 def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) -> None:
@@ -79,7 +79,7 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
     assert read_summary(tmp_path / "run.rrd") == summary
 
 
-def test_what_was_saved_survives_a_killed_recorder(tmp_path: Path) -> None:
+def test_saved_messages_survive_a_killed_recorder(tmp_path: Path) -> None:
     """Messages are on their way to the disk as soon as they are saved, not only when the file is complete."""
     file = McapFile(tmp_path / "run.mcap", list(TOPICS.values()))
     message = STATE_WIRE.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6)
@@ -92,7 +92,7 @@ def test_what_was_saved_survives_a_killed_recorder(tmp_path: Path) -> None:
 
 
 def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
-    """What was before a reset gets a file of its own, and the new pass has what was latched."""
+    """Messages before a reset get a file of their own, and the new pass has the latched ones."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     bag.callbacks()["robot_description"](DESCRIPTION)
     feed(bag, 30)
@@ -100,14 +100,16 @@ def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
     assert bag.finish({"steps": 20}) == {"mcap": str(tmp_path / "run.mcap")}
     assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.before_reset_1.mcap"}
     for name, steps in (("run.before_reset_1.mcap", 30), ("run.mcap", 20)):
-        found = read(tmp_path / name)
-        assert [message.effort[0] for _, message in found["/knuckle/applied_effort"]] == list(range(1, steps + 1))
-        assert len(found["/knuckle/joint_states"]) == steps + 1
-        assert [message.data for _, message in found["/knuckle/robot_description"]] == ["crane"]
+        messages_by_topic = read(tmp_path / name)
+        assert [message.effort[0] for _, message in messages_by_topic["/knuckle/applied_effort"]] == list(
+            range(1, steps + 1)
+        )
+        assert len(messages_by_topic["/knuckle/joint_states"]) == steps + 1
+        assert [message.data for _, message in messages_by_topic["/knuckle/robot_description"]] == ["crane"]
 
 
-def test_a_replacing_recorder_counts_anew_after_a_reset(tmp_path: Path) -> None:
-    """A bag that began behind step 50 tells of the new pass what it lacks, and what of it is on the disk."""
+def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> None:
+    """A bag that began after step 50 reports the missing and the saved steps of the new pass."""
     bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, passes=1)
     feed(bag, 60, after=50)
     feed(bag, 20)
@@ -118,8 +120,8 @@ def test_a_replacing_recorder_counts_anew_after_a_reset(tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {"run.part2.mcap", "run.part2.before_reset_2.mcap"}
 
 
-def test_a_missing_end_is_told(tmp_path: Path) -> None:
-    """A file that lacks steps of the run is finished, and the summary says how many it has."""
+def test_a_missing_end_is_an_error(tmp_path: Path) -> None:
+    """A file that lacks steps of the run is finished, and the summary has its number of steps."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     feed(bag, 20)
     why = f"recorder: {tmp_path / 'run.mcap'} is incomplete, it has 20 of 25 steps"
@@ -128,7 +130,7 @@ def test_a_missing_end_is_told(tmp_path: Path) -> None:
 
 
 def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) -> None:
-    """A foreign message stamped before time zero is kept as it came, at the time of the newest state."""
+    """A foreign message stamped before time zero is kept unchanged, at the time of the newest state."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     feed(bag, 3)
     bag.callbacks()["applied_effort"](EFFORT_WIRE.encode(-1, (7.0,) * 4))

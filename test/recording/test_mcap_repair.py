@@ -12,7 +12,7 @@ from crane_sim.recording.mcap.repair import repair_folder
 
 
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
-    """What a killed recorder had saved comes out of the recovered file as out of a closed one: times, order, counts.
+    """A recovered file has a killed recorder's messages as a closed one has them: times, order, counts.
 
     An attempt for which there was no time has changed nothing.
     """
@@ -32,8 +32,8 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
         repair_folder(left, lambda: 0.0)  # no time left: it stays as it is
     recovered = repair_folder(left)
     assert recovered is not None
-    with Reader(recovered) as ours, Reader(file.path) as theirs:
-        messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (ours, theirs)]
+    with Reader(recovered) as recovered_bag, Reader(file.path) as closed_bag:
+        messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (recovered_bag, closed_bag)]
         assert messages[0] == messages[1]
-        for told in ("message_count", "start_time", "end_time"):
-            assert getattr(ours, told) == getattr(theirs, told)
+        for attribute in ("message_count", "start_time", "end_time"):
+            assert getattr(recovered_bag, attribute) == getattr(closed_bag, attribute)

@@ -11,7 +11,7 @@ from urdf_kinematics import forward
 
 import crane_sim
 from crane_sim.description import urdf
-from crane_sim.recording.layout import base_turns, to_base, to_world
+from crane_sim.recording.layout import base_rotations, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
@@ -43,8 +43,8 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
     for k in (0, len(run.t) - 1):
         joints = dict(zip(scene.joint_names, run.q[k], strict=True))
         solid = forward(urdf(scene), joints, "payload_link")
-        found = to_world(solid[None, None], base[k : k + 1])[0, 0]
-        assert found == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
+        solid_position = to_world(solid[None, None], base[k : k + 1])[0, 0]
+        assert solid_position == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
     assert to_base(to_world(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding
 
 
@@ -58,15 +58,15 @@ def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
     base = base_positions(run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period)
     assert len(at) > 10
     assert at == pytest.approx(base[:, :3], abs=1e-6)  # the recording keeps single precision
-    assert turn == pytest.approx(base_turns(base).as_quat(), abs=1e-6)  # likewise
+    assert turn == pytest.approx(base_rotations(base).as_quat(), abs=1e-6)  # likewise
 
 
 def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path) -> None:
-    """What the base supplies to V is taken at the time of each step, in the recording as in the run."""
+    """The base's part of V is evaluated at the time of each step, in the recording as in the run."""
     rate = read_curves(recorded(run, tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
     law = run.scene.law
-    found = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
-    assert np.array_equal(rate[:, 0], found[:-1])
-    assert np.array_equal(run.lyapunov()[:, 1], found)
+    expected = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
+    assert np.array_equal(rate[:, 0], expected[:-1])
+    assert np.array_equal(run.lyapunov()[:, 1], expected)
     at_first = law.lyapunov(0.0, tuple(run.q[-1]), tuple(run.v[-1]))[1]
-    assert abs(found[-1] - at_first) > 1.0  # W: the instant matters
+    assert abs(expected[-1] - at_first) > 1.0  # W: the instant matters

@@ -31,7 +31,7 @@ FRAMES = len(range(0, STEPS, 3))  # 30 Hz of the 100 Hz
 
 
 def chain(links: int) -> Scene:
-    """Return a scene with a cable of so many links, 4 m in all, 10 kg."""
+    """Return a scene with a cable of `links` links, 4 m in all, 10 kg."""
     masses = [6.0 / links] * (links - 1) + [4.0 + 6.0 / links]
     cable = {"links": links, "lengths": 4.0 / links, "node_masses": masses}
     return load_scene({"crane": "overhead", "duration": 3.0, "trolley": {"mass": 5.0}, "cable": cable})
@@ -77,13 +77,13 @@ def chunks(path: Path, entity: str, column: str, static: bool = False) -> list[A
 
 def test_the_cable_is_one_line_through_the_nodes(run: Run) -> None:
     """Every third step the cable is drawn through all nodes, and trolley and payload stand at its ends."""
-    shown = run.nodes[::3]
+    nodes = run.nodes[::3]
     strips = np.array(chunks(run.path, "/rope", "LineStrips3D:strips"))[:, 0]
     assert strips.shape == (FRAMES, 8, 3)
-    assert strips == pytest.approx(shown, abs=1e-5)  # single precision of up to 60 m
+    assert strips == pytest.approx(nodes, abs=1e-5)  # single precision of up to 60 m
     for frame, end in (("trolley", 0), ("payload", -1)):
-        places = np.array(chunks(run.path, f"/tf/{frame}", "Transform3D:translation"))[:, 0]
-        assert places == pytest.approx(shown[:, end], abs=1e-5)
+        positions = np.array(chunks(run.path, f"/tf/{frame}", "Transform3D:translation"))[:, 0]
+        assert positions == pytest.approx(nodes[:, end], abs=1e-5)
 
 
 def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
@@ -115,11 +115,11 @@ def test_many_links_cost_no_more_entities(run: Run, tmp_path: Path) -> None:
     """A cable of 120 links has as many entities and rows of drawing as one of seven, less the beads hidden in it."""
     rows: list[dict[str, int]] = []
     for path in (run.path, recorded(tmp_path / "long.rrd", 120).path):
-        found: dict[str, int] = {}
+        counts: dict[str, int] = {}
         for chunk in RrdReader(path).stream():
             if not chunk.is_static:
-                found[chunk.entity_path] = found.get(chunk.entity_path, 0) + chunk.num_rows
-        rows.append(found)
+                counts[chunk.entity_path] = counts.get(chunk.entity_path, 0) + chunk.num_rows
+        rows.append(counts)
     assert rows[0].pop("/rope/nodes") == FRAMES
     assert rows[0] == rows[1]
 
@@ -158,25 +158,25 @@ def test_all_of_the_motion_is_in_the_picture(x: float, dx: float, dy: float, dep
 
 
 def test_a_far_way_is_followed() -> None:
-    """Where the whole way would make the crane a dot, the eye goes along with the trolley, close to it."""
+    """With a travel far larger than the crane, the camera follows the trolley closely."""
     room = BoundingBox((0.0, 0.0, -2.0), (200.0, 0.0, 0.0), 2.0, spatial=False)
     framing = of_room(room)
     assert framing.follows == "crane/trolley/boxes"
     assert np.linalg.norm(np.subtract(framing.eye, framing.look_at)) < 10.0 * room.depth
 
 
-def test_an_elastic_cable_is_told_by_its_nodes() -> None:
-    """Where positions are the coordinates, angles of a few links and the cable's length follow from the nodes."""
+def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
+    """Of a cable of nodes, the angles of a few links and its length are computed from their positions."""
     angles = np.radians([10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
     steps = np.column_stack([np.sin(angles), np.zeros(6), -np.cos(angles)]) * 1.1
     nodes = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) + (5.0, 0.0, 0.0)
     room = BoundingBox((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
     cable = Suspension(SuspendedCable((1.0,) * 6, (1.0,) * 6), room, "positions")
     block: Any = SimpleNamespace(nodes=nodes[None])
-    found = {channel.entity: channel for channel in cable_channels(cable)}
-    assert found["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
-    assert found["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
-    assert found["shown/cable_m"].values(block) == pytest.approx([6.6])
+    channels = {channel.entity: channel for channel in cable_channels(cable)}
+    assert channels["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
+    assert channels["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
+    assert channels["shown/cable_m"].values(block) == pytest.approx([6.6])
 
 
 def test_the_target_hangs_still_below_the_references() -> None:

@@ -1,4 +1,4 @@
-"""The recorder puts a run together from messages that come in any order between topics, and counts what is lost."""
+"""The recorder assembles a run from messages in any order between topics, and counts lost steps."""
 
 import json
 import os
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
 
 from crane_sim import orchestration
@@ -30,74 +30,74 @@ def number(k: int, size: int) -> tuple[float, ...]:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_topics_may_overtake_each_other(seed: int) -> None:
-    """However the three topics interleave, each step comes out once, in order, with its own state, effort, command."""
-    pairing, order = StepAssembler(PERIOD, TARGET), random.Random(seed)
+    """In any interleaving of the three topics, each step is assembled once, in order, from its own messages."""
+    assembler, draw = StepAssembler(PERIOD, TARGET), random.Random(seed)
     queues = [[(topic, k) for k in range(1, 201)] for topic in ("state", "effort", "command")]
     rows = []
     while any(queues):
-        topic, k = order.choice([queue for queue in queues if queue]).pop(0)
+        topic, k = draw.choice([queue for queue in queues if queue]).pop(0)
         if topic == "state":
-            pairing.add_state(k * PERIOD, number(k, 6), number(-k, 6))
+            assembler.add_state(k * PERIOD, number(k, 6), number(-k, 6))
         elif topic == "effort":
-            pairing.add_effort(k * PERIOD, number(k, 4))
+            assembler.add_effort(k * PERIOD, number(k, 4))
         else:
-            pairing.add_command(k * PERIOD, number(2 * k, 4))
-        if order.random() < 0.1:
-            rows += pairing.take()
-    rows += pairing.take(final=True)
+            assembler.add_command(k * PERIOD, number(2 * k, 4))
+        if draw.random() < 0.1:
+            rows += assembler.take()
+    rows += assembler.take(final=True)
     assert [row.step for row in rows] == list(range(1, 201))
     assert all((row.q[0], row.v[0], row.effort[0]) == (row.step, -row.step, row.step) for row in rows)
     assert [row.demanded for row in rows] == [number(2 * k, 4) for k in range(1, 201)]
-    assert pairing.lost == 0
+    assert assembler.lost == 0
 
 
 def test_lost_steps_are_counted() -> None:
     """A step whose effort never came is lost and counted; its neighbours are not."""
-    pairing = StepAssembler(PERIOD, TARGET)
+    assembler = StepAssembler(PERIOD, TARGET)
     for k in range(1, 11):
-        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         if k not in (3, 7, 8):
-            pairing.add_effort(k * PERIOD, number(k, 4))
-    assert [row.step for row in pairing.take(final=True)] == [1, 2, 4, 5, 6, 9, 10]
-    assert pairing.lost == 3
+            assembler.add_effort(k * PERIOD, number(k, 4))
+    assert [row.step for row in assembler.take(final=True)] == [1, 2, 4, 5, 6, 9, 10]
+    assert assembler.lost == 3
 
 
 def test_a_repeated_state_is_one_step() -> None:
     """A state that lockstep sent again, before or after it was written, adds nothing."""
-    pairing = StepAssembler(PERIOD, TARGET)
+    assembler = StepAssembler(PERIOD, TARGET)
     for k in (1, 1, 2):
-        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
-        pairing.add_command(k * PERIOD, number(k, 4))
-        pairing.add_effort(k * PERIOD, number(k, 4))
-    assert [row.step for row in pairing.take()] == [1, 2]
-    pairing.add_state(2 * PERIOD, number(2, 6), number(2, 6))
-    assert pairing.take(final=True) == []
+        assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        assembler.add_command(k * PERIOD, number(k, 4))
+        assembler.add_effort(k * PERIOD, number(k, 4))
+    assert [row.step for row in assembler.take()] == [1, 2]
+    assembler.add_state(2 * PERIOD, number(2, 6), number(2, 6))
+    assert assembler.take(final=True) == []
 
 
 def test_a_step_waits_for_its_command() -> None:
-    """A step whose command is on its way is held back, but not for ever, and not at the end of the run."""
-    pairing = StepAssembler(PERIOD, TARGET)
+    """A step whose command is in transit is held back, but not forever, and not at the end of the run."""
+    assembler = StepAssembler(PERIOD, TARGET)
     for k in range(1, PATIENCE + 4):
-        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
-        pairing.add_effort(k * PERIOD, number(k, 4))
-    pairing.add_command(1 * PERIOD, number(1, 4))
-    held = pairing.take()
+        assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        assembler.add_effort(k * PERIOD, number(k, 4))
+    assembler.add_command(1 * PERIOD, number(1, 4))
+    held = assembler.take()
     assert [(row.step, row.demanded) for row in held] == [(1, number(1, 4)), (2, None), (3, None)]
-    assert len(pairing.take(final=True)) == PATIENCE
+    assert len(assembler.take(final=True)) == PATIENCE
 
 
 def test_a_reference_holds_from_its_stamp_on() -> None:
-    """A new target does not change the steps before it, however late it is heard."""
-    pairing, later = StepAssembler(PERIOD, TARGET), (0.5, 0.5, 0.5, 1.0)
+    """A new target does not change the steps before it, however late it is received."""
+    assembler, later = StepAssembler(PERIOD, TARGET), (0.5, 0.5, 0.5, 1.0)
     for k in range(1, 5):
-        pairing.add_state(k * PERIOD, number(k, 6), number(k, 6))
-        pairing.add_effort(k * PERIOD, number(k, 4))
-    pairing.add_reference(3 * PERIOD, later)
-    assert [row.reference for row in pairing.take(final=True)] == [TARGET, TARGET, later, later]
+        assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
+        assembler.add_effort(k * PERIOD, number(k, 4))
+    assembler.add_reference(3 * PERIOD, later)
+    assert [row.reference for row in assembler.take(final=True)] == [TARGET, TARGET, later, later]
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
-    """What was recorded before a reset is kept in its own file, and the new pass is complete in the usual one."""
+    """The recording before a reset is kept in its own file, and the new pass is complete in the usual one."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
     feed(recorder, 20)
@@ -108,17 +108,17 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
 
 
 def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None:
-    """A second reset, received by a replacing recorder, leaves the file of the first one alone."""
+    """A second reset, received by a replacing recorder, does not change the file of the first one."""
     path = tmp_path / "run.rrd"
-    first, told = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
+    first, reports = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
     set_aside = tmp_path / "run.before_reset_1.rrd"
-    first.on_reset = lambda: told.append((first.passes, first.last_step, first.recorded, set_aside.exists()))
+    first.on_reset = lambda: reports.append((first.passes, first.last_step, first.recorded, set_aside.exists()))
     feed(first, 30)
     feed(first, 20)
     first.save()
-    assert told == [(1, 0, 0, True)]
-    before = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    assert reports == [(1, 0, 0, True)]
+    previous = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 25, after=20)
     feed(successor, 10)
     assert successor.passes == 2 and successor.finish({"steps": 10})["recorded_steps"] == 10
@@ -128,14 +128,14 @@ def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None
         assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
 
 
-def test_a_reset_that_the_dead_one_did_not_hear_of_begins_anew(tmp_path: Path) -> None:
+def test_a_reset_after_the_recorder_died_starts_a_new_recording(tmp_path: Path) -> None:
     """A recorder that resumes at step 20 and then receives step 1 does not take the new pass for a repetition."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
-    before = Previous(20, 20, (tmp_path / "run.rrd.part",))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(20, 20, (tmp_path / "run.rrd.part",))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 30)
     assert successor.finish({"steps": 30})["recorded_steps"] == 30
     for name, steps in (("run.before_reset_1.rrd", 20), ("run.rrd", 30)):
@@ -148,8 +148,8 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
     dead.finish({"steps": 30})
-    before = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     assert successor.has_all(30)
     added = successor.finish({"steps": 30})
     assert added == {"recording": str(path), "recorded_steps": 30, "lost_steps": 0}
@@ -158,12 +158,12 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
 
 
-def test_a_full_disk_is_told_with_counts_and_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error of a file that could not be written says how many steps it has; earlier parts are named, too."""
+def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error of a file that could not be written has the number of its steps, and earlier parts."""
     part = tmp_path / "run.rrd.part"
     part.touch()
-    before = Previous(20, 20, (part,))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", whole=tmp_path / "run.rrd", before=before)
+    previous = Previous(20, 20, (part,))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", complete_file=tmp_path / "run.rrd", previous=previous)
     feed(successor, 30, after=20)
     monkeypatch.setattr(Session, "write", fail_full_disk)
     added = successor.finish({"steps": 32})
@@ -178,8 +178,8 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
-    before = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not told of the last ten
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not reported the last ten
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 60, after=20)
     added = successor.finish({"steps": 60})
     assert added == {"recording": str(path), "recorded_steps": 60, "lost_steps": 0}
@@ -188,7 +188,7 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
 
 
 def test_the_summary_counts_the_missing_end(tmp_path: Path) -> None:
-    """Steps that the plant made and the recorder never heard of are lost, in the summary of the file, too."""
+    """Steps of the plant that the recorder never received are lost, in the summary of the file, too."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 20)
     assert recorder.finish({"steps": 25})["lost_steps"] == 5
@@ -224,13 +224,13 @@ FULL = 3000  # steps of that scene, twice as many as a megabyte holds
 
 
 def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
-    """When the disk fills up the run still comes to its end, and its summary says what is missing and why."""
+    """When the disk fills up the run still comes to its end, and its summary has the missing steps and the reason."""
     disk, copy = tmp_path / "disk", tmp_path / "run.rrd.part"
     disk.mkdir()
     script = 'mount -t tmpfs -o size=1m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'
     command = ["unshare", "-Urm", "sh", "-c", script, "sh", str(disk), sys.executable, RUN, str(copy)]
     env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    done = completed(command, env=env)
+    done = run_to_completion(command, env=env)
     if not done.stdout and ("unshare" in done.stderr or "mount" in done.stderr):
         pytest.skip("no mount namespace of one's own here")
     summary = json.loads(done.stdout.splitlines()[-1])

@@ -1,4 +1,4 @@
-"""A recording survives the end of its recorder, and a recorder says so when it cannot write."""
+"""A recording survives its recorder, and a recorder reports write errors."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap_samples import TOPICS, feed, read
-from process_helpers import completed
+from process_helpers import run_to_completion
 from recording_samples import SCENE, STEPS
 
 from crane_sim.recording.files import unfinished_name
@@ -43,7 +43,7 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
     test = Path(__file__).parents[1]
     env = os.environ | {"PYTHONPATH": os.pathsep.join([str(test / "helpers"), str(test.parent)])}
     command = [sys.executable, "-c", program, str(path), end]
-    return completed(command, env=env)
+    return run_to_completion(command, env=env)
 
 
 def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
     session.close({}, lost=0)
 
 
-def test_a_living_recorder_is_left_alone(tmp_path: Path) -> None:
+def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     """A file that is still being written is not taken for a leftover."""
     session = Session(SCENE, tmp_path / "run.rrd")
     assert repair_leftovers(tmp_path) == []
@@ -65,7 +65,7 @@ def test_a_living_recorder_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "run.rrd").exists()
 
 
-def test_rubbish_is_left_alone(tmp_path: Path) -> None:
+def test_unrecoverable_files_are_unchanged(tmp_path: Path) -> None:
     """A leftover from which nothing can be recovered stays where it is."""
     part = tmp_path / "run.rrd.part"
     part.write_bytes(b"not a recording")
@@ -100,7 +100,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """After SIGKILL the next recorder of the same name says where it put what was saved, and it reads."""
+    """After SIGKILL the next recorder of the same name names the recovered file, which is readable."""
     path = tmp_path / "run.mcap"
     assert child(MCAP_CHILD, path).returncode == -9
     (grown,) = unfinished_name(path).glob("*.mcap")
@@ -115,7 +115,7 @@ def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.Lo
     assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.recovered.mcap"}
 
 
-def test_a_living_recorder_s_file_is_left_alone(tmp_path: Path) -> None:
+def test_a_living_recorder_s_file_is_unchanged(tmp_path: Path) -> None:
     """Two recorders of the same file: the second one is refused, and the first one's is complete in the end."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     with pytest.raises(FileExistsError, match="another run is writing it"):

@@ -1,4 +1,4 @@
-"""What becomes of files at a reset when not all is well: a disk that was full before, parts that cannot be joined."""
+"""Files at a reset after errors: a full disk, parts that cannot be joined."""
 
 from pathlib import Path
 
@@ -27,12 +27,12 @@ def test_a_disk_that_was_full_before_a_reset_is_counted_by_passes(
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
     assert recorder.recorded >= 29  # the command of the last step may still be waited for
-    before = recorder.recorded
+    previous = recorder.recorded
     monkeypatch.setattr(Session, "write", fail_full_disk)
     feed(recorder, 40, after=30)
     feed(recorder, 20)
     added = recorder.finish({"steps": 20})
-    why = f"it has 0 of 20 steps since the last reset, and {before} from before it"
+    why = f"it has 0 of 20 steps since the last reset, and {previous} from before it"
     assert added["error"] == f"recorder: the disk is full; {why}"
     assert (added["recorded_steps"], added["lost_steps"]) == (0, 20)
     assert added["recording"] == str(tmp_path / "run.rrd.part")
@@ -61,13 +61,13 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They get names of tsuccessor own, in order, and the run behind the reset is whole under its usual name."""
+    """They get names of their own, in order, and the run behind the reset is whole under its usual name."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
-    before = Previous(20, 20, (tmp_path / "run.rrd.part",))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", whole=path, before=before)
+    previous = Previous(20, 20, (tmp_path / "run.rrd.part",))
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 30, after=20)
     monkeypatch.setattr(repair, "optimize_recordings", lambda *_: False)  # as a disk that is nearly full has it
     feed(successor, 10)

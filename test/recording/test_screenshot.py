@@ -21,7 +21,7 @@ STATE = SimpleNamespace(
 class LossyClient:
     """A client whose every call fails the first time, and whose connection is then lost."""
 
-    asked: list[str] = []
+    requests: list[str] = []
 
     def __init__(self) -> None:
         """Be connected."""
@@ -33,12 +33,12 @@ class LossyClient:
         return cls()
 
     def __getattr__(self, name: str) -> Any:
-        """Return what answers a question of this name from its second time on."""
+        """Return a method that fails at its first call, and answers later ones."""
 
         def answer(*_: object, **__: object) -> SimpleNamespace:
             assert not self._lost, "a lost connection was used again"
-            self.asked.append(name)
-            if self.asked.count(name) < 2:
+            self.requests.append(name)
+            if self.requests.count(name) < 2:
                 self._lost = True
                 raise ConnectionError(f"{name}: connection lost")
             return STATE
@@ -48,23 +48,23 @@ class LossyClient:
 
 @pytest.fixture
 def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Yield a file, beside a viewer's program that only stands there."""
+    """Yield a file, with a viewer program that only sleeps."""
     program = tmp_path / "viewer"
     program.write_text("#!/bin/sh\nexec sleep 60\n")
     program.chmod(0o755)
     monkeypatch.setattr(picture_module, "viewer_program", lambda: program)
     monkeypatch.setattr(picture_module, "ViewerClient", LossyClient)
     monkeypatch.setattr(picture_module, "DRAW_SECONDS", 0.0)
-    monkeypatch.setattr(LossyClient, "asked", [])
+    monkeypatch.setattr(LossyClient, "requests", [])
     file = tmp_path / "run.rrd"
     file.touch()
     yield file
 
 
-def test_a_lost_connection_is_made_again(recording: Path, tmp_path: Path) -> None:
-    """Each question whose connection is lost is asked once more through a new one, and the picture is made."""
+def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
+    """Each request whose connection is lost is repeated through a new one, and the picture is drawn."""
     assert picture(recording, tmp_path / "run.png") == []
-    assert LossyClient.asked.count("save_screenshot") == LossyClient.asked.count("open") == 2
+    assert LossyClient.requests.count("save_screenshot") == LossyClient.requests.count("open") == 2
 
 
 def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:

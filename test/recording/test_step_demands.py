@@ -1,4 +1,4 @@
-"""Which of several commands a recording shows as the demand of a step: the one that the plant took, or none."""
+"""The recorded demand of a step with several commands: the one applied by the plant, or none."""
 
 from types import SimpleNamespace
 
@@ -13,38 +13,44 @@ from crane_sim.ros.recorder.decoder import MessageDecoder
 
 PERIOD = 10_000_000  # ns
 STEP = round(SECONDS * 1e9)  # ns, of the bench in real time
-A, B, C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, 0.0, 0.0, 0.0)
+EFFORT_A, EFFORT_B, EFFORT_C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
     ("commands", "applied", "demanded"),
-    [([A], B, A), ([A, B], B, B), ([B, A, A], B, B), ([A, B], C, None), ([], B, None)],
+    [
+        ([EFFORT_A], EFFORT_B, EFFORT_A),
+        ([EFFORT_A, EFFORT_B], EFFORT_B, EFFORT_B),
+        ([EFFORT_B, EFFORT_A, EFFORT_A], EFFORT_B, EFFORT_B),
+        ([EFFORT_A, EFFORT_B], EFFORT_C, None),
+        ([], EFFORT_B, None),
+    ],
 )
-def test_the_demand_is_what_the_plant_took(commands: list, applied: tuple, demanded: tuple | None) -> None:
-    """A lone command is the demand, whatever drives made of it; of several the applied one is, else it is unknown."""
-    pairing = StepAssembler(PERIOD, None)
-    pairing.add_state(PERIOD, A, A)
+def test_the_demand_is_the_applied_command(commands: list, applied: tuple, demanded: tuple | None) -> None:
+    """A single command is the demand, independent of the drives; of several the applied one, else it is unknown."""
+    assembler = StepAssembler(PERIOD, None)
+    assembler.add_state(PERIOD, EFFORT_A, EFFORT_A)
     for command in commands:
-        pairing.add_command(PERIOD, command)
-    pairing.add_effort(PERIOD, applied)
-    assert [row.demanded for row in pairing.take(final=True)] == [demanded]
+        assembler.add_command(PERIOD, command)
+    assembler.add_effort(PERIOD, applied)
+    assert [row.demanded for row in assembler.take(final=True)] == [demanded]
 
 
-def test_where_the_plant_tells_what_it_accepted_nothing_else_is_a_demand() -> None:
-    """A lone command that was refused, as late or another one's, is no demand; of bare arrays the last one is."""
-    pairing = StepAssembler(PERIOD, None)
+def test_demands_are_accepted_commands_only() -> None:
+    """A single command that was refused, as late or another one's, is no demand; of bare arrays the last one is."""
+    assembler = StepAssembler(PERIOD, None)
     for k in range(1, 5):
-        pairing.add_state(k * PERIOD, A, A)
-        pairing.add_effort(k * PERIOD, C)
-    pairing.add_command(PERIOD, B)  # refused
-    pairing.add_accepted(2 * PERIOD, A)
-    pairing.add_command(3 * PERIOD, B)  # refused, too
-    pairing.add_accepted(4 * PERIOD, A)
-    pairing.add_accepted(4 * PERIOD, B)
-    assert [row.demanded for row in pairing.take(final=True)] == [None, A, None, B]
+        assembler.add_state(k * PERIOD, EFFORT_A, EFFORT_A)
+        assembler.add_effort(k * PERIOD, EFFORT_C)
+    assembler.add_command(PERIOD, EFFORT_B)  # refused
+    assembler.add_accepted(2 * PERIOD, EFFORT_A)
+    assembler.add_command(3 * PERIOD, EFFORT_B)  # refused, too
+    assembler.add_accepted(4 * PERIOD, EFFORT_A)
+    assembler.add_accepted(4 * PERIOD, EFFORT_B)
+    assert [row.demanded for row in assembler.take(final=True)] == [None, EFFORT_A, None, EFFORT_B]
 
 
-def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every command that counts is published with the stamp that it answers, and none that is late or no number."""
     bench, realtime = make_bench(monkeypatch, 20, 0.002)
     wire = JointWire(JOINTS, effort=True)
@@ -64,16 +70,16 @@ def test_in_real_time_the_plant_tells_what_it_accepted(monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("topic", ["joint_commands", "accepted_command"])
-def test_what_the_gate_refuses_is_no_demand(topic: str) -> None:
-    """Commands with numbers or names that no plant takes never come to the recorder."""
-    scene, heard = load_scene("knuckle_setpoint"), []
-    recorder = SimpleNamespace(command=lambda stamp, effort: heard.append((stamp, effort)))
+def test_invalid_commands_are_no_demands(topic: str) -> None:
+    """Commands with invalid numbers or names do not reach the recorder."""
+    scene, received = load_scene("knuckle_setpoint"), []
+    recorder = SimpleNamespace(command=lambda stamp, effort: received.append((stamp, effort)))
     recorder.accept_effort = recorder.command
-    take = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
+    decode = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
-    for bad in ((float("nan"), *A[1:]), (float("inf"), *A[1:]), (1e9, *A[1:])):
-        take(JointWire(names, effort=True).encode(PERIOD, bad))
-    take(JointWire((*names[:3], "hoist"), effort=True).encode(PERIOD, A))
-    take(JointWire(names[:3], effort=True).encode(PERIOD, A[:3]))
-    take(JointWire(names[::-1], effort=True).encode(PERIOD, A[::-1]))
-    assert heard == [(PERIOD, A)]
+    for bad in ((float("nan"), *EFFORT_A[1:]), (float("inf"), *EFFORT_A[1:]), (1e9, *EFFORT_A[1:])):
+        decode(JointWire(names, effort=True).encode(PERIOD, bad))
+    decode(JointWire((*names[:3], "hoist"), effort=True).encode(PERIOD, EFFORT_A))
+    decode(JointWire(names[:3], effort=True).encode(PERIOD, EFFORT_A[:3]))
+    decode(JointWire(names[::-1], effort=True).encode(PERIOD, EFFORT_A[::-1]))
+    assert received == [(PERIOD, EFFORT_A)]

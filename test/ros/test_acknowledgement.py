@@ -1,4 +1,4 @@
-"""Liveness of the command owner: its own missing acknowledgement costs it the lease, another subscriber's does not."""
+"""Liveness of the command owner: its lease expires by its own missing acknowledgement, not by another subscriber's."""
 
 import time
 from types import SimpleNamespace
@@ -11,15 +11,17 @@ from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 LEASE = TIMEOUT  # s
-STEP = 0.05  # s that the law takes at first
+STEP = 0.05  # s, the law's initial compute time
 
 
 @pytest.mark.parametrize(
-    ("third", "alive"), [(False, False), (True, True)], ids=["all acknowledge", "a third one does not"]
+    ("other_missing", "suspended"),
+    [(False, False), (True, True)],
+    ids=["all acknowledge", "a other_missing one does not"],
 )
-def test_another_subscriber_s_missing_acknowledgement_suspends_the_lease(
-    third: bool,
-    alive: bool,
+def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
+    other_missing: bool,
+    suspended: bool,
     simulation: SimulationRun,
     topics: FakeTopics,
     monkeypatch: pytest.MonkeyPatch,
@@ -29,7 +31,7 @@ def test_another_subscriber_s_missing_acknowledgement_suspends_the_lease(
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     lockstep: Any = make_lockstep(FakeHost(), simulation)
     lockstep._commands = SimpleNamespace(contested=True)
-    topics.acknowledged = not third
+    topics.acknowledged = not other_missing
     for _ in range(15):
         now[0] += STEP
         lockstep._effort = ZERO
@@ -37,11 +39,11 @@ def test_another_subscriber_s_missing_acknowledgement_suspends_the_lease(
     topics.acknowledged = False
     for _ in range(20):  # of a law that has died, or is slow
         now[0] += STEP
-        assert lockstep._is_lease_suspended() == alive
+        assert lockstep._is_lease_expiry_suspended() == suspended
 
 
 def test_old_observations_expire() -> None:
-    """After a time without a second publisher, in which there are no updates, a missing acknowledgement counts anew."""
+    """After a time without a second publisher, and so without updates, a missing acknowledgement counts again."""
     monitor = AcknowledgementMonitor(LEASE)
     monitor.update(True, 0.0)
     monitor.update(False, 100.0)

@@ -255,7 +255,7 @@ def test_a_sole_publisher_owns_the_lease_after_its_first_command(
     assert bench.passed_on == ([b"first"] if proven else [b"second"])
 
 
-def test_a_publisher_that_remains_must_acquire_the_lease_anew(bench: ArbiterBench, clock: list[float]) -> None:
+def test_a_remaining_publisher_must_acquire_the_lease(bench: ArbiterBench, clock: list[float]) -> None:
     """The crane of an owner that has left does not fall to a publisher that remains and never commanded it."""
     for gids in ((A,), (A, B)):
         bench.set_publishers(*gids)

@@ -137,5 +137,5 @@ def test_one_bound_for_all_joints() -> None:
 
 
 def test_a_crane_without_actuators_has_no_bounds() -> None:
-    """Where no joint takes commands, there is nothing to bound."""
+    """Without actuated joints there are no bounds."""
     assert largest_efforts(load_scene("overhead_sway")) == ()

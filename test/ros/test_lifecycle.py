@@ -23,37 +23,37 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Rem
     """Yield a node of the test, a plant in the middle of a run, and the standby controller that is to command it."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
-        ours.node.destroy_publisher(ours.commands)
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
+        client.node.destroy_publisher(client.commands)
         with (
             NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "step_timeout:=0.2") as plant,
             NodeProcess("crane_control.nodes.controller_node", env, f"scene:={scene}", "autostart:=false") as standby,
         ):
             plant.await_event("ready")
             standby.await_event("ready")
-            plant.order("go")
-            wait_until(lambda: bool(ours.states))
-            yield ours, plant, standby
+            plant.send("go")
+            wait_until(lambda: bool(client.states))
+            yield client, plant, standby
 
 
-def get_state(ours: Remote, node: str) -> str:
+def get_state(client: Remote, node: str) -> str:
     """Return the lifecycle state of a node."""
-    return ours.request(GetState, f"{node}/get_state", GetState.Request()).current_state.label
+    return client.request(GetState, f"{node}/get_state", GetState.Request()).current_state.label
 
 
-def change_state(ours: Remote, node: str, transition: int) -> bool:
+def change_state(client: Remote, node: str, transition: int) -> bool:
     """Ask a node for a transition; returns whether it has happened."""
     request = ChangeState.Request(transition=Transition(id=transition))
-    return ours.request(ChangeState, f"{node}/change_state", request).success
+    return client.request(ChangeState, f"{node}/change_state", request).success
 
 
-def wait_standing(ours: Remote) -> int:
+def wait_standing(client: Remote) -> int:
     """Return the stamp of the state at which the plant stands; fails where it does not."""
     newest = -1
 
     def moved() -> bool:
         nonlocal newest
-        previous, newest = newest, ours.states[-1]
+        previous, newest = newest, client.states[-1]
         time.sleep(0.3)  # s, in which a plant that runs takes hundreds of steps
         return newest != previous
 
@@ -63,32 +63,32 @@ def wait_standing(ours: Remote) -> int:
 
 def test_a_standby_waits_for_the_order_to_go(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
     """A controller without autostart is ready but silent until the order go, and then answers the newest state."""
-    ours, _, standby = bench
-    assert get_state(ours, "plant") == "active"
-    assert (get_state(ours, "controller"), ours.states[-1]) == ("inactive", PERIOD)
-    standby.order("go")
-    wait_until(lambda: ours.states[-1] > 10 * PERIOD)
-    assert get_state(ours, "controller") == "active"
+    client, _, standby = bench
+    assert get_state(client, "plant") == "active"
+    assert (get_state(client, "controller"), client.states[-1]) == ("inactive", PERIOD)
+    standby.send("go")
+    wait_until(lambda: client.states[-1] > 10 * PERIOD)
+    assert get_state(client, "controller") == "active"
 
 
 def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
     """An inactive controller is silent, an inactive plant paused; activated they resume, and shut down they end."""
-    ours, plant, standby = bench
-    assert change_state(ours, "controller", ACTIVATE)
-    wait_until(lambda: ours.states[-1] > 10 * PERIOD)
+    client, plant, standby = bench
+    assert change_state(client, "controller", ACTIVATE)
+    wait_until(lambda: client.states[-1] > 10 * PERIOD)
     for node in ("controller", "plant"):
-        assert change_state(ours, node, DEACTIVATE)
-        wait_until(lambda: ours.modes[-1] == 2)
-        reached = wait_standing(ours)
+        assert change_state(client, node, DEACTIVATE)
+        wait_until(lambda: client.modes[-1] == 2)
+        reached = wait_standing(client)
         if node == "plant":
-            assert ours.step() == "the node is inactive"
-        assert change_state(ours, node, ACTIVATE)
-        wait_until(lambda: ours.modes[-1] == 1 and ours.states[-1] > reached + 10 * PERIOD)  # noqa: B023 called here
-    assert ours.pause(True) == "ok"
-    assert change_state(ours, "plant", DEACTIVATE) and change_state(ours, "plant", ACTIVATE)
-    assert (ours.modes[-1], ours.pause(False)) == (2, "ok")  # the user's pause outlasted the manager's
-    assert change_state(ours, "plant", SHUTDOWN)
+            assert client.step() == "the node is inactive"
+        assert change_state(client, node, ACTIVATE)
+        wait_until(lambda: client.modes[-1] == 1 and client.states[-1] > reached + 10 * PERIOD)  # noqa: B023 called here
+    assert client.pause(True) == "ok"
+    assert change_state(client, "plant", DEACTIVATE) and change_state(client, "plant", ACTIVATE)
+    assert (client.modes[-1], client.pause(False)) == (2, "ok")  # the user's pause outlasted the manager's
+    assert change_state(client, "plant", SHUTDOWN)
     assert plant.await_event("done")["summary"]["steps"] > 20
     assert plant.process.wait(60.0) == 0
-    assert change_state(ours, "controller", SHUTDOWN)
+    assert change_state(client, "controller", SHUTDOWN)
     assert standby.process.wait(60.0) == 0

@@ -42,7 +42,7 @@ def check_parameter(name: str, option: Option, value: Any) -> None:
 @settings(**QUICK | {"max_examples": 300})
 @given(st.sampled_from(OPTIONS), NUMBERS | ODD | WORDS | JUNK)
 def test_an_odd_parameter(option: tuple[str, Option], value: Any) -> None:
-    """Each value of a parameter is of its type and in its range, or refused in one line with its name."""
+    """Each value of a parameter is of its type and in its range, or a single-line error with its name."""
     check_parameter(*option, value)
 
 

@@ -45,8 +45,8 @@ class Services:
         return response.success, response.message
 
 
-def test_services_of_a_waiting_plant_say_what_it_waits_for() -> None:
-    """A plant that waits looks paused: the services that end a pause or step say that it is not, and why it waits."""
+def test_services_of_a_waiting_plant_reply_with_the_reason() -> None:
+    """A waiting plant publishes the state paused: services that end a pause or step reply that it waits, and why."""
     services = Services()
     assert services.call("set_pause", data=False) == (True, "")
     assert services.call("step_simulation") == (False, "the simulation is not paused")
@@ -59,7 +59,7 @@ def test_services_of_a_waiting_plant_say_what_it_waits_for() -> None:
 
 
 def test_a_paused_plant_does_not_report_waiting() -> None:
-    """While the run is paused no command need come; the time-out begins anew when it is resumed."""
+    """While the run is paused no command need come; the time-out restarts when it is resumed."""
     host: Any = FakeHost()
     events: list[str] = []
     simulation = start_run(FakeTopics(), events)

@@ -32,28 +32,28 @@ def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tu
         graph(tmp_path_factory.mktemp("log"), monkeypatch) as (domain, env),
     ):
         options = (f"scene:={endless}", "commanded:=true", "step_timeout:=0.2", "resends:=2")
-        with remote(domain) as ours, NodeProcess(PLANT, env, *options) as plant:
+        with remote(domain) as client, NodeProcess(PLANT, env, *options) as plant:
             plant.await_event("ready")
-            plant.order("go")
-            wait_until(lambda: bool(ours.states))
-            yield plant, ours
+            plant.send("go")
+            wait_until(lambda: bool(client.states))
+            yield plant, client
 
 
 @pytest.fixture
 def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
     """Yield the node of the test, beside a plant that is paused at its first state."""
-    _, ours = bench
-    ours.answers = None
-    ours.pause(True)
-    assert (ours.set(step_count=1, reset_positions=[], reset_velocities=[]), ours.reset()) == ("", "ok")
-    wait_until(lambda: ours.states[-1] == PERIOD)
-    yield ours
-    ours.pause(False)
+    _, client = bench
+    client.answers = None
+    client.pause(True)
+    assert (client.set(step_count=1, reset_positions=[], reset_velocities=[]), client.reset()) == ("", "ok")
+    wait_until(lambda: client.states[-1] == PERIOD)
+    yield client
+    client.pause(False)
 
 
 def test_arrays_of_numbers_are_described_as_doubles(bench: tuple[NodeProcess, Remote]) -> None:
     """So is the parameter before it is set, and after it was set to an empty array, or one of integers."""
-    _, ours = bench
+    _, client = bench
     about = DescribeParameters.Request(names=["reset_positions"])
     odd = [
         ParameterValue(type=ParameterType.PARAMETER_BYTE_ARRAY),
@@ -63,66 +63,66 @@ def test_arrays_of_numbers_are_described_as_doubles(bench: tuple[NodeProcess, Re
     for value in (None, *odd):
         if value is not None:
             request = SetParametersAtomically.Request(parameters=[Message(name="reset_positions", value=value)])
-            assert ours.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.successful
-        descriptors = ours.request(DescribeParameters, "plant/describe_parameters", about).descriptors
+            assert client.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.successful
+        descriptors = client.request(DescribeParameters, "plant/describe_parameters", about).descriptors
         assert descriptors[0].type == ParameterType.PARAMETER_DOUBLE_ARRAY
-    assert "parameter reset_positions is 1; it must be an array of finite numbers" in ours.set(reset_positions=1)
+    assert "parameter reset_positions is 1; it must be an array of finite numbers" in client.set(reset_positions=1)
 
 
 def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:
     """Without commands lockstep reports that it waits, serves calls, and resumes with the first valid command."""
-    plant, ours = bench
+    plant, client = bench
     why = plant.await_event("waiting")["why"]
     assert why.startswith("no valid command for state 1 within 0.6 s")
-    wait_until(lambda: ours.modes[-1] == 2 and any(message == why for _, message in ours.warnings))
-    assert (ours.pause(True), ours.pause(False)) == ("ok", "ok")
-    assert ours.modes[-1] == 2  # it still waits
-    ours.answers = ZERO
-    ours.send(PERIOD, ZERO)
+    wait_until(lambda: client.modes[-1] == 2 and any(message == why for _, message in client.warnings))
+    assert (client.pause(True), client.pause(False)) == ("ok", "ok")
+    assert client.modes[-1] == 2  # it still waits
+    client.answers = ZERO
+    client.send(PERIOD, ZERO)
     plant.await_event("resumed")
-    wait_until(lambda: ours.modes[-1] == 1 and ours.states[-1] > 10 * PERIOD)
-    assert ours.warnings[-1][1] == "running"
+    wait_until(lambda: client.modes[-1] == 1 and client.states[-1] > 10 * PERIOD)
+    assert client.warnings[-1][1] == "running"
 
 
 def test_many_steps_in_one_call(paused: Remote) -> None:
     """A paused plant takes `step_count` steps, and answers how many it took when the commands do not come."""
-    ours = paused
-    assert ours.step() == "the command for state 1 has not come yet"
-    assert "step_count out of range" in ours.set(step_count=0)
-    assert ours.set(step_count=50) == ""
-    ours.answers = ZERO
-    assert ours.step() == "ok"
-    wait_until(lambda: ours.states[-1] == 51 * PERIOD)
-    ours.answers = None
-    assert ours.step().startswith(("0 of 50 steps: the command for state", "1 of 50 steps: the command for state"))
+    client = paused
+    assert client.step() == "the command for state 1 has not come yet"
+    assert "step_count out of range" in client.set(step_count=0)
+    assert client.set(step_count=50) == ""
+    client.answers = ZERO
+    assert client.step() == "ok"
+    wait_until(lambda: client.states[-1] == 51 * PERIOD)
+    client.answers = None
+    assert client.step().startswith(("0 of 50 steps: the command for state", "1 of 50 steps: the command for state"))
 
 
 def test_reset_to_a_state(paused: Remote) -> None:
     """A reset goes to the state of the parameters, to the scene's own without one, and refuses an incomplete one."""
-    ours = paused
-    first, elsewhere = ours.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
-    assert ours.set(reset_positions=elsewhere) == ""
-    assert ours.reset() == "ok"
-    wait_until(lambda: ours.positions[-1] == pytest.approx(elsewhere, abs=1e-12))  # converted to and fro
-    assert ours.set(reset_positions=[1.0]) == ""
-    assert ours.reset() != "ok"
-    assert ours.set(reset_positions=[]) == ""
-    assert ours.reset() == "ok"
-    wait_until(lambda: ours.positions[-1] == first)
-    assert ours.states[-1] == PERIOD
+    client = paused
+    first, elsewhere = client.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
+    assert client.set(reset_positions=elsewhere) == ""
+    assert client.reset() == "ok"
+    wait_until(lambda: client.positions[-1] == pytest.approx(elsewhere, abs=1e-12))  # converted to and fro
+    assert client.set(reset_positions=[1.0]) == ""
+    assert client.reset() != "ok"
+    assert client.set(reset_positions=[]) == ""
+    assert client.reset() == "ok"
+    wait_until(lambda: client.positions[-1] == first)
+    assert client.states[-1] == PERIOD
 
 
 def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A node on simulation time that starts before the run has a clock, and its timer follows the simulation."""
     sim_time = {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, **sim_time) as ours:
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, **sim_time) as client:
         ticks: list[int] = []
-        ours.node.create_timer(0.1, lambda: ticks.append(ours.node.get_clock().now().nanoseconds))
+        client.node.create_timer(0.1, lambda: ticks.append(client.node.get_clock().now().nanoseconds))
         with NodeProcess(PLANT, env, f"scene:={endless}", "commanded:=true") as plant:
-            wait_until(lambda: ours.node.get_clock().now().nanoseconds == PERIOD)
+            wait_until(lambda: client.node.get_clock().now().nanoseconds == PERIOD)
             plant.await_event("ready")
-            ours.answers = ZERO
-            plant.order("go")
+            client.answers = ZERO
+            plant.send("go")
             wait_until(lambda: len(ticks) >= 5)
     steps = [later - sooner for sooner, later in zip(ticks, ticks[1:], strict=False)]
     assert ticks == sorted(ticks) and all(step > 0 for step in steps)
@@ -137,14 +137,14 @@ def test_single_steps_without_a_controller(mode: str, tmp_path: Path, monkeypatc
         del document["control"]
     load_scene(document).dump(tmp_path / "scene.yaml")
     options = (f"scene:={tmp_path / 'scene.yaml'}", f"mode:={'realtime' if mode == 'realtime' else 'lockstep'}")
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, *options, "step_count:=7") as plant:
             plant.await_event("ready")
-            plant.order("go")
-            wait_until(lambda: bool(ours.states))
-            assert (ours.pause(True), ours.reset()) == ("ok", "ok")
-            wait_until(lambda: ours.states[-1] == PERIOD)
-            assert ours.step() == "ok"
-            wait_until(lambda: ours.states[-1] == 8 * PERIOD)
-            assert ours.pause(False) == "ok"
-            wait_until(lambda: ours.states[-1] > 10 * PERIOD)
+            plant.send("go")
+            wait_until(lambda: bool(client.states))
+            assert (client.pause(True), client.reset()) == ("ok", "ok")
+            wait_until(lambda: client.states[-1] == PERIOD)
+            assert client.step() == "ok"
+            wait_until(lambda: client.states[-1] == 8 * PERIOD)
+            assert client.pause(False) == "ok"
+            wait_until(lambda: client.states[-1] > 10 * PERIOD)

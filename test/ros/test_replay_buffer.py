@@ -22,7 +22,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def state(second: int, position: float = 0.0) -> bytes:
-    """Return the state of a second; the position tells passes apart."""
+    """Return the state of a second; the position identifies the pass."""
     return STATE.encode(second * SECOND, (position,) * 6, (0.0,) * 6)
 
 
@@ -43,7 +43,7 @@ def buffer_of_two_passes(clock: list[float]) -> ReplayBuffer:
 
 
 def replayed(buffer: ReplayBuffer, after: int, passes: int) -> list[bytes]:
-    """Return what a buffer replays to an output that resumes after a second of a pass."""
+    """Return the replayed messages of an output that resumes after a second of a pass."""
     messages: list[bytes] = []
     names = ("joint_states", "simulation_state", "joint_trajectory")
     buffer.replay_to([dict.fromkeys(names, messages.append)], [after * SECOND], passes)
@@ -67,12 +67,12 @@ def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
 
 
 def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
-    """Where the failed recorder had recorded the reset, nothing older is replayed but what is latched."""
+    """If the failed recorder had recorded the reset, only latched messages are replayed of before."""
     assert replayed(buffer_of_two_passes(clock), after=1, passes=4) == [b"playing", state(2, 1.0), state(3, 1.0)]
 
 
 def test_the_pass_before_an_unrecorded_reset_is_replayed(clock: list[float]) -> None:
-    """Where the failed recorder had not, its pass is replayed to its end, and then the new one from its beginning."""
+    """Otherwise its pass is replayed to its end, and then the new one from its beginning."""
     rest = [*map(state, (19, 20)), b"late target", *(state(second, 1.0) for second in (1, 2, 3))]
     assert replayed(buffer_of_two_passes(clock), after=18, passes=3) == [b"playing", b"old target", *rest]
     assert 23 - SECONDS < 18  # all of that was still buffered

@@ -42,19 +42,19 @@ def test_ros_reads_our_commands(data: st.DataObject, names: list[str], stamp: in
 
 @given(st.data(), NAMES, NAMES, st.sampled_from([(1, 1, 0), (0, 0, 1), (1, 1, 1), (1, 0, 1), (0, 0, 0)]), st.booleans())
 def test_messages_of_any_layout_are_read(
-    data: st.DataObject, ours: list[str], theirs: list[str], present: tuple[int, int, int], effort: bool
+    data: st.DataObject, expected_names: list[str], other_names: list[str], present: tuple[int, int, int], effort: bool
 ) -> None:
     """A message of the expected layout and one of any other are both read as the generated class wrote them."""
-    names = data.draw(st.sampled_from([ours, theirs]))
-    q, v, u = (values if wanted else [] for values, wanted in zip(vectors(data, names, 3), present, strict=True))
+    names = data.draw(st.sampled_from([expected_names, other_names]))
+    q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
     header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
     message = JointState(header=header, name=names, position=q, velocity=v, effort=u)
-    frame = JointWire(ours, effort=effort).decode(serialize_message(message))
+    frame = JointWire(expected_names, effort=effort).decode(serialize_message(message))
     assert (frame.stamp, frame.names) == (7_000_000_008, names)
     assert [list(field) for field in frame[2:]] == [q, v, u]
 
 
 def test_not_a_number_survives() -> None:
-    """NaN comes through unchanged: validation refuses it, with a count."""
+    """NaN comes through unchanged: validation rejects it, with a count."""
     wire = JointWire(["slew"], effort=True)
     assert math.isnan(wire.decode(wire.encode(1, [math.nan])).effort[0])

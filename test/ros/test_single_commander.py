@@ -34,30 +34,30 @@ def bench(
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
     options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0", LONG)
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
-        ours.node.destroy_publisher(ours.commands)
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
+        client.node.destroy_publisher(client.commands)
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
             plant.await_event("ready")
-            plant.order("go")
-            yield ours, env
+            plant.send("go")
+            yield client, env
 
 
-def is_applied(ours: Remote, effort: float) -> bool:
+def is_applied(client: Remote, effort: float) -> bool:
     """Return whether this effort acts on the crane."""
-    return bool(ours.efforts) and ours.efforts[-1][0] == effort
+    return bool(client.efforts) and client.efforts[-1][0] == effort
 
 
 def test_a_second_publisher_waits_for_the_lease(bench: tuple[Remote, dict[str, str]]) -> None:
     """The second of two real processes is refused by name; when the first is killed it takes over."""
-    ours, env = bench
+    client, env = bench
     with started_commander(env, "first", 1.0) as first:
-        wait_until(lambda: is_applied(ours, 1.0))
+        wait_until(lambda: is_applied(client, 1.0))
         with started_commander(env, "second", 2.0):
             line = "command of /knuckle/second refused: /knuckle/first commands"
-            wait_until(lambda: any(line in message for _, message in ours.warnings))
-            reached = ours.states[-1]
-            wait_until(lambda: ours.states[-1] > reached + 50 * PERIOD)
-            assert {effort[0] for effort in ours.efforts} <= {0.0, 1.0}
+            wait_until(lambda: any(line in message for _, message in client.warnings))
+            reached = client.states[-1]
+            wait_until(lambda: client.states[-1] > reached + 50 * PERIOD)
+            assert {effort[0] for effort in client.efforts} <= {0.0, 1.0}
             os.kill(first.pid, signal.SIGKILL)
-            wait_until(lambda: is_applied(ours, 2.0))
-            wait_until(lambda: ours.warnings[-1][1] == "running")
+            wait_until(lambda: is_applied(client, 2.0))
+            wait_until(lambda: client.warnings[-1][1] == "running")

@@ -21,7 +21,7 @@ def test_a_slow_law_keeps_its_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, "slow") as slow, remote(domain) as quick:
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
             plant.await_event("ready")
-            plant.order("go")
+            plant.send("go")
             wait_until(lambda: bool(slow.states))
             for step in range(STEPS):
                 stamp = slow.states[-1]

@@ -34,35 +34,35 @@ def is_fifo_permitted() -> bool:
 def test_a_timeout_brakes_and_a_command_releases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """After the time-out the brakes act, with a warning in the diagnostics; the next command ends both."""
     options = ("mode:=realtime", "command_timeout:=0.3", "on_silence:=brake", "commanded:=true", "fifo_priority:=5")
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", *options) as plant:
             plant.await_event("ready")
-            ours.answers = EFFORT
-            plant.order("go")
-            wait_until(lambda: ours.efforts[-1:] == [EFFORT])
+            client.answers = EFFORT
+            plant.send("go")
+            wait_until(lambda: client.efforts[-1:] == [EFFORT])
             assert (os.sched_getscheduler(plant.process.pid) == os.SCHED_FIFO) == is_fifo_permitted()
-            ours.answers = None
-            wait_until(lambda: any("no valid command for 0.3 s: the brakes act" in line for _, line in ours.warnings))
-            wait_until(lambda: ours.efforts[-1] != EFFORT)
-            ours.answers = EFFORT
-            ours.send(ours.states[-1], EFFORT)
-            wait_until(lambda: ours.warnings[-1][1] == "running" and ours.efforts[-1] == EFFORT)
+            client.answers = None
+            wait_until(lambda: any("no valid command for 0.3 s: the brakes act" in line for _, line in client.warnings))
+            wait_until(lambda: client.efforts[-1] != EFFORT)
+            client.answers = EFFORT
+            client.send(client.states[-1], EFFORT)
+            wait_until(lambda: client.warnings[-1][1] == "running" and client.efforts[-1] == EFFORT)
 
 
 def test_brake_to_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At the order brake the plant brakes until the crane rests, and ends with the fault of the order."""
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as ours:
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", "commanded:=true") as plant:
             plant.await_event("ready")
-            ours.answers = EFFORT
-            plant.order("go")
-            wait_until(lambda: len(ours.states) > 20)
-            plant.order("brake controller: it was killed")
+            client.answers = EFFORT
+            plant.send("go")
+            wait_until(lambda: len(client.states) > 20)
+            plant.send("brake controller: it was killed")
             summary = plant.await_event("done")["summary"]
             assert plant.await_event("done")["summary"]["error"] == "controller: it was killed"
             assert summary["steps"] > 20
-            wait_until(lambda: len(ours.states) > summary["steps"])
-            plant.order("finish")
+            wait_until(lambda: len(client.states) > summary["steps"])
+            plant.send("finish")
             assert plant.process.wait(60.0) == 1
-    last = ours.velocities[-1][: len(JOINTS)]
+    last = client.velocities[-1][: len(JOINTS)]
     assert max(map(abs, last)) < SLOW  # the plant's own limit of rest; the crane was at a hundred times that

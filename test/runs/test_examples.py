@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from example_helpers import EXAMPLES, check_arrival, check_lockstep, run, started_example
-from process_helpers import completed, has_exited, next_line, started_program, wait_until
+from process_helpers import has_exited, next_line, run_to_completion, started_program, wait_until
 
 from crane_sim.orchestration.ros_environment import node_environment
 
@@ -87,9 +87,9 @@ def test_the_example_of_two_cranes_handles_sigterm(ros_environment: dict[str, st
 
 def test_the_environment_of_an_example_is_that_of_the_nodes(tmp_path: Path) -> None:
     """examples/in_domain sets the same variables as the simulator for its own nodes."""
-    shown = completed([EXAMPLES / "in_domain", "7", "env"], check=True).stdout
-    ours = dict(line.split("=", 1) for line in shown.splitlines() if "=" in line)
+    output = run_to_completion([EXAMPLES / "in_domain", "7", "env"], check=True).stdout
+    variables = dict(line.split("=", 1) for line in output.splitlines() if "=" in line)
     expected = node_environment(7, tmp_path)
     for name in expected:
         if name.startswith(("RMW_", "ROS_DOMAIN", "ROS_AUTOMATIC", "FASTRTPS_", "FASTDDS_")):
-            assert ours[name] == expected[name], name
+            assert variables[name] == expected[name], name

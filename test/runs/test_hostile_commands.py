@@ -127,7 +127,7 @@ def run_with_flood(scene: Scene, mode: str, env: dict[str, str], file: Path) -> 
     ):
         plant.await_event("ready")
         controller.await_event("ready")
-        plant.order("go")
+        plant.send("go")
         summary = plant.await_event("done")["summary"]
         return summary, json.loads(process.communicate(timeout=60.0)[0])
 

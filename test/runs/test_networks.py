@@ -13,8 +13,8 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
-from process_helpers import completed, started_program, wait_until
-from run_helpers import check_answers
+from process_helpers import run_to_completion, started_program, wait_until
+from run_helpers import check_one_command_per_state
 
 from crane_sim import load_scene
 from crane_sim.evaluation.soak.determinism import KILTED, clean_environment
@@ -33,7 +33,7 @@ DURATION = 3.0  # s of simulated time
 def can_isolate() -> bool:
     """Return whether this user may make network namespaces."""
     tools = all(shutil.which(tool) for tool in ("unshare", "nsenter", "ip"))
-    return tools and completed(["unshare", "-Urn", "true"]).returncode == 0
+    return tools and run_to_completion(["unshare", "-Urn", "true"]).returncode == 0
 
 
 def sockets(pid: int) -> list[tuple[str, str]]:
@@ -151,8 +151,8 @@ def test_the_policy_allows_the_topics_and_services_of_the_nodes(
             words = [sys.executable, command[0], module, *command[2:], *own.get(module, [])]
             nodes.enter_context(started_program(words, env=ros_environment))
         lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", "plant", "controller", "recorder"]
-        shown = completed(lister, env=ros_environment, check=True)
-    for node, does in json.loads(shown.stdout).items():
+        listing = run_to_completion(lister, env=ros_environment, check=True)
+    for node, does in json.loads(listing.stdout).items():
         for what, names in does.items():
             beyond = [
                 name for name in names if not any(fnmatch(name, rule) for rule in allowed_names(node).get(what, []))
@@ -168,7 +168,7 @@ def test_a_secure_node_needs_valid_keys(tmp_path: Path, ros_environment: dict[st
         (folder / name).write_text("no key\n")
     secure = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce", "ROS_SECURITY_KEYSTORE": str(tmp_path)}
     command = [sys.executable, "-m", "crane_sim.ros.plant_node"]
-    run = completed(command, env=ros_environment | secure)
+    run = run_to_completion(command, env=ros_environment | secure)
     assert run.returncode == 2
     assert "Traceback" not in run.stderr
 
@@ -178,9 +178,9 @@ def test_a_controller_on_another_machine() -> None:
     """With the network profile, a controller in another network namespace drives the crane, bit for bit as locally."""
     env = os.environ | {"CRANE_SIM_DDS": str(config_folder() / "fastdds_network.xml")}
     command = ["unshare", "-Urn", "sh", PROGRAMS / "two_machines.sh", sys.executable, EXAMPLES, str(DURATION)]
-    run = completed(command, env=env)
+    run = run_to_completion(command, env=env)
     summary = json.loads(run.stdout.splitlines()[-1])
     assert "error" not in summary
     scene = load_scene("knuckle_setpoint", {"duration": DURATION})
-    check_answers(summary, scene.steps)
+    check_one_command_per_state(summary, scene.steps)
     assert summary["state_sha256"] == hash_of_example(scene)

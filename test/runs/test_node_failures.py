@@ -91,7 +91,7 @@ def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> Non
 
 
 def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
-    """A killed recorder costs no step of the run; its recording is recovered, and the error says what is missing."""
+    """A killed recorder costs no step of the run; its recording is recovered, and the error names the missing steps."""
     killer = NodeKiller({"recorder": 2000})
     summary = killer.run(tmp_path / "run.rrd")
     assert summary["steps"] == SCENE.steps
@@ -142,6 +142,6 @@ def test_kills_in_real_time(count: int) -> None:
     """The soak keeps every promise: steps of plant, subscriber and recording, control back in time, no leak."""
     figures, data = kill_soak(count, seed=1)
     assert data["summary"]["restarts"] == {"controller": count // 2, "recorder": count // 2}
-    broken = [figure for figure in figures if not figure.kept]
+    not_kept = [figure for figure in figures if not figure.kept]
     machines = ("publish call", "longest gap")  # a busy machine may break these, too
-    assert all(figure.what.startswith(machines) for figure in broken), broken
+    assert all(figure.what.startswith(machines) for figure in not_kept), not_kept

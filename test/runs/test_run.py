@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from process_helpers import children, completed, has_exited, next_line, nodes_of, started_program, wait_exited
-from run_helpers import check_answers
+from process_helpers import children, has_exited, next_line, nodes_of, run_to_completion, started_program, wait_exited
+from run_helpers import check_one_command_per_state
 
 from crane_sim import load_scene, orchestration
 from crane_sim.simulation.plant import Plant
@@ -59,7 +59,7 @@ def test_lockstep_changes_no_bit() -> None:
     summary = run()
     assert summary["state_sha256"] == plant.summary()["state_sha256"]
     assert summary["steps"] == scene.steps
-    check_answers(summary, scene.steps)
+    check_one_command_per_state(summary, scene.steps)
     assert "error" not in summary
 
 
@@ -163,7 +163,7 @@ def test_nodes_exit_when_their_supervisor_is_killed(tmp_path: Path) -> None:
 def test_bad_parameters_are_refused(setting: str, message: str, ros_environment: dict[str, str]) -> None:
     """A node with an invalid parameter exits with code 2 and one line that names it."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", setting]
-    ended = completed(command, env=ros_environment)
+    ended = run_to_completion(command, env=ros_environment)
     assert ended.returncode == 2
     assert message in ended.stderr
     assert len(ended.stderr.splitlines()) == 1

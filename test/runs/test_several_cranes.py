@@ -9,21 +9,21 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from process_helpers import completed, has_exited, started_program, wait_until
-from run_helpers import check_answers
+from process_helpers import has_exited, run_to_completion, started_program, wait_until
+from run_helpers import check_one_command_per_state
 
 from crane_sim import load_scene, simulate
 
 PROGRAMS = Path(__file__).parents[1] / "programs"
-CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # as the example has them
+CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # those of the example
 
 
 def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
-    """Two cranes step together, never more than a period apart, /clock is one, and each moves as it does alone."""
+    """Two cranes step at most a period apart, /clock has one publisher, and each moves as in a run of its own."""
     monitor = [sys.executable, PROGRAMS / "clock_monitor.py", *CRANES]
     example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
     with started_program(monitor, env=ros_environment, stdout=subprocess.PIPE) as monitoring:
-        run = completed(example, env=ros_environment)
+        run = run_to_completion(example, env=ros_environment)
         counters = json.loads(monitoring.communicate(timeout=60.0)[0])
     summaries = json.loads(run.stdout)
     for crane, scene in CRANES.items():
@@ -35,7 +35,7 @@ def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
 
 
 def test_two_cranes_end_together(ros_environment: dict[str, str]) -> None:
-    """When one plant of the example is killed, it ends all nodes, names the crane, and returns 1."""
+    """When one plant is killed, the example ends all nodes, names the crane, and returns 1."""
     example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
     with started_program(example, env=ros_environment, stdout=subprocess.PIPE) as run:
         children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
@@ -53,7 +53,7 @@ def run_side_by_side(*runs: dict) -> list[dict]:
     def run(options: dict) -> dict:
         command = [sys.executable, "-c", script, "run", options["scene"], "--no-record", "--json"]
         command += ["--duration", str(options["duration"])]
-        return json.loads(completed(command).stdout)
+        return json.loads(run_to_completion(command).stdout)
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(run, runs))
@@ -65,7 +65,7 @@ def test_two_runs_side_by_side_are_independent() -> None:
     for options, summary in zip(runs, run_side_by_side(*runs), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
         assert "error" not in summary
-        check_answers(summary, scene.steps)
+        check_one_command_per_state(summary, scene.steps)
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
@@ -75,14 +75,14 @@ def test_six_runs_side_by_side() -> None:
     runs = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
     for options, summary in zip(runs, run_side_by_side(*runs), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
-        check_answers(summary, scene.steps)
+        check_one_command_per_state(summary, scene.steps)
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
 def test_only_lockstep_can_share_a_clock(ros_environment: dict[str, str]) -> None:
-    """A plant in real time refuses the parameter in one line."""
+    """A plant in real time rejects the parameter with a single-line error."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", "beside:=other"]
-    run = completed([*command, "-p", "mode:=realtime"], env=ros_environment)
+    run = run_to_completion([*command, "-p", "mode:=realtime"], env=ros_environment)
     assert run.returncode == 2
     assert "parameter beside is 'other'; only a crane in lockstep can have it" in run.stderr
 
@@ -98,7 +98,7 @@ def test_a_second_plant_in_a_namespace_is_refused(ros_environment: dict[str, str
         with started_program(first, env=environment, stderr=subprocess.DEVNULL, pass_fds=[report_fd]) as plant:
             end.close()
             assert json.loads(next(events))["event"] == "ready"
-            refused = completed(command, env=environment)
+            refused = run_to_completion(command, env=environment)
             assert plant.poll() is None
     assert refused.returncode == 1
     assert "/knuckle/joint_states has 2 publishers: /knuckle/plant, /knuckle/plant" in refused.stderr

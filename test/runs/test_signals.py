@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 from mcap_samples import read
-from process_helpers import completed, has_exited, next_line, nodes_of, started_program, wait_until
+from process_helpers import has_exited, next_line, nodes_of, run_to_completion, started_program, wait_until
 
 from crane_sim import load_scene, orchestration
 from crane_sim.evaluation.soak.monitor import MonitorFile, monitor
-from crane_sim.evaluation.soak.signals import DURATION, SCENE, WAYS, Interruption, interrupt_run, plan
+from crane_sim.evaluation.soak.signals import DURATION, RUN_KINDS, SCENE, Interruption, interrupt_run, plan
 from crane_sim.evaluation.soak.signals import soak as signal_soak
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.recording.rerun.reader import read_curves
@@ -50,7 +50,7 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
     assert end.code != 0
 
 
-@pytest.mark.parametrize("way", [way for way in WAYS if way != "realtime"])
+@pytest.mark.parametrize("way", [way for way in RUN_KINDS if way != "realtime"])
 def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int, MonitorFile]) -> None:
     """In lockstep, with restarts, with a bag: it exits soon, no orphan, no part, a last effort of zero."""
     end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=way, begun=True), *monitored)
@@ -142,7 +142,7 @@ while True:
 def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
     """A signal that was blocked while Python started is handled as soon as there is a handler."""
     command = ["env", "--block-signal=INT,TERM", sys.executable, "-c", BLOCKED]
-    assert completed(command).returncode == 7
+    assert run_to_completion(command).returncode == 7
 
 
 def test_the_plan_covers_start_run_and_end() -> None:
@@ -152,7 +152,7 @@ def test_the_plan_covers_start_run_and_end() -> None:
     assert sum(each.at < 0.1 for each in planned) >= 10
     assert {each.number for each in planned} == {signal.SIGINT, signal.SIGTERM}
     assert any(each.fresh for each in planned) and any(each.again is not None for each in planned)
-    assert {each.way for each in planned if not each.fresh} == set(WAYS)
+    assert {each.way for each in planned if not each.fresh} == set(RUN_KINDS)
 
 
 @pytest.mark.slow

@@ -197,7 +197,7 @@ def test_diagnostics_have_the_execution_time() -> None:
 
 
 def test_the_tracker_rate_is_limited_by_the_period() -> None:
-    """A tracker rate above one evaluation a period is refused in one line, and so is the node of a law without one."""
+    """A tracker rate above one evaluation a period, and the node of a law without a tracker, are single-line errors."""
     with pytest.raises(SceneError, match=r"control.tracker_rate = 300: must be at most 1 / period = 250 Hz"):
         load_scene("offshore_two_rate", {"control.tracker_rate": 300.0})
     with pytest.raises(ValueError, match=r"offshore_resonant: its law has no slow half"):

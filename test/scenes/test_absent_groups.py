@@ -1,4 +1,4 @@
-"""What a scene does not name costs nothing: an absent group leaves no trace, however its absence is spelled."""
+"""An absent group has no effect, in whatever way its absence is written."""
 
 import copy
 from collections.abc import Iterator
@@ -22,8 +22,8 @@ pytestmark = pytest.mark.interpreted
 RUN = {"knuckle": "knuckle_setpoint", "overhead": "overhead_swing"}  # scenes that are run, one of each kind of crane
 
 
-class Place(NamedTuple):
-    """An optional group of a form, and where a document has room for it."""
+class OptionalGroup(NamedTuple):
+    """An optional group of a form, and its path in a document."""
 
     form: type
     key: str
@@ -47,14 +47,14 @@ def records_in(annotation: Any) -> list[type]:
 def fields_of(form: type) -> dict[str, tuple[Any, Any, bool]]:
     """Return (annotation, default, whether there is one) of every field of a form."""
     if issubclass(form, BaseModel):
-        found: dict[str, FieldInfo] = form.model_fields
-        return {name: (f.annotation, f.default, not f.is_required()) for name, f in found.items()}
+        model_fields: dict[str, FieldInfo] = form.model_fields
+        return {name: (f.annotation, f.default, not f.is_required()) for name, f in model_fields.items()}
     defaults: dict[str, Any] = getattr(form, "_field_defaults", {})
     return {name: (kind, defaults.get(name), name in defaults) for name, kind in form.__annotations__.items()}
 
 
 def absence(default: Any) -> Any:
-    """Return how a file spells the absence of a group of this default; KeyError where the field is no group."""
+    """Return the written absence of a group of this default; KeyError if the field is no group."""
     if default is None:
         return None
     if isinstance(default, BaseModel) or default == {}:
@@ -69,7 +69,7 @@ def is_group(default: Any) -> bool:
     return default is None or isinstance(default, BaseModel) or default in ({}, ())
 
 
-def parts_of(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...]]]:
+def subgroups(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...]]]:
     """Return (group, where below its key) of what a document holds: one group, a list, or groups by name."""
     if isinstance(held, list):
         return [(part, (i,)) for i, part in enumerate(held)]
@@ -79,61 +79,61 @@ def parts_of(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...
     return [(held, ())]
 
 
-def places(form: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[Place]:
-    """Yield every optional group for which a document, at `path` of the form `form`, has room."""
+def optional_groups(form: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[OptionalGroup]:
+    """Yield every optional group that a document may have at `path` of the form `form`."""
     for key, (annotation, default, optional) in fields_of(form).items():
         if optional and is_group(default):
-            yield Place(form, key, path, default)
-        for part, at in parts_of(annotation, document.get(key)):
+            yield OptionalGroup(form, key, path, default)
+        for part, at in subgroups(annotation, document.get(key)):
             for kind in records_in(annotation) if isinstance(part, dict) else []:
-                yield from places(kind, part, (*path, key, *at))
+                yield from optional_groups(kind, part, (*path, key, *at))
 
 
-def all_groups(form: type, seen: set[type] | None = None) -> Iterator[tuple[str, str]]:
+def all_groups(form: type, visited: set[type] | None = None) -> Iterator[tuple[str, str]]:
     """Yield (form, key) of every optional group that a form has at any depth."""
-    seen = set() if seen is None else seen
-    if form in seen:
+    visited = set() if visited is None else visited
+    if form in visited:
         return
-    seen.add(form)
+    visited.add(form)
     for key, (annotation, default, optional) in fields_of(form).items():
         if optional and is_group(default):
             yield form.__name__, key
         for kind in records_in(annotation):
-            yield from all_groups(kind, seen)
+            yield from all_groups(kind, visited)
 
 
-def spelled(document: dict[str, Any], place: Place, **values: Any) -> dict[str, Any]:
-    """Return the document with the group left out or, given a `value`, spelled like that."""
+def written_as(document: dict[str, Any], optional: OptionalGroup, **values: Any) -> dict[str, Any]:
+    """Return the document with the group left out or, given a `value`, written as that."""
     changed = copy.deepcopy(document)
     group: Any = changed
-    for step in place.path:
+    for step in optional.path:
         group = group[step]
-    group.pop(place.key, None)
+    group.pop(optional.key, None)
     if "value" in values:
-        group[place.key] = values["value"]
+        group[optional.key] = values["value"]
     return changed
 
 
-def anatomy(part: Any) -> Any:
+def types_and_values(part: Any) -> Any:
     """Return types and values of parameters, arrays as their bytes: equal only for models that are the same."""
     if isinstance(part, np.ndarray):
         return type(part), part.dtype.str, part.shape, part.tobytes()
     if isinstance(part, tuple):
-        return type(part), tuple(map(anatomy, part))
+        return type(part), tuple(map(types_and_values, part))
     if hasattr(part, "__dict__"):
-        return type(part), tuple((name, anatomy(value)) for name, value in vars(part).items())
+        return type(part), tuple((name, types_and_values(value)) for name, value in vars(part).items())
     return type(part), part.hex() if isinstance(part, float) else part
 
 
 def outcome(document: dict[str, Any]) -> Any:
-    """Return what a document comes to, model and law and start and method to the last bit, or why it is refused."""
+    """Return the result of a document, model, law, initial state and method to the last bit, or its error."""
     try:
         scene = load_scene(document)
     except SceneError as error:
         return str(error)
     parts = (scene.model, scene.law, scene.method, scene.source, scene.initial_q, scene.initial_v, scene.reference)
     parts = (*parts, scene.hardware)
-    return anatomy(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
+    return types_and_values(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
 
 
 def catalogue(crane: str) -> list[dict[str, Any]]:
@@ -147,15 +147,17 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("crane", FORMS)
 def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
-    """A group left out, null or empty gives the same types, values and start, wherever a scene has room for it."""
+    """A group left out, null or empty gives the same types, values and start, wherever a scene may have it."""
     visited = set()
     for document in catalogue(crane):
-        for place in places(FORMS[crane], document):
-            without = spelled(document, place)
-            kind = place.form.__name__, place.key, without == document
+        for optional in optional_groups(FORMS[crane], document):
+            without = written_as(document, optional)
+            kind = optional.form.__name__, optional.key, without == document
             if kind not in visited:  # once where the scene has the group, once where it has not
                 visited.add(kind)
-                assert outcome(spelled(document, place, value=absence(place.default))) == outcome(without), place
+                assert outcome(written_as(document, optional, value=absence(optional.default))) == outcome(without), (
+                    optional
+                )
     assert {(form, key) for form, key, _ in visited} == set(all_groups(FORMS[crane])), "no scene has room for a group"
 
 
@@ -164,11 +166,11 @@ def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
     """With every absent group written out as absent, a run has the same states, bit for bit, and no more of them."""
     silent = read(name) | {"duration": 0.5}
     explicit = copy.deepcopy(silent)
-    for place in places(FORMS[crane], silent):
+    for optional in optional_groups(FORMS[crane], silent):
         group: Any = explicit
-        for step in place.path:
+        for step in optional.path:
             group = group[step]
-        group.setdefault(place.key, absence(place.default))
+        group.setdefault(optional.key, absence(optional.default))
     assert explicit != silent
     first, second = final(load_scene(silent)), final(load_scene(explicit))
     assert first == second
@@ -177,15 +179,15 @@ def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
 @pytest.mark.parametrize("crane", FORMS)
 def test_a_group_that_is_there_shows(crane: str) -> None:
     """The comparison sees groups: every one that the catalogue uses makes a difference in one of its scenes."""
-    used, seen = set(), set()
+    used, effective = set(), set()
     for document in catalogue(crane):
-        for place in places(FORMS[crane], document):
-            bare = spelled(document, place)
+        for optional in optional_groups(FORMS[crane], document):
+            bare = written_as(document, optional)
             if bare != document:
-                used.add((place.form.__name__, place.key))
+                used.add((optional.form.__name__, optional.key))
                 if outcome(bare) != outcome(document):
-                    seen.add((place.form.__name__, place.key))
-    assert used == seen
+                    effective.add((optional.form.__name__, optional.key))
+    assert used == effective
 
 
 def final(scene: Scene) -> tuple[Any, ...]:

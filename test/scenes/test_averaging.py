@@ -1,4 +1,4 @@
-"""What disturbs a crane, at its mean; LQR and brakes are computed from that, whatever happens at t = 0."""
+"""A crane's disturbances at their mean, from which LQR and brakes are computed, independent of t = 0."""
 
 from math import pi
 from pathlib import Path
@@ -26,7 +26,7 @@ LIST = {"roll": {"amplitude": 0.0, "frequency": 0.7, "offset": "3 deg"}}
 
 
 def test_forces_keep_their_constant_part() -> None:
-    """A constant and the offset of a sine stay, what varies otherwise counts as none, and every type stays."""
+    """A constant and the offset of a sine stay, other varying forces are zero, and every type stays."""
     cases: tuple[tuple[Any, Any], ...] = (
         (Constant(2.0), Constant(2.0)),
         (Sine(3.0, 0.7, 1.5, pi / 2), Sine(0.0, 0.0, 1.5)),
@@ -36,9 +36,9 @@ def test_forces_keep_their_constant_part() -> None:
         (Table((0.0, 1.0), (3.0, 3.0)), Table((0.0, 1.0), (3.0, 3.0))),
         (Table((0.0, 1.0), (3.0, 0.0)), Table((0.0, 1.0), (0.0, 0.0))),
     )
-    for given, mean in cases:
-        assert average(given) == mean and type(average(given)) is type(given)
-        assert average(PayloadForce(y=given)) == PayloadForce(y=mean)
+    for force, mean in cases:
+        assert average(force) == mean and type(average(force)) is type(force)
+        assert average(PayloadForce(y=force)) == PayloadForce(y=mean)
 
 
 @pytest.mark.parametrize("drive", [PrescribedAxis, PrescribedHoist])
@@ -58,9 +58,9 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
     moving = {"heave": SWING | {"amplitude": 2.0}, "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still]}
     for motion, expected in ((moving, 0.5), (record, mean)):
         base = average_scene(load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})).model.base
-        found = base_positions(base, np.array([0.0, 3.0]))
+        positions = base_positions(base, np.array([0.0, 3.0]))
         # the spline's own error: (0.2 pi 0.1 s)^6, and some digits of rounding
-        assert np.allclose(found, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)
+        assert np.allclose(positions, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)
         _, v, a = (np.array(part) for part in motion_at(base, 2.0))
         assert not v.any() and not a.any()
 
@@ -73,11 +73,11 @@ def motion_at(base: Any, t: float) -> Any:
 
 def numbers_of(law: Any) -> np.ndarray:
     """Return all numbers of an LQR law in one vector: target, efforts and gains."""
-    found, channel = [law.target], law.channels
+    numbers, channel = [law.target], law.channels
     while channel is not None:
-        found += [[channel.effort], channel.gain]
-        channel = channel.tail
-    return np.concatenate(found)
+        numbers += [[channel.effort], channel.gain]
+        channel = channel.rest
+    return np.concatenate(numbers)
 
 
 PITCHED = {
@@ -99,28 +99,28 @@ CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda name: name.replace(" ", "-"))
-def test_lqr_believes_in_the_mean(case: str) -> None:
+def test_lqr_is_computed_at_the_mean(case: str) -> None:
     """LQR on a moving base and under a varying force is that of a base at rest at the mean, without the force."""
     name, disturbed, mean = CASES[case]
-    law, told = (load_scene(name, changes).law for changes in (disturbed, mean))
-    expected = numbers_of(told)
+    law, at_mean = (load_scene(name, changes).law for changes in (disturbed, mean))
+    expected = numbers_of(at_mean)
     # one mean in two types of model: rounding over the differences' step, 1e-11, and what Riccati equations lose
     assert np.allclose(numbers_of(law), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
 
 def test_lqr_holds_the_target_on_a_surging_base() -> None:
-    """LQR that was not told to ignore the base ends as near to its target as the one that was."""
+    """LQR ends as near to its target with the base in its nominal scene as without."""
     moving = {"base_motion": {"surge": SWING | {"amplitude": 0.5}}, "control.period": 0.1}
-    own, told = (
+    own, ignoring = (
         simulate(load_scene("knuckle_lqr", moving | {"control.nominal": nominal}), duration=30.0)
         for nominal in ({}, {"base_motion": None})
     )
     assert max(map(abs, own.summary["final_error"].values())) < 0.1  # swung by the base; 0.35 about t = 0
-    assert np.allclose(own.q, told.q, rtol=0, atol=1e-5)  # two laws that differ by 1e-6 of their gains, see above
+    assert np.allclose(own.q, ignoring.q, rtol=0, atol=1e-5)  # two laws that differ by 1e-6 of their gains, see above
 
 
 def test_default_brakes_do_not_depend_on_the_instant() -> None:
-    """What brakes are computed from is that of a base at rest, whatever the base does at t = 0."""
+    """Brakes are computed with a base at rest, independent of the base's motion at t = 0."""
     still, pitching = (
         joint_mechanics(load_scene(ROD | changes)) for changes in ({}, {"base_motion": PITCHED["base_motion"]})
     )

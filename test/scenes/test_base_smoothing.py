@@ -36,7 +36,7 @@ def test_the_response_of_the_low_pass(times: np.ndarray[Any, Any], ratio: float)
 
 
 def test_a_drift_stays_as_it_is() -> None:
-    """The low pass leaves constants and straight lines alone, up to the very ends: gain one at frequency zero."""
+    """The low pass leaves constants and straight lines unchanged, up to the very ends: gain one at frequency zero."""
     line = np.stack([3.0 + 0.2 * UNEVEN, -7.0 - 0.01 * UNEVEN], axis=1)
     assert np.max(np.abs(smooth(UNEVEN, line, 0.02) - line)) < 1e-11  # rounding of values up to 23
 
@@ -83,11 +83,11 @@ def test_noise_is_named_and_a_cut_off_takes_it_away(tmp_path: Path) -> None:
 
 
 def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
-    """The notes tell the largest linear and angular acceleration within the run, axes taken together."""
+    """The notes have the largest linear and angular acceleration within the run, axes taken together."""
     columns = {"surge": 0.3 * np.cos(EVEN), "heave": 0.4 * np.cos(EVEN), "roll": 0.1 * np.sin(2.0 * EVEN)}
-    found, times = peak_accelerations(spline_base(written(tmp_path, 0.0, **columns), 60.0), 60.0)
+    peaks, times = peak_accelerations(spline_base(written(tmp_path, 0.0, **columns), 60.0), 60.0)
     # between the nine looks at a piece of 0.02 s less than 1e-6 is missed; a quintic's second derivative errs by h⁴
-    assert found == pytest.approx([0.5, 0.4], rel=1e-5)
+    assert peaks == pytest.approx([0.5, 0.4], rel=1e-5)
     assert np.abs(np.sin(times[0])) < 0.05 and np.abs(np.cos(2.0 * times[1])) < 0.05
 
 
@@ -99,14 +99,14 @@ def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
         (30.0, "base_motion.cut_off = 30: must be 0.01 to 25 Hz"),
     ],
 )
-def test_a_cut_off_out_of_range_is_refused(cut_off: float, line: str, tmp_path: Path) -> None:
+def test_a_cut_off_out_of_range_is_rejected(cut_off: float, line: str, tmp_path: Path) -> None:
     """A low pass that would leave everything, or nothing but a line, is refused with what is possible."""
     with pytest.raises(crane_sim.SceneError) as caught:
         on_base(file=written(tmp_path, 0.0, heave=np.sin(EVEN)), cut_off=cut_off)
     assert line in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_a_cut_off_without_a_file_is_refused() -> None:
+def test_a_cut_off_without_a_file_is_rejected() -> None:
     """Sinusoids have no rows to be smoothed: a cut-off beside them is refused by name."""
     with pytest.raises(
         crane_sim.SceneError, match=r"base_motion.cut_off = 1: smooths the rows of a file, and there is"

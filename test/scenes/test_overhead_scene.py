@@ -97,26 +97,26 @@ BAD: list[tuple[dict[str, Any], str]] = [
 
 
 def scene_of(groups: dict[str, Any]) -> crane_sim.Scene:
-    """Return the scene of two links below a trolley of 5 kg, unless groups say otherwise; `cable` adds to it."""
+    """Return the scene of two links below a trolley of 5 kg, unless groups change it; `cable` adds to it."""
     return crane_sim.load_scene(BASE | groups | {"cable": CABLE | groups.get("cable", {})})
 
 
 @pytest.mark.parametrize(("groups", "line"), BAD, ids=lambda case: str(case)[:50])
-def test_a_bad_scene_is_refused_in_one_line(groups: dict[str, Any], line: str) -> None:
-    """What contradicts itself, would be ignored or cannot be computed is refused by name, in one line."""
+def test_a_bad_scene_is_a_single_line_error(groups: dict[str, Any], line: str) -> None:
+    """Contradictory, ignored or uncomputable settings are single-line errors that name them."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(groups)
     assert line in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_without_gravity_a_fixed_step_is_not_bounded() -> None:
-    """A cable at rest that nothing pulls has no frequency, and bears any step."""
+    """A cable at rest that nothing pulls has no frequency, and any step is safe."""
     assert scene_of({"gravity": 0.0, "integrator": STEP}).method.step == 0.01
 
 
 def test_a_stiff_cable_under_a_continuous_law_is_not_given_a_method_that_cannot_run_it() -> None:
     """Method auto takes dop853 where the stiff method would be refused, and the stiff one otherwise."""
-    stiff = Demands(frequency=1e6, turns=1.0, elastic=True, smooth=True, duration=1.0)
+    stiff = Demands(frequency=1e6, swing_angle=1.0, elastic=True, smooth=True, duration=1.0)
     assert isinstance(choose_method(Auto(), stiff)[0], Rodas)
     assert isinstance(choose_method(Auto(), stiff._replace(continuous=True))[0], DOP853)
 

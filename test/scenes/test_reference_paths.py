@@ -1,4 +1,4 @@
-"""Paths of a scene file: shaped against swing, read from tables, refused in one line."""
+"""Paths of a scene file: shaped against swing, read from tables, rejected by single-line errors."""
 
 from math import pi, sqrt
 from pathlib import Path as File
@@ -169,8 +169,8 @@ BAD: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("path", "line"), BAD, ids=lambda case: str(case)[:50])
-def test_a_bad_path_is_refused_in_one_line(path: Any, line: str) -> None:
-    """Every mistake names its culprit, its value and what is possible, in one line."""
+def test_a_bad_path_is_a_single_line_error(path: Any, line: str) -> None:
+    """Every mistake is a single-line error with the offending key, its value and the possible ones."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene("knuckle_setpoint", {"reference.path": path})
     assert line in str(caught.value) and "\n" not in str(caught.value)
@@ -185,7 +185,7 @@ def test_a_law_that_would_not_follow_a_path_refuses_it(law: str) -> None:
 
 
 def test_a_path_of_the_joints_has_its_end_for_a_target() -> None:
-    """Where nothing else is told, the joints should end where their path does."""
+    """Without `q` the target of the joints is the end of their path."""
     changes = {"control": None, "reference": {"path": RISE}}
     assert load_scene("knuckle_setpoint", changes).reference == pytest.approx((pi / 4, pi / 4, 0.0, 1.5), abs=ROUNDING)
 
@@ -203,19 +203,19 @@ def test_a_path_of_the_joints_has_its_end_for_a_target() -> None:
         ("way.yaml", "", r"has no key joint_names"),
     ],
 )
-def test_a_file_that_is_none_is_refused_in_one_line(tmp_path: File, name: str, text: str, line: str) -> None:
-    """A file that holds no trajectory is told by its name, the row and its text."""
+def test_an_invalid_file_is_a_single_line_error(tmp_path: File, name: str, text: str, line: str) -> None:
+    """An error about an invalid trajectory file has its name, the row and its text."""
     (tmp_path / name).write_text(text)
     with pytest.raises(crane_sim.SceneError, match=rf"{name}: is no trajectory: {line}") as caught:
         path_scene(kind="trajectory", file=str(tmp_path / name))
     assert "\n" not in str(caught.value)
 
 
-def test_what_editors_and_spreadsheets_add_to_a_file_is_ignored(tmp_path: File) -> None:
+def test_byte_order_marks_and_empty_lines_are_ignored(tmp_path: File) -> None:
     """A byte order mark and empty lines change nothing."""
     (tmp_path / "way.csv").write_text("\ufeff" + CSV.replace("\n3", "\n\n3") + "\n\n")
-    found, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).path, np.linspace(0.0, 4.0, 9)
-    assert np.array_equal(sample_trajectory(found, t), sample_trajectory(path_scene(**TABLE).path, t))
+    path, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).path, np.linspace(0.0, 4.0, 9)
+    assert np.array_equal(sample_trajectory(path, t), sample_trajectory(path_scene(**TABLE).path, t))
 
 
 ROWS = {
@@ -226,7 +226,7 @@ ROWS = {
 
 
 def table(kinds: int) -> dict[str, Any]:
-    """Return a trajectory from t = 1 s to 3 s that tells so many kinds of rows."""
+    """Return a trajectory from t = 1 s to 3 s with `kinds` kinds of rows."""
     points = [
         {name: rows[i] for name, rows in list(ROWS.items())[:kinds]} | {"time_from_start": 1.0 + 2.0 * i}
         for i in range(2)

@@ -1,4 +1,4 @@
-"""Scene files: what is accepted, what is refused, and in which words."""
+"""Scene files: accepted and rejected ones, and error messages."""
 
 import math
 from pathlib import Path
@@ -14,7 +14,7 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.scenes.scene import load_scene
 
-BAD = [
+REJECTED = [
     ({"crane": "gantry"}, "crane = 'gantry': possible: knuckle"),
     ({"payload.mas": 1.0}, "payload: unknown key 'mas', did you mean 'mass'? (known: mass)"),
     ({"payloads": {"mass": 1.0}}, "unknown key 'payloads', did you mean 'payload'?"),
@@ -82,9 +82,9 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "line"), BAD, ids=lambda case: str(case)[:50])
-def test_a_bad_scene_is_refused_in_one_line(changes: dict[str, Any], line: str) -> None:
-    """Every mistake names its culprit, its value and what is possible, in one line that begins with the scene."""
+@pytest.mark.parametrize(("changes", "line"), REJECTED, ids=lambda case: str(case)[:50])
+def test_a_bad_scene_is_a_single_line_error(changes: dict[str, Any], line: str) -> None:
+    """Every mistake is a single-line error with the scene, the offending key, its value and the possible ones."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene("knuckle_setpoint", changes)
     message = str(caught.value)
@@ -101,10 +101,10 @@ def test_a_bad_scene_is_refused_in_one_line(changes: dict[str, Any], line: str) 
         ("", "holds NoneType, not groups of keys"),
         ("crane: \udcff", "cannot be read"),
     ],
-    ids=["broken yaml", "no groups", "empty", "not utf-8"],
+    ids=["invalid yaml", "no groups", "empty", "not utf-8"],
 )
-def test_an_unreadable_file_is_refused(tmp_path: Path, text: str, line: str) -> None:
-    """A file that is not YAML, or not a scene, is refused in one line with its path."""
+def test_an_unreadable_file_is_rejected(tmp_path: Path, text: str, line: str) -> None:
+    """A file that is not YAML, or not a scene, is rejected with a single-line error with its path."""
     file = tmp_path / "bad.yaml"
     file.write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(crane_sim.SceneError, match=f"scene file {file}: {line}") as caught:
@@ -112,13 +112,13 @@ def test_an_unreadable_file_is_refused(tmp_path: Path, text: str, line: str) -> 
     assert "\n" not in str(caught.value)
 
 
-def test_a_folder_is_refused(tmp_path: Path) -> None:
-    """A path that is a folder is refused as unreadable."""
+def test_a_folder_is_rejected(tmp_path: Path) -> None:
+    """A path of a folder is rejected as unreadable."""
     with pytest.raises(crane_sim.SceneError, match="cannot be read"):
         load_scene(tmp_path)
 
 
-def test_an_unknown_scene_is_refused_with_the_nearest_name() -> None:
+def test_an_unknown_scene_is_rejected_with_the_nearest_name() -> None:
     """A misspelt catalogue name gets the nearest one."""
     with pytest.raises(crane_sim.SceneError, match="unknown scene 'knuckle_setpont', did you mean 'knuckle_setpoint'"):
         load_scene("knuckle_setpont")
@@ -126,8 +126,8 @@ def test_an_unknown_scene_is_refused_with_the_nearest_name() -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", sorted(scene_files()))
-def test_every_catalogue_scene_loads_and_survives_a_round_trip(name: str, tmp_path: Path) -> None:
-    """Every catalogue scene is valid, says what it is, and is the same after it was written and read again."""
+def test_every_catalogue_scene_is_unchanged_by_dump_and_load(name: str, tmp_path: Path) -> None:
+    """Every catalogue scene is valid, has a description, and is unchanged by `dump` and `load_scene`."""
     scene = load_scene(name)
     assert scene.name == name and scene.description
     scene.dump(tmp_path / "copy.yaml")
@@ -135,7 +135,7 @@ def test_every_catalogue_scene_loads_and_survives_a_round_trip(name: str, tmp_pa
 
 
 def test_parameters_reach_the_model_in_si() -> None:
-    """The file's numbers arrive in the model, in SI, each drive as its own type, and absent groups are None."""
+    """The model has the file's numbers in SI, a type for each rope drive, and None for absent groups."""
     scene = load_scene("knuckle_springs")
     model = scene.model
     assert model.support.boom == (5.0, 2.0, 4.166666666666667, 0.01, None)
@@ -156,8 +156,8 @@ def test_nominal_groups_reach_the_law_only() -> None:
 
 
 @pytest.mark.interpreted
-def test_another_law_leaves_the_old_one_s_settings_out() -> None:
-    """Where a scene's law is switched its gains go, and `notes` say so; the period and what laws share stay."""
+def test_another_law_ignores_the_settings_of_the_scene_s_own() -> None:
+    """Another law ignores the gains of the scene's own, listed in `notes`; period and shared settings stay."""
     switched = load_scene("knuckle_unknown_load", {"control.law": "lqr"})
     assert switched.notes["left_out"] == "kp, kd, reach, adaptation of law 'energy'"
     assert set(switched.document["control"]) == {"law", "period", "nominal"}
@@ -170,7 +170,7 @@ def test_another_law_leaves_the_old_one_s_settings_out() -> None:
 
 
 def test_a_scene_is_a_source_of_scenes() -> None:
-    """A scene is returned as it is, or read anew with changes; an object that is none of the sources, in one line."""
+    """A scene is returned as it is, or reloaded with changes; any other object is a single-line error."""
     scene = load_scene("knuckle_setpoint")
     assert load_scene(scene) is scene
     assert load_scene(scene, {"duration": 1.0}) == load_scene("knuckle_setpoint", {"duration": 1.0})
@@ -179,13 +179,13 @@ def test_a_scene_is_a_source_of_scenes() -> None:
 
 
 def test_a_file_with_a_misspelt_crane() -> None:
-    """A document whose first key is misspelt is told which one was meant."""
+    """An error about a misspelt first key suggests the right one."""
     with pytest.raises(crane_sim.SceneError, match="unknown key 'crne', did you mean 'crane'"):
         load_scene({"crne": "knuckle"})
 
 
-def test_null_is_as_good_as_absent() -> None:
-    """A key that is null, in a file or put there, is one that was left out: its default holds."""
+def test_null_means_absent() -> None:
+    """A null key, in a file or by an override, has its default."""
     plain = load_scene("knuckle_setpoint", {"control.kp": None, "gravity": None, "initial.v": None})
     assert plain.model == load_scene("knuckle_setpoint").model and plain.initial_v == (0.0,) * 6
     assert load_scene(plain.to_dict()) == plain
@@ -204,7 +204,7 @@ KEYS = st.sampled_from([f"{group}.{key}" for group, keys in DOCUMENT.items() if 
 @settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(key=KEYS | st.sampled_from(list(DOCUMENT)) | st.text(max_size=10), value=JUNK)
 def test_any_value_anywhere_is_a_scene_or_an_error(key: str, value: Any) -> None:
-    """Whatever stands anywhere in a scene file, the outcome is a scene or a SceneError of one line."""
+    """Any value of any key results in a scene or a single-line SceneError."""
     try:
         load_scene(DOCUMENT, {key: value})
     except crane_sim.SceneError as error:

@@ -1,4 +1,4 @@
-"""The page on the format of scene files is what the forms say, and its signs and origins are the model's."""
+"""The page on the format of scene files agrees with the forms, its signs and origins with the model."""
 
 import re
 from itertools import chain
@@ -25,20 +25,20 @@ ROOT = Path(__file__).parents[2]
 
 def groups() -> set[Any]:
     """Return every group that a scene file can have, those of laws included."""
-    found: set[Any] = set()
+    collected: set[Any] = set()
 
     def visit(group: Any) -> None:
         if isinstance(group, Choice):
             for kind in group.kinds.values():
                 visit(kind)
-        elif group is not None and group not in found:
-            found.add(group)
+        elif group is not None and group not in collected:
+            collected.add(group)
             for field in fields(group):
                 visit(subgroup(field.annotation))
 
     for group in (*FORMS.values(), *chain(*(law_of(name).settings.values() for name in law_names()))):
         visit(group)
-    return found
+    return collected
 
 
 def test_the_page_is_what_the_command_writes() -> None:
@@ -49,7 +49,7 @@ def test_the_page_is_what_the_command_writes() -> None:
 
 @pytest.mark.parametrize("group", sorted(groups(), key=lambda group: f"{group.__module__}.{group.__name__}"))
 def test_every_key_has_a_unit_and_a_description(group: Any) -> None:
-    """Each number says its unit, `-` for none, and each key what it is, where it is declared; each group has words."""
+    """Each number has a unit, `-` for none, each key a description at its declaration, each group a docstring."""
     assert group.__doc__
     for field in fields(group):
         assert field.text, f"{group.__name__}.{field.key} has no description"
@@ -77,8 +77,8 @@ class Example(BaseModel):
 
 def test_fields_are_read_where_they_are_declared() -> None:
     """Comments behind a field give unit and description, over several lines too; a field without one has neither."""
-    found = {field.key: (field.unit, field.text, field.default) for field in fields(Example)}
-    assert found == {
+    declared = {field.key: (field.unit, field.text, field.default) for field in fields(Example)}
+    assert declared == {
         "length": ("m", "of two lines", REQUIRED),
         "name": ("", "what it is called", "a, b"),
         "share": ("-", "of all", 0.5),
@@ -95,9 +95,9 @@ SPATIAL = OVERHEAD | {"dimensions": 3, "bridge": {"mass": 9.0}}
 LINKS = {"lengths": [1.5, 0.7], "node_masses": [0.5, 10.0]}
 ELASTIC = LINKS | {"model": "elastic", "stiffness": 1e5}
 HOIST = {"hoist": {"drive": "force", "inertia": 4.0}}
-RIGHT = {"knuckle": (0.0, 0.5, 0.2, 2.0, 0.0, 0.0), "pendulum": (0.0, 0.0, 0.0, 0.6, 0.0, -0.8)}
+POSTURES = {"knuckle": (0.0, 0.5, 0.2, 2.0, 0.0, 0.0), "pendulum": (0.0, 0.0, 0.0, 0.6, 0.0, -0.8)}
 X, Y, Z = np.eye(3)
-WAYS = {  # of the payload, for a small positive change of the joint
+DIRECTIONS = {  # of the payload, for a small positive change of the joint
     "knuckle": {"slew": Y, "boom": Z, "jib": Z, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
     "pendulum": {"tip_x": X, "tip_y": Y, "tip_z": Z, "link_1_x": X, "link_1_y": Y, "link_1_z": Z},
     "plane": {"trolley": X, "hoist": -Z, "swing_1": X, "swing_2": X},
@@ -111,34 +111,41 @@ SCENES = {
     "space": load_scene(SPATIAL | {"cable": LINKS, "initial": {"directions": [[0.6, 0.0, -0.8]]}}),
     "elastic": load_scene(SPATIAL | {"cable": ELASTIC}),
 }
-TURNS = {"surge": X, "sway": Y, "heave": Z, "roll": Z, "pitch": -Z, "yaw": Y}  # of a payload at y for roll, else at x
+BASE_DIRECTIONS = {
+    "surge": X,
+    "sway": Y,
+    "heave": Z,
+    "roll": Z,
+    "pitch": -Z,
+    "yaw": Y,
+}  # of a payload at y for roll, else at x
 
 
 def payload(name: str, q: Any, changes: dict[str, Any] | None = None) -> np.ndarray:
-    """Return the payload's place (3,) in the world."""
+    """Return the payload's position (3,) in the world."""
     scene = SCENES[name] if changes is None else load_scene(SCENES[name].to_dict() | changes)
     return polyline(scene.model, 0.0, np.array(q, dtype=float), np.zeros(len(q)))[0][-1]
 
 
 def test_no_sign_is_left_out() -> None:
     """Every joint of every crane, and every motion of the base, has its line in the page, and is tried below."""
-    tried = {("base", name) for name in TURNS}
-    for name, ways in WAYS.items():
-        crane = name if name in RIGHT else "overhead"
-        tried |= {(crane, re.sub(r"_\d", "_k", joint) if crane == "overhead" else joint) for joint in ways}
-        assert set(ways) <= set(SCENES[name].joint_names)
+    tried = {("base", name) for name in BASE_DIRECTIONS}
+    for name, directions in DIRECTIONS.items():
+        crane = name if name in POSTURES else "overhead"
+        tried |= {(crane, re.sub(r"_\d", "_k", joint) if crane == "overhead" else joint) for joint in directions}
+        assert set(directions) <= set(SCENES[name].joint_names)
     assert tried == {(sign.crane, sign.joint) for sign in SIGNS}
 
 
-@pytest.mark.parametrize("name", WAYS)
+@pytest.mark.parametrize("name", DIRECTIONS)
 def test_positive_is_where_the_page_says(name: str) -> None:
-    """A small positive change of a joint moves the payload the way that the page gives for it."""
-    q = np.array(RIGHT.get(name, SCENES[name].initial_q))
-    for joint, way in WAYS[name].items():
+    """A small positive change of a joint moves the payload in the direction of the page."""
+    q = np.array(POSTURES.get(name, SCENES[name].initial_q))
+    for joint, direction in DIRECTIONS[name].items():
         changed = q.copy()
         changed[SCENES[name].joint_names.index(joint)] += 1e-3
         moved = payload(name, changed) - payload(name, q)
-        assert moved @ way > 1e-4, joint  # lengths of 0.7 m and more, changed by 1e-3
+        assert moved @ direction > 1e-4, joint  # lengths of 0.7 m and more, changed by 1e-3
 
 
 def test_zero_is_where_the_page_says() -> None:
@@ -162,22 +169,24 @@ def test_swing_of_a_knuckle_crane_is_the_pages_formula() -> None:
     assert payload("knuckle", q) == pytest.approx(reach * out + height * Z + rope * swing)
 
 
-@pytest.mark.parametrize("motion", TURNS)
+@pytest.mark.parametrize("motion", BASE_DIRECTIONS)
 def test_base_moves_as_the_page_says(motion: str) -> None:
-    """A small positive motion of the base moves a payload the way that the page gives for it."""
+    """A small positive motion of the base moves a payload in the direction of the page."""
     q = (pi / 2, 0, 0, 0.1, 0, 0) if motion == "roll" else (0, 0, 0, 0.1, 0, 0)
     still, moved = (
         payload("knuckle", q, {"base_motion": {motion: {"amplitude": 0.0, "frequency": 1.0, "offset": offset}}})
         for offset in (0.0, 1e-3)
     )
-    assert (moved - still) @ TURNS[motion] > 0.99e-3  # 1 mm, or 1 mrad on 9 m
+    assert (moved - still) @ BASE_DIRECTIONS[motion] > 0.99e-3  # 1 mm, or 1 mrad on 9 m
 
 
 def test_base_yaws_then_pitches_then_rolls() -> None:
-    """The base's axes in the world are Rz(yaw) Ry(pitch) Rx(roll), as the page says."""
+    """The base's axes in the world are Rz(yaw) Ry(pitch) Rx(roll), as on the page."""
     angles, q = {"yaw": 0.5, "pitch": 0.3, "roll": -0.4}, (0.3, 0.4, 0.1, 2.0, 0.1, 0.2)
     base = {name: {"amplitude": 0.0, "frequency": 1.0, "offset": angle} for name, angle in angles.items()}
     (sy, cy), (sp, cp), (sr, cr) = ((sin(angle), cos(angle)) for angle in angles.values())
-    turn = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    turn = turn @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    assert payload("knuckle", q, {"base_motion": base}) == pytest.approx(turn @ payload("knuckle", q))
+    rotation = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    rotation = (
+        rotation @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    )
+    assert payload("knuckle", q, {"base_motion": base}) == pytest.approx(rotation @ payload("knuckle", q))

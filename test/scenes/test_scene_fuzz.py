@@ -17,7 +17,7 @@ from numba.core import event
 
 import crane_control.linearisation
 from crane_sim import SceneError, load_scene
-from crane_sim.cli.scene_options import loaded_scene
+from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.scenes.scene import Scene
 
 HANG = 60.0  # s; the slowest scene takes half a second, but others may keep both cores busy
@@ -30,7 +30,7 @@ def linear(scene: Scene, q: Any, v: Any, u: Any, t: float = 0.0) -> Any:
 
 @pytest.fixture(scope="module", autouse=True)
 def nothing_compiled() -> Iterator[None]:
-    """Keep the one law that asks the equations from compiling them, and fail where anything else compiles."""
+    """Prevent compilation by the one law that evaluates the equations, and fail if anything else compiles."""
     compiled = Compilations()
     with pytest.MonkeyPatch.context() as patch, event.install_listener("numba:compile", compiled):
         patch.setattr(crane_control.linearisation, "acceleration", linear)
@@ -61,7 +61,7 @@ def check_mutated(which: int, mutations: list[Any]) -> None:
 
 def check_override(name: str, key: str, text: str) -> None:
     """Check one `--set`."""
-    outcome(lambda: loaded_scene(name, settings=(f"{key}={text}",)))
+    outcome(lambda: load_scene_with_options(name, settings=(f"{key}={text}",)))
 
 
 def check_text(folder: Path, text: str, edits: list[tuple[int, int, str]]) -> None:
@@ -112,7 +112,7 @@ def test_a_mutated_scene(which: int, mutations: list[Any]) -> None:
 @settings(**QUICK)
 @given(st.sampled_from(NAMES), KEY, PASTED)
 def test_an_odd_override(name: str, key: str, text: str) -> None:
-    """Whatever `--set` says of whatever key: it is a scene or an error of one line."""
+    """Any `--set` of any key results in a scene or a single-line error."""
     check_override(name, key, text)
 
 
@@ -164,7 +164,7 @@ def test_ten_thousand_torn_files(tmp_path: Path, text: str, edits: list[Any]) ->
     ids=lambda text: text[:24],
 )
 def test_what_was_a_hole_once(text: str, tmp_path: Path) -> None:
-    """Files that broke the reader, or what comes after it, are refused in one line."""
+    """Files that once crashed the reader or later stages are single-line errors."""
     file = tmp_path / "scene.yaml"
     file.write_text("crane: knuckle\nduration: 1.0\n" * (not text.startswith(("[", "{"))) + text)
     with pytest.raises(SceneError) as caught:
@@ -187,7 +187,7 @@ def test_what_was_a_hole_once(text: str, tmp_path: Path) -> None:
     ids=range(8),
 )
 def test_what_is_no_scene_at_all(source: Any) -> None:
-    """What cannot be a scene's name is refused in one line, too."""
+    """An impossible name of a scene is a single-line error, too."""
     assert outcome(lambda: load_scene(source))
 
 
@@ -195,7 +195,7 @@ def test_what_is_no_scene_at_all(source: Any) -> None:
 @pytest.mark.parametrize("law", ["adaptive", "harmonic", "cartesian", "angular", "lqr", "energy"])
 @pytest.mark.parametrize("settings", [False, 3, "x", [1, 2], None])
 def test_settings_that_are_no_group(scene: str, law: str, settings: Any) -> None:
-    """A group of a law's settings that is no group is refused in one line, or left out."""
+    """A group of a law's settings that is no group is a single-line error, or ignored."""
     groups = {f"control.{key}": settings for key in ("adaptation", "observer", "vision", "servo", "feedforward")}
     for key, value in groups.items():
         outcome(partial(load_scene, scene, {"control.law": law, key: value}))

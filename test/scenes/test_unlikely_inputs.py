@@ -1,4 +1,4 @@
-"""Inputs that no crane, body or sea has, or that are likely to be meant otherwise: refused, or named in the summary."""
+"""Impossible inputs, and those probably in another unit: rejected, or named in the summary."""
 
 import math
 from typing import Any
@@ -12,7 +12,7 @@ from crane_sim.cli import report
 from crane_sim.models.supports.knuckle_boom import Rod
 from crane_sim.scenes.scene import load_scene
 from crane_sim.scenes.schema.knuckle_checks import check_rods
-from crane_sim.trajectories.waves import BREAKING, Sea, max_observed_steepness, steepness
+from crane_sim.trajectories.waves import BREAKING_STEEPNESS, Sea, max_observed_steepness, steepness
 
 PLANE = {
     "crane": "overhead",
@@ -23,21 +23,21 @@ PLANE = {
 SPACE = PLANE | {"dimensions": 3, "bridge": {"mass": 3.0}}
 ELASTIC = PLANE | {"cable": {"model": "elastic", "stiffness": 1e4, "lengths": [1.0, 1.0], "node_masses": [1.0, 2.0]}}
 DOWN = [0.0, 0.0, -1.0]
-ASLANT = [0.6, 0.0, -0.8]
+INCLINED = [0.6, 0.0, -0.8]
 ROD = {"length": 5.0, "mass": 2.0, "inertia": 4.0}
 
 
 def sea(height: float, period: float) -> dict[str, Any]:
-    """Return the changes that put a crane on a sea."""
+    """Return the changes of a scene by a sea with this height [m] and peak period [s]."""
     return {"base_motion": {"sea": {"significant_height": height, "peak_period": period}}}
 
 
 def positions(*rows: tuple[float, float]) -> dict[str, Any]:
-    """Return the changes that put the nodes of an elastic cable somewhere."""
+    """Return the changes of a scene by these initial positions of an elastic cable's nodes."""
     return {"initial": {"x": 0.5, "positions": rows}}
 
 
-BAD: list[tuple[Any, dict[str, Any], str]] = [
+REJECTED: list[tuple[Any, dict[str, Any], str]] = [
     (
         PLANE,
         {"initial.angles": [45]},
@@ -71,27 +71,27 @@ BAD: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (
         SPACE,
-        {"initial": {"directions": [DOWN, ASLANT], "rates": [[0.1, 0.0, 0.0], [1.0, 0.0, 0.0]]}},
+        {"initial": {"directions": [DOWN, INCLINED], "rates": [[0.1, 0.0, 0.0], [1.0, 0.0, 0.0]]}},
         "initial.rates[1] = [1.0, 0.0, 0.0]: 0.6 of it is along link 2",
     ),
     (
         ELASTIC,
         positions((0.5, -1.0), (0.5, -1.0)),
-        "initial.positions[1] = [0.5, -1.0]: node 2 is at the place of node 1",
+        "initial.positions[1] = [0.5, -1.0]: node 2 is at the position of node 1",
     ),
     (
         ELASTIC,
         positions((0.5, 0.0), (0.5, -1.0)),
-        "initial.positions[0] = [0.5, 0.0]: node 1 is at the place of the tr",
+        "initial.positions[0] = [0.5, 0.0]: node 1 is at the position of the tr",
     ),
     (PLANE, {"integrator": {"method": "dop853", "rtol": 1e-30}}, "integrator.rtol = 1e-30: must be at least 2.3e-14"),
     (PLANE, {"integrator": {"method": "dopri5", "atol": 0}}, "integrator.atol = 0: must be greater than 0"),
 ]
 
 
-@pytest.mark.parametrize(("scene", "changes", "line"), BAD, ids=[line[:40] for _, _, line in BAD])
-def test_an_unlikely_input_is_refused_in_one_line(scene: Any, changes: dict[str, Any], line: str) -> None:
-    """What no crane has, or is likely to be of another unit, is refused: key, value, what is possible."""
+@pytest.mark.parametrize(("scene", "changes", "line"), REJECTED, ids=[line[:40] for _, _, line in REJECTED])
+def test_an_unlikely_input_is_a_single_line_error(scene: Any, changes: dict[str, Any], line: str) -> None:
+    """Values that no crane has, or of another unit, are rejected with key, value and the possible ones."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene(scene, changes)
     message = str(caught.value)
@@ -109,15 +109,15 @@ def test_an_unlikely_input_is_refused_in_one_line(scene: Any, changes: dict[str,
         ("knuckle_setpoint", {"reference.q": ["450 deg", 0.5, -0.5, 45.0]}),
         ("knuckle_setpoint", {"boom.inertia": 4.0, "boom.axial_inertia": 8.0}),
         ("knuckle_setpoint", {"boom.mass": 0, "boom.inertia": 0}),
-        (SPACE, {"initial": {"directions": [ASLANT], "rates": [[0.8, 1.0, 0.6]]}}),
+        (SPACE, {"initial": {"directions": [INCLINED], "rates": [[0.8, 1.0, 0.6]]}}),
         (SPACE, {"initial": {"directions": [[0.19866933, 0.0, -0.98006658]], "rates": [[0.98006658, 0, 0.19866933]]}}),
         (ELASTIC, positions((0.5, -0.1), (0.5, 0.0))),
         (PLANE, {"integrator": {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}}),
     ],
     ids=str,
 )
-def test_what_is_only_unusual_is_taken(scene: Any, changes: dict[str, Any]) -> None:
-    """Metres of any size, angles with their unit, thin rods, rates across links up to rounding are scenes."""
+def test_unusual_values_are_accepted(scene: Any, changes: dict[str, Any]) -> None:
+    """Metres of any size, angles with their unit, thin rods, rates across links up to rounding are accepted."""
     assert load_scene(scene, changes).notes.get("warnings") is None
 
 
@@ -131,8 +131,8 @@ def inertia_matrix(boom: Rod, jib: Rod, angle: float) -> np.ndarray[Any, Any]:
 @pytest.mark.parametrize(
     "masses", [(b, i, j, k) for b in (0, 1) for i in (0, 2) for j in (0, 3) for k in (0, 4)], ids=str
 )
-def test_rods_are_refused_where_their_inertia_is_singular(masses: tuple[float, ...]) -> None:
-    """Boom and jib are refused exactly where their inertia matrix, written down anew, is singular in some posture."""
+def test_rods_of_singular_inertia_are_rejected(masses: tuple[float, ...]) -> None:
+    """Boom and jib are rejected exactly if their inertia matrix, computed here, is singular in some posture."""
     boom, jib = Rod(5.0, masses[0], masses[1]), Rod(4.0, masses[2], masses[3])
     singular = min(np.linalg.det(inertia_matrix(boom, jib, angle)) for angle in (0.0, 1.0)) < 1e-9  # of numbers like 1
     if singular:
@@ -146,8 +146,8 @@ def test_rods_are_refused_where_their_inertia_is_singular(masses: tuple[float, .
     ("duration", "period", "steps"),
     [(1.015, 0.01, 101), (1.017, 0.01, 102), (0.0149, 0.01, 1), (2.0, 0.03, 67)],
 )
-def test_a_duration_is_rounded_to_whole_periods_and_says_so(duration: float, period: float, steps: int) -> None:
-    """A duration that is no multiple of the period becomes the nearest one, and the scene's notes say from what."""
+def test_a_duration_is_rounded_to_whole_periods_with_a_note(duration: float, period: float, steps: int) -> None:
+    """A duration that is no multiple of the period becomes the nearest one, and the scene's notes have both."""
     scene = load_scene("knuckle_setpoint", {"duration": duration, "control.period": period})
     assert scene.steps == steps and scene.duration == steps * period
     assert scene.notes["rounded"] == [f"duration: {duration:g} s is taken as {steps * period:g} s"]
@@ -156,20 +156,20 @@ def test_a_duration_is_rounded_to_whole_periods_and_says_so(duration: float, per
 @pytest.mark.parametrize(
     ("duration", "period"), [(0.3, 0.1), (40.0, 0.01), (1e5, 0.001), (10.0, 1.0 / 30.0), (0.7, 0.07)]
 )
-def test_whole_periods_are_taken_as_they_are(duration: float, period: float) -> None:
-    """A duration of whole periods, up to the rounding of doubles, stays as it is and leaves no note."""
+def test_whole_periods_are_not_rounded(duration: float, period: float) -> None:
+    """A duration of whole periods, up to the rounding of doubles, is unchanged, without a note."""
     scene = load_scene("knuckle_setpoint", {"duration": duration, "control.period": period})
     assert scene.duration == duration and "rounded" not in scene.notes
 
 
 def test_a_run_of_a_few_short_periods_is_possible() -> None:
-    """A run shorter than the default period is one where the law has shorter ones, for what it believes in as well."""
+    """A run shorter than the default period is valid with a shorter period, also for the law's nominal model."""
     assert load_scene("knuckle_setpoint", {"duration": 0.005, "control.period": 0.001}).steps == 5
 
 
 @pytest.mark.interpreted
-def test_what_was_rounded_is_in_the_summary_and_at_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    """The notes of duration and delays stand in a run's summary together, and are printed a line each."""
+def test_notes_of_rounding_are_in_the_summary_and_at_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    """The notes on duration and delays are a list in a run's summary, and are printed a line each."""
     sensors = {"all": {"delay": 0.014}}
     scene = load_scene("overhead_energy", {"duration": 0.055, "control.period": 0.01, "sensors": sensors})
     lines = crane_sim.simulate(scene).summary["rounded"]
@@ -179,14 +179,14 @@ def test_what_was_rounded_is_in_the_summary_and_at_the_terminal(capsys: pytest.C
 
 
 def test_the_steepness_of_a_sea() -> None:
-    """Steepness is height over the length g T² / (2 pi) of the peak wave; steep seas warn, breaking ones are none."""
+    """Steepness is height over the length g T² / (2 pi) of the peak wave; steep seas warn, breaking ones fail."""
     length = 9.81 * 10.0**2 / (2.0 * math.pi)
     assert steepness(Sea(length / 20.0, 10.0)) == pytest.approx(1.0 / 20.0, rel=1e-14)  # rounding
     assert max_observed_steepness(4.0) == 1.0 / 15.0 and max_observed_steepness(20.0) == 1.0 / 25.0
     assert "warnings" not in load_scene(PLANE, sea(0.99 * max_observed_steepness(10.0) * length, 10.0)).notes
-    (line,) = load_scene(PLANE, sea(0.99 * BREAKING * length, 10.0)).notes["warnings"]
+    (line,) = load_scene(PLANE, sea(0.99 * BREAKING_STEEPNESS * length, 10.0)).notes["warnings"]
     assert line.startswith(
         "base_motion.sea: its steepness is 1/7.07; at a peak period of 10 s measured seas stay below"
     )
     with pytest.raises(crane_sim.SceneError, match="such waves break"):
-        load_scene(PLANE, sea(1.01 * BREAKING * length, 10.0))
+        load_scene(PLANE, sea(1.01 * BREAKING_STEEPNESS * length, 10.0))

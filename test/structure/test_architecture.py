@@ -7,7 +7,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 from crane_sim.numerics.cache import PLAIN
 
@@ -79,18 +79,18 @@ LOOSE = 5  # modules at the top of crane_sim
 @cache
 def imports(name: str) -> frozenset[str]:
     """Return the dotted names that a module imports, anywhere in it and also for types only."""
-    found: set[str] = set()
+    imported: set[str] = set()
     for node in ast.walk(ast.parse(SOURCES[name].read_text())):
         if isinstance(node, ast.Import):
-            found.update(alias.name for alias in node.names)
+            imported.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return frozenset(found)
+            imported.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return frozenset(imported)
 
 
 def dependencies(name: str) -> set[str]:
     """Return the modules of this project that a module imports."""
-    return {module for each in imports(name) if (module := module_of(each)) is not None}
+    return {module for dotted in imports(name) if (module := module_of(dotted)) is not None}
 
 
 def module_of(name: str) -> str | None:
@@ -115,35 +115,35 @@ def importers(*modules: str) -> set[str]:
     return {
         name
         for name in SOURCES
-        if any(each == module or each.startswith(module + ".") for each in imports(name) for module in modules)
+        if any(dotted == module or dotted.startswith(module + ".") for dotted in imports(name) for module in modules)
     }
 
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_imports_point_down(name: str) -> None:
     """A module belongs to a layer and imports only from its own layer and from those below."""
-    above = {other for other in dependencies(name) if layer_of(other) > layer_of(name)}
-    assert not above, f"{name}: is below {', '.join(sorted(above))}"
+    upper_layers = {other for other in dependencies(name) if layer_of(other) > layer_of(name)}
+    assert not upper_layers, f"{name}: is below {', '.join(sorted(upper_layers))}"
 
 
 def test_every_layer_has_modules() -> None:
-    """No layer is named that is not there."""
+    """Every listed layer has modules."""
     assert {layer_of(name) for name in SOURCES} >= set(range(len(LAYERS)))
 
 
-def test_no_circles() -> None:
-    """No chain of imports comes back to the module where it began: a sorter refuses a graph with a circle."""
+def test_no_import_cycles() -> None:
+    """Imports have no cycle: a topological sort fails with one."""
     order = list(TopologicalSorter({name: dependencies(name) - {name} for name in SOURCES}).static_order())
     assert set(order) == set(SOURCES)
 
 
 def test_few_loose_modules() -> None:
-    """At the top of the package stand few modules beside the folders."""
+    """The package has few modules outside of folders."""
     assert len([name for name in SOURCES if name.count(".") == 1 and name.startswith("crane_sim.")]) <= LOOSE
 
 
-def test_the_simulator_does_not_know_its_laws() -> None:
-    """`crane_sim` never imports `crane_control`: laws are found by name."""
+def test_the_simulator_imports_no_law() -> None:
+    """`crane_sim` never imports `crane_control`: laws are looked up by name."""
     assert not {name for name in importers("crane_control") if name.startswith("crane_sim")}
 
 
@@ -158,8 +158,8 @@ def test_the_simulator_does_not_know_its_laws() -> None:
 )
 def test_packages_stay_in_their_folders(packages: tuple[str, ...], folders: tuple[str, ...]) -> None:
     """ROS, Rerun and numba are imported in their folders and nowhere else."""
-    found = importers(*packages)
-    assert found and all(name.startswith(folders) for name in found)
+    imported = importers(*packages)
+    assert imported and all(name.startswith(folders) for name in imported)
 
 
 def test_plain_folders_change_no_kernel() -> None:
@@ -188,7 +188,7 @@ def test_sizes(name: str) -> None:
     ids=["lint", "format", "types"],
 )
 def test_the_code_is_clean(command: list[str]) -> None:
-    """The linter, the formatter and the type checker have nothing to say."""
+    """The linter, the formatter and the type checker report nothing."""
     program = Path(sys.executable).with_name(command[0])
-    done = completed([str(program), *command[1:]], cwd=ROOT)
-    assert done.returncode == 0, done.stdout + done.stderr
+    result = run_to_completion([str(program), *command[1:]], cwd=ROOT)
+    assert result.returncode == 0, result.stdout + result.stderr

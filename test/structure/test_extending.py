@@ -1,4 +1,4 @@
-"""The recipes of ARCHITECTURE.md, followed: a law from somebody else's package, an effect, a scene of one's own."""
+"""The recipes of ARCHITECTURE.md, followed: a law of another package, and a new scene."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 import crane_sim
 from crane_sim.files.catalogue import scene_files
@@ -45,12 +45,12 @@ def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
         "crane_sim.load_scene('mine.yaml', {'control.stifness': 1.0})"
     )
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1"}
-    done = completed([sys.executable, "-c", code], env=environment, cwd=tmp_path)
-    assert yaml.safe_load(done.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], done.stderr
-    assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in done.stderr
+    result = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tmp_path)
+    assert yaml.safe_load(result.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], result.stderr
+    assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in result.stderr
 
 
-def test_a_scene_of_ones_own_runs_from_its_file(tmp_path: Path) -> None:
+def test_a_new_scene_runs_from_its_file(tmp_path: Path) -> None:
     """A copied and edited scene file is checked and run by its path."""
     file = tmp_path / "mine.yaml"
     text = scene_files()["knuckle_setpoint"].read_text()

@@ -5,7 +5,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from process_helpers import completed
+from process_helpers import run_to_completion
 
 ROOT = Path(__file__).parents[2]
 NODES = ("plant_node", "controller_node", "tracker_node", "recorder_node", "crane")
@@ -24,7 +24,7 @@ def test_colcon_builds_an_installable_tree(tmp_path: Path) -> None:
     bases = ["--build-base", str(tmp_path / "build"), "--install-base", str(tmp_path / "install")]
     command = [sys.executable, "-m", "colcon", "--log-base", str(tmp_path / "log"), "build", *bases]
     command += ["--base-paths", str(ROOT), "--packages-select", "crane_sim", "--event-handlers", "console_direct+"]
-    built = completed(command, cwd=tmp_path)
+    built = run_to_completion(command, cwd=tmp_path)
     assert built.returncode == 0, built.stdout + built.stderr
     tree = tmp_path / "install" / "crane_sim"
     share = tree / "share" / "crane_sim"
@@ -36,6 +36,6 @@ def test_colcon_builds_an_installable_tree(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(modules)}
     code = "import crane_sim.files.catalogue as c; print(c.__file__, c.scene_files()['knuckle_setpoint'])"
     run = [sys.executable, "-c", code]
-    where = completed(run, env=environment, cwd=tmp_path, check=True)
+    where = run_to_completion(run, env=environment, cwd=tmp_path, check=True)
     assert all(path.startswith(str(tree)) for path in where.stdout.split())
     assert not any((ROOT / name).exists() for name in ("build", "install", "log"))

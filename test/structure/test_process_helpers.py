@@ -1,4 +1,4 @@
-"""The tests' own safety: what they start ends with them, however they end, and one that hangs fails alone."""
+"""The guards of the tests: their programs end with them in any case, and a hanging test fails alone."""
 
 import os
 import signal
@@ -7,23 +7,23 @@ import sys
 from pathlib import Path
 
 import pytest
-from process_helpers import completed, has_exited, next_line, started_program, wait_exited, wait_until
+from process_helpers import has_exited, next_line, run_to_completion, started_program, wait_exited, wait_until
 
 TEST = Path(__file__).parents[1]
-STUBBORN = """
+IGNORES_SIGTERM = """
 import os, signal, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
 os.fork()
 os.write(1, f"{os.getpid()}\\n".encode())
 time.sleep(600)
 """
-ESCAPED = """
+OTHER_SESSION = """
 import os, subprocess, sys, time
 
 def test_that_is_killed():
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], start_new_session=True)
-    with open("said", "w") as said:
-        said.write(f"{os.getpid()} {child.pid}\\n")
+    with open("pid_file", "w") as pid_file:
+        pid_file.write(f"{os.getpid()} {child.pid}\\n")
     time.sleep(600)
 """
 HANGING = """
@@ -41,7 +41,7 @@ def test_a_program_ends_with_its_block() -> None:
     """One that ignores SIGTERM, and the child it has started, are gone behind the block, whatever is raised there."""
     with (
         pytest.raises(ZeroDivisionError),
-        started_program([sys.executable, "-c", STUBBORN], grace=0.2, stdout=subprocess.PIPE) as process,
+        started_program([sys.executable, "-c", IGNORES_SIGTERM], grace=0.2, stdout=subprocess.PIPE) as process,
     ):
         both = {int(next_line(process)), int(next_line(process))}
         raise ZeroDivisionError
@@ -51,14 +51,14 @@ def test_a_program_ends_with_its_block() -> None:
 
 
 def test_a_wait_for_a_program_that_hangs_ends() -> None:
-    """At its limit a program is killed: a read from it comes back, and the error says which program it was."""
+    """At its limit a program is killed: a read from it returns, and the error names the program."""
     with (
         pytest.raises(AssertionError, match="sleep 600: still ran after 0.5 s, and was killed"),
         started_program(["sleep", "600"], limit=0.5, stdout=subprocess.PIPE) as process,
     ):
         next_line(process)
     with pytest.raises(AssertionError, match="sleep 600: still ran after 0.5 s, and was killed"):
-        completed(["sleep", "600"], limit=0.5)
+        run_to_completion(["sleep", "600"], limit=0.5)
 
 
 def nested(folder: Path, test: str, *options: str) -> list[str]:
@@ -77,21 +77,26 @@ def environment() -> dict[str, str]:
 
 @pytest.mark.parametrize("workers", ["0", "1"])
 def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path) -> None:
-    """When pytest is killed in a test, its workers end, and so does what they started, even in a session of its own."""
-    said = tmp_path / "said"
-    with started_program(nested(tmp_path, ESCAPED, "-n", workers), env=environment(), cwd=tmp_path) as session:
+    """When pytest is killed in a test, its workers end, and so do their programs, even in a session of their own."""
+    pid_file = tmp_path / "pid_file"
+    with started_program(nested(tmp_path, OTHER_SESSION, "-n", workers), env=environment(), cwd=tmp_path) as session:
         wait_until(
-            lambda: has_exited(session.pid) or (said.exists() and said.read_text().endswith("\n")), "the nested test"
+            lambda: has_exited(session.pid) or (pid_file.exists() and pid_file.read_text().endswith("\n")),
+            "the nested test",
         )
-        tester, escaped = map(int, said.read_text().split())
-        assert not has_exited(tester) and not has_exited(escaped) and (tester == session.pid) == (workers == "0")
+        test_process, other_session = map(int, pid_file.read_text().split())
+        assert (
+            not has_exited(test_process)
+            and not has_exited(other_session)
+            and (test_process == session.pid) == (workers == "0")
+        )
         session.kill()
-        wait_exited(tester)
-        wait_exited(escaped)
+        wait_exited(test_process)
+        wait_exited(other_session)
 
 
 @pytest.mark.parametrize(
-    ("hang", "said"),
+    ("hang", "message"),
     [
         ("time.sleep(600)", "test_nested.py::test_that_hangs: still ran after 1 s"),
         (
@@ -101,9 +106,9 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
     ],
     ids=["in Python", "in compiled code"],
 )
-def test_a_test_that_hangs_fails_alone(hang: str, said: str, tmp_path: Path) -> None:
-    """It fails at its limit, or takes its worker with it where nothing comes back; the tests behind it are run."""
+def test_a_test_that_hangs_fails_alone(hang: str, message: str, tmp_path: Path) -> None:
+    """It fails at its limit, or with its worker in compiled code; later tests are run."""
     limits = ["-n", "1", "-o", "test_limit=1", "-o", "faulthandler_timeout=4"]
-    done = completed(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
-    assert said in done.stdout and "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
-    assert done.returncode == 1
+    result = run_to_completion(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
+    assert message in result.stdout and "1 failed, 1 passed" in result.stdout, result.stdout + result.stderr
+    assert result.returncode == 1

@@ -1,8 +1,8 @@
 """Thousands of cranes at once, in vector lanes and one by one, on one core and on all, beside MuJoCo's rollout.
 
-`crane bench batch` lets cranes of different payloads go: how many steps a second they take, and what a simulated second
-of a crane costs at equal error. A batch's error is that of its
-worst crane. MuJoCo's rollout passes the same crane many times, on all cores; its row is missing where it is not there.
+`crane bench batch` runs cranes of different payload mass: steps per second, and the time of a crane's simulated second
+at equal error. A batch's error is that of its worst crane. MuJoCo's rollout integrates copies of one crane on all
+cores; its row is missing where it is not installed.
 """
 
 import os
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.engine import Missing, sweep_values
+from crane_sim.evaluation.bench.engine import EngineUnavailable, sweep_values
 from crane_sim.evaluation.bench.measurement import describe_spread, machine
 from crane_sim.evaluation.bench.peers import mujoco_engine
 from crane_sim.evaluation.bench.problem import problem_of
@@ -25,60 +25,66 @@ Array = npt.NDArray[np.float64]
 SCENES = {"overhead_swing": (5.0, 20.0), "knuckle_springs": (0.5, 2.0)}
 """Scenes of the catalogue, and the range of payload masses [kg]."""
 METHODS, ERRORS = ("rk4", "rk8"), (1e-4, 1e-6)  # m
-STEP = 1e-3  # s, of the steps that are counted
-PARTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)  # of a period, by which steps are tried
+STEP = 1e-3  # s, of rates
+STEP_DIVISORS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)  # 0.01 s by these: the step sizes of a sweep
 PEER_STEPS = sweep_values(0.05, 1e-4, 8)  # s
-NOTHING = np.empty(0)
+NO_INPUTS = np.empty(0)
 
 
-def cranes(name: str, method: str, step: float, count: int) -> list[Scene]:
+def batch_scenes(name: str, method: str, step: float, count: int) -> list[Scene]:
     """Return the scenes of a batch."""
     scene = load_scene(name, {"integrator": {"method": method, "step": step}})
     return scenes_of(scene, {"payload.mass": np.linspace(*SCENES[name], count)}, None)
 
 
 def measure_rates(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return millions of steps a second by RK4: in lanes and one by one, on one core and on all; the ways take turns.
+    """Return millions of steps a second by RK4, interleaved: in lanes and one by one, on one core and on all.
 
-    `scenes_us` is what the checks of one crane's scene take; `compile_s` what compilation takes, or its cache.
+    `scenes_us`: time to check one crane's scene; `compile_s`: to compile, or to load from the cache.
     """
     began = time.perf_counter()
-    scenes = cranes(name, "rk4", STEP, count)
+    scenes = batch_scenes(name, "rk4", STEP, count)
     checked = time.perf_counter() - began
-    ways = {f"{kind}_{n}": (kind == "lanes", n) for kind in ("lanes", "one_by_one") for n in (1, cores())}
-    compiled = {way: run_cranes(scenes[:1], NOTHING, 1, wide).setup_time for way, (wide, n) in ways.items() if n == 1}
-    rates: dict[str, list[float]] = {way: [] for way in ways}
+    variants = {f"{kind}_{n}": (kind == "lanes", n) for kind in ("lanes", "one_by_one") for n in (1, cores())}
+    compiled = {
+        variant: run_cranes(scenes[:1], NO_INPUTS, 1, lanes).setup_time
+        for variant, (lanes, n) in variants.items()
+        if n == 1
+    }
+    rates: dict[str, list[float]] = {variant: [] for variant in variants}
     for _ in range(rounds):
-        for way, (wide, threads) in ways.items():
-            batch = run_cranes(scenes, NOTHING, threads, wide)
-            rates[way].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
-    speeds = {way: describe_spread(values) for way, values in rates.items()}
+        for variant, (lanes, threads) in variants.items():
+            batch = run_cranes(scenes, NO_INPUTS, threads, lanes)
+            rates[variant].append(float(batch.steps.sum()) / batch.wall_time / 1e6)
+    speeds = {variant: describe_spread(values) for variant, values in rates.items()}
     return {"million_steps_per_s": speeds, "scenes_us": checked / count * 1e6, "compile_s": compiled}
 
 
-def costs(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return, by error and method, the coarsest step [s] that keeps it and µs per crane and simulated second."""
-    fine = [run_cranes(cranes(name, "rk8", STEP / n, count), NOTHING, cores(), True).payload for n in (1, 2)]
-    results: dict[str, Any] = {"reference_doubt_m": _largest_distance(*fine)}
+def costs_at_errors(name: str, count: int, rounds: int) -> dict[str, Any]:
+    """Return, by error and method, the coarsest step [s] of that error, and µs per crane and simulated second."""
+    references = [
+        run_cranes(batch_scenes(name, "rk8", STEP / n, count), NO_INPUTS, cores(), True).payload for n in (1, 2)
+    ]
+    results: dict[str, Any] = {"reference_doubt_m": _largest_distance(*references)}
     for error in ERRORS:
         results[f"{error:g}"] = {
-            method: _cheapest_run(name, method, count, error, fine[1], rounds) for method in METHODS
+            method: _cheapest_run(name, method, count, error, references[1], rounds) for method in METHODS
         }
     return results
 
 
 def _cheapest_run(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
-    for part in PARTS:
-        scenes = cranes(name, method, 0.01 / part, count)
-        if (off := _largest_distance(run_cranes(scenes, NOTHING, cores(), True).payload, exact)) <= error:
-            taken = _repeat(lambda scenes=scenes: run_cranes(scenes, NOTHING, cores(), True), rounds)
-            per_second = [1e6 * batch.wall_time / (count * scenes[0].duration) for batch in taken]
-            return {"step": 0.01 / part, "error_m": off, "us_per_crane_second": describe_spread(per_second)}
+    for divisor in STEP_DIVISORS:
+        scenes = batch_scenes(name, method, 0.01 / divisor, count)
+        if (error_m := _largest_distance(run_cranes(scenes, NO_INPUTS, cores(), True).payload, exact)) <= error:
+            batches = _repeat(lambda scenes=scenes: run_cranes(scenes, NO_INPUTS, cores(), True), rounds)
+            per_second = [1e6 * batch.wall_time / (count * scenes[0].duration) for batch in batches]
+            return {"step": 0.01 / divisor, "error_m": error_m, "us_per_crane_second": describe_spread(per_second)}
     return None
 
 
-def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return rates and costs of MuJoCo's RK4 on all cores, keyed as those of this simulator; or why there are none."""
+def measure_mujoco(name: str, count: int, rounds: int) -> dict[str, Any]:
+    """Return rates and costs of MuJoCo's RK4 on all cores, with this simulator's keys, or why it is missing."""
     scene = load_scene(name, {"integrator": {"method": "rk8", "step": STEP / 2}})
     plant = Plant(scene)
     problem = problem_of(scene, np.array(plant.payload))
@@ -95,20 +101,20 @@ def peer(name: str, count: int, rounds: int) -> dict[str, Any]:
             if reached:
                 times = [mujoco_engine.batch(problem, count, step, cores())[1] for _ in range(rounds)]
                 steps, seconds = round(scene.duration / step), count * scene.duration
-                cost = describe_spread([1e6 * taken / seconds for taken in times])
-                speed = describe_spread([count * steps / taken / 1e6 for taken in times])
+                cost = describe_spread([1e6 * wall_time / seconds for wall_time in times])
+                speed = describe_spread([count * steps / wall_time / 1e6 for wall_time in times])
                 row = {"step": step, "error_m": error_m, "us_per_crane_second": cost, "million_steps_per_s": speed}
                 results |= {f"{error:g}": row for error in reached}
             if len(reached) == len(pending):
                 break
-    except Missing as missing:
+    except EngineUnavailable as missing:
         return {"missing": str(missing)}
     return results
 
 
-def _largest_distance(ends: Array, others: Array) -> float:
-    """Return the largest distance [m] between payloads (n, 3); infinite where one is not a number."""
-    distance = np.linalg.norm(ends - others, axis=-1).max()
+def _largest_distance(ends: Array, expected: Array) -> float:
+    """Return the largest distance [m] between payloads (n, 3); infinite with a non-finite one."""
+    distance = np.linalg.norm(ends - expected, axis=-1).max()
     return float(distance) if np.isfinite(distance) else float("inf")
 
 
@@ -117,7 +123,7 @@ def _repeat(run: Callable[[], Batch], rounds: int) -> list[Batch]:
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0))
 
 
@@ -125,8 +131,8 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
     results: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
-        ours = {"rates": measure_rates(name, count, rounds), "costs": costs(name, count, rounds)}
-        results[name] = ours | {"mujoco": peer(name, peer_count, rounds)}
+        own_results = {"rates": measure_rates(name, count, rounds), "costs": costs_at_errors(name, count, rounds)}
+        results[name] = own_results | {"mujoco": measure_mujoco(name, peer_count, rounds)}
     return results | {"machine": machine()}
 
 
@@ -141,13 +147,13 @@ def format_lines(results: dict[str, Any]) -> list[str]:
 
 
 def _scene_lines(name: str, results: dict[str, Any]) -> list[str]:
-    ours, theirs = results["rates"], results["mujoco"]
-    lines = [f"{name}: {ours['scenes_us']:.0f} µs to check a crane's scene"]
-    for way, speed in ours["million_steps_per_s"].items():
-        lines.append(f"  {way.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
+    own_results, mujoco = results["rates"], results["mujoco"]
+    lines = [f"{name}: {own_results['scenes_us']:.0f} µs to check a crane's scene"]
+    for variant, speed in own_results["million_steps_per_s"].items():
+        lines.append(f"  {variant.replace('_', ' '):<14} {speed['median']:8.2f} million RK4 steps/s")
     for error in (f"{error:g}" for error in ERRORS):
-        rows = results["costs"][error] | {"MuJoCo": theirs.get(error)}
+        rows = results["costs"][error] | {"MuJoCo": mujoco.get(error)}
         for method, row in rows.items():
             cost = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
             lines.append(f"  error {error} m  {method:<7} {cost} per crane and simulated second")
-    return lines + ([f"  {theirs['missing']}"] if "missing" in theirs else [])
+    return lines + ([f"  {mujoco['missing']}"] if "missing" in mujoco else [])

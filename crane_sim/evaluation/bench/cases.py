@@ -1,4 +1,4 @@
-"""The scenes of the benchmark, and where their payloads truly end."""
+"""The scenes of the benchmark, and reference end positions of their payloads."""
 
 from typing import NamedTuple
 
@@ -18,8 +18,8 @@ class Case(NamedTuple):
     id: str
     scene: str  # of the catalogue
     title: str
-    compared: bool = True  # with other engines; otherwise it has what they do not model
-    like: str = ""  # the case whose engines it is compared with: the same crane, modelled otherwise
+    compare_engines: bool = True  # False: other engines cannot model it
+    engine_results_from: str = ""  # id of the case whose engines it is compared with: the same crane, another model
 
 
 CASES = (
@@ -28,21 +28,27 @@ CASES = (
     Case("S3a", "overhead_chain", "ten links, payload 1000 times a node"),
     Case("S3b", "overhead_chain_50", "fifty links, payload 1000 times a node"),
     Case("S4", "overhead_heavy", "ten links, payload a million times a node"),
-    Case("S4r", "overhead_heavy_straight", "S4 taken for a straight rod by the scene", compared=False, like="S4"),
+    Case(
+        "S4r",
+        "overhead_heavy_straight",
+        "S4 taken for a straight rod by the scene",
+        compare_engines=False,
+        engine_results_from="S4",
+    ),
     Case("S5", "overhead_spring", "one elastic link of 1e6 N/m"),
-    Case("3D", "overhead_spatial", "three links in space, both axes shaken", compared=False),
-    Case("hoist", "overhead_hoist", "hoist from 10 m to 0.5 m in two seconds", compared=False),
-    Case("slip", "overhead_coulomb", "trolley that sticks and slips", compared=False),
-    Case("kink", "overhead_kinked", "ten kinked links, payload 10 000 times a node", compared=False),
-    Case("steel", "overhead_steel", "five elastic links of 1e9 N/m", compared=False),
+    Case("3D", "overhead_spatial", "three links in space, both axes shaken", compare_engines=False),
+    Case("hoist", "overhead_hoist", "hoist from 10 m to 0.5 m in two seconds", compare_engines=False),
+    Case("slip", "overhead_coulomb", "trolley that sticks and slips", compare_engines=False),
+    Case("kink", "overhead_kinked", "ten kinked links, payload 10 000 times a node", compare_engines=False),
+    Case("steel", "overhead_steel", "five elastic links of 1e9 N/m", compare_engines=False),
 )
 
 
-class Truth(NamedTuple):
+class Reference(NamedTuple):
     """The reference of a case."""
 
     payload: npt.NDArray[np.float64]  # (3,) m, at the end
-    trusted: float  # m
+    error_bound: float  # m
     tension: float | None  # N, of an elastic cable at the end
 
 
@@ -51,8 +57,8 @@ def case_scene(case: Case) -> Scene:
     return load_scene(case.scene)
 
 
-def truth_of(case: Case) -> Truth:
+def reference_of(case: Case) -> Reference:
     """Return the reference of a case, from extended precision (`test/reference`)."""
-    known = hardcase_references()[case.scene]
-    tension = known["tension"][-1][-1] if "tension" in known else None
-    return Truth(np.array(known["nodes"][-1][-1]), known["trusted"], tension)
+    data = hardcase_references()[case.scene]
+    tension = data["tension"][-1][-1] if "tension" in data else None
+    return Reference(np.array(data["nodes"][-1][-1]), data["trusted"], tension)

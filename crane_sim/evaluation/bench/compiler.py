@@ -1,4 +1,4 @@
-"""The C compiler, for what the benchmark compares with: it is found, not required."""
+"""The C compiler of the benchmark's hand-written and generated loops; optional."""
 
 import ctypes
 import shutil
@@ -6,10 +6,10 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from crane_sim.evaluation.bench.engine import Missing
+from crane_sim.evaluation.bench.engine import EngineUnavailable
 
-FLOOR = Path(__file__).with_name("floor")
-"""Where the C files are."""
+C_SOURCES = Path(__file__).with_name("floor")
+"""Folder of the C files."""
 NATIVE = ("-O3", "-march=native")
 
 
@@ -17,30 +17,30 @@ class Compiler:
     """A C compiler that puts libraries into a folder."""
 
     def __init__(self, folder: Path) -> None:
-        """Find it.
+        """Find a compiler.
 
         Raises:
-            Missing: there is none.
+            EngineUnavailable: there is none.
         """
-        found = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-        if found is None:
-            raise Missing("no C compiler found (cc, gcc, clang)")
-        self.program, self.folder, self._count = found, folder, 0
-        said = subprocess.run([found, "--version"], capture_output=True, text=True, check=False).stdout
-        self.version = said.partition("\n")[0]
+        program = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+        if program is None:
+            raise EngineUnavailable("no C compiler found (cc, gcc, clang)")
+        self.program, self.folder, self._count = program, folder, 0
+        version_text = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stdout
+        self.version = version_text.partition("\n")[0]
 
     def library(self, source: Path, flags: Sequence[str] = NATIVE) -> ctypes.CDLL:
         """Return the compiled and loaded library of one source file.
 
         Raises:
-            Missing: the compiler does not accept it.
+            EngineUnavailable: the compiler does not accept it.
         """
         self._count += 1
         target = self.folder / f"{source.stem}_{self._count}.so"
-        places = (f"-I{self.folder}", f"-I{FLOOR}")
-        command = [self.program, *flags, "-shared", "-fPIC", *places, str(source), "-lm", "-o", str(target)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            why = next((line for line in done.stderr.splitlines() if "error" in line), "it does not say why")
-            raise Missing(f"{self.program} does not compile {source.name}: {why}")
+        include_paths = (f"-I{self.folder}", f"-I{C_SOURCES}")
+        command = [self.program, *flags, "-shared", "-fPIC", *include_paths, str(source), "-lm", "-o", str(target)]
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        if result.returncode != 0:
+            why = next((line for line in result.stderr.splitlines() if "error" in line), "it does not say why")
+            raise EngineUnavailable(f"{self.program} does not compile {source.name}: {why}")
         return ctypes.CDLL(str(target))

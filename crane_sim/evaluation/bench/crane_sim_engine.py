@@ -1,4 +1,4 @@
-"""This simulator as an engine of the benchmark: its methods, each over a ladder of steps or tolerances."""
+"""This simulator as an engine of the benchmark: its methods, each over a sweep of steps or tolerances."""
 
 import time
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
-from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
+from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
 from crane_sim.integrators import apply_pending_events, dense_output, integrate_to, make_event_log, start, step_bound
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
@@ -29,16 +29,15 @@ METHODS = (*FIXED, *ADAPTIVE)
 
 
 @entry_point
-def integrate(method, p, source, q, v, end, times):
-    """Return (flow, state at `end` [s]) of an integration from joint coordinates q, v, done so many times over."""
+def integrate(method, p, source, q, v, end, repetitions):
+    """Return (integration, state at `end` [s]) from joint coordinates q, v, repeated that many times."""
     x = system.project(p, system.state(p, 0.0, q, v))
-    flow = start(p, 0.0, x, make_event_log(system.switching(p)))
-    for _ in range(times):
-        fresh = start(p, 0.0, x, make_event_log(system.switching(p)))
-        flow = integrate_to(
-            method, p, source, apply_pending_events(system.switching(p), p, source, fresh), end, step_bound(method, end)
-        )
-    return flow, dense_output(method, p, source, flow, end)
+    integration = start(p, 0.0, x, make_event_log(system.switching(p)))
+    for _ in range(repetitions):
+        initial = start(p, 0.0, x, make_event_log(system.switching(p)))
+        initial = apply_pending_events(system.switching(p), p, source, initial)
+        integration = integrate_to(method, p, source, initial, end, step_bound(method, end))
+    return integration, dense_output(method, p, source, integration, end)
 
 
 @entry_point
@@ -57,7 +56,7 @@ class CraneSimEngine:
         """Take the scene's crane, source and duration; methods are the benchmark's."""
         self.scene, self.p, self.source = scene, scene.model, scene.source
         self.q, self.v = np.array(scene.initial_q), np.array(scene.initial_v)
-        self.compiling: dict[str, float] = {}
+        self.compile_times: dict[str, float] = {}
 
     def methods(self) -> list[str]:
         """Return the names of the methods that fit the scene."""
@@ -66,22 +65,25 @@ class CraneSimEngine:
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 
     def runs(self, method: str) -> list[Run]:
-        """Return the sweep of one method, coarsest first; compiles it, and keeps how long that took [s]."""
-        kind = FIXED.get(method) or ADAPTIVE[method]
+        """Return the sweep of one method, coarsest first; compiles it, and records the compile time [s]."""
+        method_class = FIXED.get(method) or ADAPTIVE[method]
         settings = STEPS if method in FIXED else TOLERANCES
-        made = [(value, kind(value) if method in FIXED else kind(value, 0.01 * value)) for value in settings]
+        configured = [
+            (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value)) for value in settings
+        ]
         began = time.perf_counter()
-        self._go(made[0][1])(1)
-        self.compiling[method] = time.perf_counter() - began
-        return [Run(NAME, method, value, self._go(settings)) for value, settings in made]
+        self._make_run(configured[0][1])(1)
+        self.compile_times[method] = time.perf_counter() - began
+        return [Run(NAME, method, value, self._make_run(settings)) for value, settings in configured]
 
-    def _go(self, method: Any) -> Callable[[int], Outcome]:
+    def _make_run(self, method: Any) -> Callable[[int], RunResult]:
         end = self.scene.duration
 
-        def go(times: int) -> Outcome:
-            flow, x = integrate(method, self.p, self.source, self.q, self.v, end, times)
+        def execute(repetitions: int) -> RunResult:
+            integration, x = integrate(method, self.p, self.source, self.q, self.v, end, repetitions)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = polyline(self.p, end, np.array(q), np.array(v))
-            return Outcome(points[-1], flow.counters.evaluations, flow.counters.steps, float(tensions[-1]))
+            counters = integration.counters
+            return RunResult(points[-1], counters.evaluations, counters.steps, float(tensions[-1]))
 
-        return go
+        return execute

@@ -1,4 +1,4 @@
-"""What the benchmark asks of an engine, this one and its peers alike."""
+"""Interface of a benchmark engine: this simulator and its peers."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
@@ -11,31 +11,31 @@ from crane_sim.evaluation.bench.problem import Problem
 Array = npt.NDArray[np.float64]
 
 
-class Outcome(NamedTuple):
-    """Where a run ended, and what it took."""
+class RunResult(NamedTuple):
+    """Final payload position of a run, and its cost."""
 
     payload: Array  # (3,) m, world, z up
-    evaluations: int | None  # of the equations; None where the engine does not count them
+    evaluations: int | None  # of the equations; None: not counted by the engine
     steps: int | None
-    tension: float | None = None  # N, of an elastic cable at the end; None where it is not requested or not available
+    tension: float | None = None  # N, of an elastic cable at the end; None: not requested or not available
 
 
 class Run(NamedTuple):
-    """One way to pass the whole time of a problem."""
+    """One integration of a problem over its whole duration: an engine, a method and a setting."""
 
     engine: str
     method: str  # of integration, as the engine calls it
     setting: float  # step [s] or relative tolerance: what is swept
-    go: Callable[[int], Outcome]  # do it so many times over from the start, as fast as the engine can
+    execute: Callable[[int], RunResult]  # repeats the integration from the start, as fast as the engine can
 
 
 class Engine(Protocol):
-    """An engine; its constructor raises Missing when it is not there."""
+    """An engine; its constructor raises EngineUnavailable when it is not installed."""
 
     name: str
     version: str
 
-    def refuses(self, problem: Problem) -> str | None:
+    def unsupported_reason(self, problem: Problem) -> str | None:
         """Return why the engine cannot model the problem, None when it can."""
         ...
 
@@ -47,11 +47,11 @@ class Engine(Protocol):
         ...
 
 
-class Missing(Exception):
+class EngineUnavailable(Exception):
     """The engine is not installed, or lacks what it needs; one line."""
 
 
 def sweep_values(first: float, last: float, per_decade: int) -> list[float]:
-    """Return settings from `first` down to `last`, so many per decade."""
+    """Return settings from `first` down to `last`, `per_decade` to a decade."""
     count = round(per_decade * np.log10(first / last))
     return [float(setting) for setting in first * (last / first) ** (np.arange(count + 1) / max(count, 1))]

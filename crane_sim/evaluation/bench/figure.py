@@ -19,11 +19,11 @@ COLOURS = {
     "scipy": "#8c8c8c",
 }
 MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "rodas": "P"}
-MIN_ERROR, MAX_ERROR = 1e-12, 3.0  # m, errors that are shown
+MIN_ERROR, MAX_ERROR = 1e-12, 3.0  # m, range of the axis of errors
 
 
 def draw(figure: Any, scenes: dict[str, Any]) -> None:
-    """Draw the front of every engine, and of this simulator every method."""
+    """Draw the Pareto front of every engine, and of every method of this simulator."""
     columns, rows = min(COLUMNS, len(scenes)), ceil(len(scenes) / COLUMNS)
     figure.set_size_inches(4.6 * columns, 3.5 * rows + 0.9)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
@@ -38,15 +38,15 @@ def draw(figure: Any, scenes: dict[str, Any]) -> None:
 def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
     points = [point for point in points_of(scene) if isfinite(point.error) and point.error < MAX_ERROR]
     for engine in dict.fromkeys(point.engine for point in points):
-        own = [point for point in points if point.engine == engine]
+        engine_points = [point for point in points if point.engine == engine]
         if engine != NAME:
-            axes.plot(*_front(own), color=COLOURS.get(engine, GREY), linewidth=1.6, label=engine)
+            axes.plot(*_pareto_front(engine_points), color=COLOURS.get(engine, GREY), linewidth=1.6, label=engine)
             continue
-        for method in dict.fromkeys(point.method for point in own):
-            at = _front([point for point in own if point.method == method])
+        for method in dict.fromkeys(point.method for point in engine_points):
+            front = _pareto_front([point for point in engine_points if point.method == method])
             label = f"{NAME} {method}"
             axes.plot(
-                *at, MARKS[method], color=COLOURS[NAME], linewidth=0.7, linestyle="-", markersize=3.2, label=label
+                *front, MARKS[method], color=COLOURS[NAME], linewidth=0.7, linestyle="-", markersize=3.2, label=label
             )
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -57,8 +57,8 @@ def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
     axes.grid(alpha=0.25)
 
 
-def _front(points: list[Point]) -> tuple[list[float], list[float]]:
-    """Return (times, errors) of the points that no cheaper one is better than."""
+def _pareto_front(points: list[Point]) -> tuple[list[float], list[float]]:
+    """Return (times, errors) of the non-dominated points."""
     times, errors, least = [], [], float("inf")
     for point in sorted(points, key=lambda point: point.us_per_s):
         if point.error < least:

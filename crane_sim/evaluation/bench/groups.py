@@ -1,9 +1,9 @@
-"""What each optional group of a scene costs per evaluation and per step: `crane bench groups`.
+"""Cost of each optional group of a scene per evaluation and per step: `crane bench groups`.
 
-What a scene does not name is not compiled for it: a base without optional groups pays for none of them, and each group
-is measured against its base, interleaved. Evaluations follow each other as in an integrator, each at the state that the
-last one led to. Steps are whole ones of order 8, the default method's, at a fixed size, with the guards of models that
-switch.
+Groups absent from a scene are not compiled for it: a baseline without optional groups pays for none of them, and each
+group is measured against its baseline, interleaved. Evaluations follow each other as in an integrator, each at the
+state that results from the one before. Steps are those of order 8, the default method, of fixed size, with the event
+functions of switching models.
 """
 
 import time
@@ -22,114 +22,118 @@ from crane_sim.numerics.states import add_scaled, dimension
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.stepping.periods import begin
 
-_TINY = 1e-9  # s, from one evaluation to the next: they depend on each other, and the crane stays where it is
-_STEP = 1e-6  # s, of the method: safe for the stiffest case
+_EVALUATION_STEP = 1e-9  # s: evaluations depend on each other, and the state hardly changes
+_METHOD_STEP = 1e-6  # s: stable for the stiffest case
 
 
 @entry_point
-def march(p, x, u, evaluations):
-    """Return the state, nested tuples, after so many evaluations, each moving it on by a little."""
+def evaluate_repeatedly(p, x, u, evaluations):
+    """Return the state, nested tuples, after Euler steps of `_EVALUATION_STEP`, one for each evaluation."""
     for _ in range(evaluations):
-        x = add_scaled(x, _TINY, system.rhs(p, 0.0, x, u))
+        x = add_scaled(x, _EVALUATION_STEP, system.rhs(p, 0.0, x, u))
     return x
 
 
 @entry_point
-def march_array(p, x, u, evaluations):
-    """Return the state, an array, after so many evaluations, each moving it on by a little."""
+def evaluate_repeatedly_array(p, x, u, evaluations):
+    """Return the state, an array, after Euler steps of `_EVALUATION_STEP`, one for each evaluation."""
     y, out, work = x.copy(), np.empty_like(x), system.workspace(p)
     for _ in range(evaluations):
         system.rhs_into(p, 0.0, y, u, out, work)
         for i in range(len(y)):
-            y[i] += _TINY * out[i]
+            y[i] += _EVALUATION_STEP * out[i]
     return y
 
 
 @entry_point
-def pass_time(method, p, x, u, end):
-    """Return the integration at time `end` [s] that began with state x at 0."""
-    switches = system.switching(p)
+def integrate_until(method, p, x, u, end):
+    """Return the integration from state x at 0 to time `end` [s]."""
+    switching = system.switching(p)
     return integrate_to(
-        method, p, u, apply_pending_events(switches, p, u, start(p, 0.0, x, make_event_log(switches))), end, end
+        method, p, u, apply_pending_events(switching, p, u, start(p, 0.0, x, make_event_log(switching))), end, end
     )
 
 
-class Subject(NamedTuple):
-    """A crane at its start, and what drives it."""
+class TimedCrane(NamedTuple):
+    """A crane at its initial state, and its inputs."""
 
     model: Any
     x: Any
     u: Any
 
-    def evaluate(self, times: int) -> float:
-        """Return the nanoseconds of one of so many evaluations."""
-        loop: Callable[..., Any] = march_array if isinstance(self.x, np.ndarray) else march
+    def evaluate(self, repetitions: int) -> float:
+        """Return the mean time [ns] of an evaluation."""
+        loop: Callable[..., Any] = evaluate_repeatedly_array if isinstance(self.x, np.ndarray) else evaluate_repeatedly
         began = time.perf_counter()
-        loop(self.model, self.x, self.u, times)
-        return (time.perf_counter() - began) / times * 1e9
+        loop(self.model, self.x, self.u, repetitions)
+        return (time.perf_counter() - began) / repetitions * 1e9
 
-    def step(self, times: int) -> float:
-        """Return the nanoseconds of one of so many steps.
+    def step(self, repetitions: int) -> float:
+        """Return the mean time [ns] of a step.
 
         Raises:
             RuntimeError: the integration failed.
         """
         began = time.perf_counter()
-        flow = pass_time(RK8(_STEP), self.model, self.x, self.u, times * _STEP)
+        integration = integrate_until(RK8(_METHOD_STEP), self.model, self.x, self.u, repetitions * _METHOD_STEP)
         elapsed = time.perf_counter() - began
-        if flow.status != Status.OK:
+        if integration.status != Status.OK:
             raise RuntimeError(
-                f"{type(self.model).__name__}: the integration ended with status {Status(flow.status).name}"
+                f"{type(self.model).__name__}: the integration ended with status {Status(integration.status).name}"
             )
-        return elapsed / flow.counters.steps * 1e9
+        return elapsed / integration.counters.steps * 1e9
 
 
-def subject(scene: Scene) -> Subject:
-    """Return the crane of a scene at its start, under its own inputs, or no effort where a law is sampled."""
-    flow, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
-    return Subject(scene.model, flow.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source)
+def make_timed_crane(scene: Scene) -> TimedCrane:
+    """Return the crane of a scene at its initial state, with its own inputs, or zero effort for a sampled law."""
+    integration, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    return TimedCrane(scene.model, integration.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source)
 
 
 def scene_pair(case: Case) -> tuple[Scene, Scene]:
     """Return the scenes without and with the group of a case."""
-    before: Changes = {**case.base.changes, **case.common}
-    # what both need must not undo what the group brings: the base of the meter has a law, the meter's scene has none
-    after = {**case.base.changes, **(case.common if case.changes else {}), **case.changes}
-    return load_scene(case.base.scene, before), load_scene(case.base.scene, after)
+    baseline_changes: Changes = {**case.baseline.changes, **case.common}
+    # `common` must not undo the group: the energy meter's baseline has a control law, the case itself has none
+    group_changes = {**case.baseline.changes, **(case.common if case.changes else {}), **case.changes}
+    return load_scene(case.baseline.scene, baseline_changes), load_scene(case.baseline.scene, group_changes)
 
 
-def cost(case: Case, rounds: int, times: int) -> dict[str, Any]:
-    """Return what the group of a case costs, ns, and how many states it adds.
+def measure_cost(case: Case, rounds: int, repetitions: int) -> dict[str, Any]:
+    """Return the cost [ns] of a case's group, and the number of states it adds.
 
     Args:
-        case: base and change.
-        rounds: interleaved; what compiles comes before.
-        times: evaluations per round, and twelve times the steps.
+        case: baseline and change.
+        rounds: interleaved, after compilation.
+        repetitions: evaluations per round; a twelfth as many steps, which have twelve evaluations each.
     """
-    without, having = map(subject, scene_pair(case))
-    figures: dict[str, Any] = {"crane": case.base.label, "group": case.group}
+    without, with_group = map(make_timed_crane, scene_pair(case))
+    figures: dict[str, Any] = {"crane": case.baseline.label, "group": case.group}
     figures["states"] = dimension(without.x)
-    figures["states_added"] = dimension(having.x) - dimension(without.x)
-    for what, count in (("evaluate", times), ("step", max(times // 12, 1))):
-        for each in (without, having):
-            getattr(each, what)(1)
-        pairs = [(getattr(without, what)(count), getattr(having, what)(count)) for _ in range(rounds)]
-        figures |= _compare({"evaluate": "evaluation", "step": "step"}[what], *zip(*pairs, strict=True))
+    figures["states_added"] = dimension(with_group.x) - dimension(without.x)
+    for quantity, repeat in (("evaluate", repetitions), ("step", max(repetitions // 12, 1))):
+        for crane in (without, with_group):
+            getattr(crane, quantity)(1)
+        pairs = [(getattr(without, quantity)(repeat), getattr(with_group, quantity)(repeat)) for _ in range(rounds)]
+        figures |= _compare({"evaluate": "evaluation", "step": "step"}[quantity], *zip(*pairs, strict=True))
     return figures
 
 
-def _compare(unit: str, without: Sequence[float], having: Sequence[float]) -> dict[str, Any]:
+def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -> dict[str, Any]:
     return {
         f"ns_per_{unit}_without": describe_spread(without),
-        f"ns_per_{unit}_with": describe_spread(having),
-        f"ns_per_{unit}_added": describe_spread([b - a for a, b in zip(without, having, strict=True)]),
-        f"{unit}_ratio": ratio(having, without),
+        f"ns_per_{unit}_with": describe_spread(with_group),
+        f"ns_per_{unit}_added": describe_spread([b - a for a, b in zip(without, with_group, strict=True)]),
+        f"{unit}_ratio": ratio(with_group, without),
     }
 
 
-def measure(rounds: int = 15, times: int = 20_000, cases: Sequence[Case] = CASES) -> dict[str, Any]:
-    """Return the cost of every group of the table, ns per evaluation and per step; arguments as of `cost`."""
-    return {"rounds": rounds, "cases": [cost(case, rounds, times) for case in cases], "machine": machine()}
+def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[Case] = CASES) -> dict[str, Any]:
+    """Return the cost of every group of the table, ns per evaluation and per step; arguments: see `measure_cost`."""
+    return {
+        "rounds": rounds,
+        "cases": [measure_cost(case, rounds, repetitions) for case in cases],
+        "machine": machine(),
+    }
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:
@@ -145,5 +149,5 @@ def format_lines(results: dict[str, Any]) -> list[str]:
 
 
 def _format_pair(row: dict[str, Any], unit: str) -> str:
-    without, having = (row[f"ns_per_{unit}_{which}"]["median"] for which in ("without", "with"))
-    return f"{without:8.1f} -> {having:8.1f} {row[f'{unit}_ratio']['median']:5.2f}x"
+    without, with_group = (row[f"ns_per_{unit}_{which}"]["median"] for which in ("without", "with"))
+    return f"{without:8.1f} -> {with_group:8.1f} {row[f'{unit}_ratio']['median']:5.2f}x"

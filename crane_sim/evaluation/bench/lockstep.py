@@ -39,17 +39,17 @@ def echo(scene: "Scene", packed: bool = False) -> float:
         pong = group.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
         while not (ping.ready and pong.ready):
             _wait(group)
-        ping.order("go")
+        ping.send("go")
         while ping.summary is None:
             _wait(group)
         return ping.summary["steps_per_second"]
 
 
 def _wait(group: ProcessGroup) -> None:
-    answered = group.listen(_LIMIT)
-    if lost := [child.name for child in group.children if child.fault]:
-        raise RuntimeError(f"the echo failed: {lost[0]} is gone")
-    if not answered:
+    reported = group.listen(_LIMIT)
+    if failed := [child.name for child in group.children if child.fault]:
+        raise RuntimeError(f"the echo failed: {failed[0]} is gone")
+    if not reported:
         raise RuntimeError(f"the echo failed: no message for {_LIMIT:g} s")
 
 
@@ -66,7 +66,7 @@ def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = Non
 
 
 def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
-    """Return steps per second by kind, one number per round; the kinds take turns, so that drift hits all."""
+    """Return steps per second by kind, one number per round; the kinds are interleaved, so that drift affects all."""
     rates: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         for _ in range(rounds):
@@ -110,8 +110,8 @@ def format_lines(results: dict[str, Any]) -> list[str]:
     steps, rounds = results["steps_per_round"], results["rounds"]
     lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]
     for kind, speed in results["steps_per_second"].items():
-        times, span = results["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
-        lines.append(f"  {kind:<20} {speed['median']:6.0f}  {span:<16} {times:5.2f} x the echo")
+        factor, spread = results["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
+        lines.append(f"  {kind:<20} {speed['median']:6.0f}  {spread:<16} {factor:5.2f} x the echo")
     return [
         *lines,
         "echo: bare publish and answer of the same two messages; packed: coded as plant and controller code them",

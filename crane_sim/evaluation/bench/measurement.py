@@ -1,4 +1,4 @@
-"""What all measurements have in common: how rounds are summed up, and on which machine they were taken."""
+"""Common parts of all measurements: statistics of rounds, and the machine."""
 
 import os
 import platform
@@ -12,42 +12,42 @@ _PACKAGES = ("numpy", "numba", "scipy", "rclpy", "rerun-sdk", "rosbags")
 
 
 def describe_spread(values: Sequence[float]) -> dict[str, Any]:
-    """Return median, least and most of a measurement, and what every round gave."""
+    """Return median, least and most of a measurement, and the value of every round."""
     return {"median": statistics.median(values), "least": min(values), "most": max(values), "rounds": list(values)}
 
 
-def ratio(ours: Sequence[float], theirs: Sequence[float]) -> dict[str, Any]:
-    """Return the spread of ours / theirs, round by round: what both had to bear in a round drops out."""
-    return describe_spread([a / b for a, b in zip(ours, theirs, strict=True)])
+def ratio(numerators: Sequence[float], denominators: Sequence[float]) -> dict[str, Any]:
+    """Return the spread of numerators / denominators, round by round: a disturbance of both in a round cancels."""
+    return describe_spread([a / b for a, b in zip(numerators, denominators, strict=True)])
 
 
 def machine() -> dict[str, Any]:
-    """Return what the numbers of a measurement depend on: processor, cores, memory, system, versions."""
+    """Return the conditions of a measurement: processor, cores, memory, system, versions."""
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),
         "memory_GB": round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9, 1),
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "python": platform.python_version(),
-        "versions": {name: found for name in _PACKAGES if (found := _version(name))},
+        "versions": {name: package_version for name in _PACKAGES if (package_version := _version(name))},
     }
 
 
-def in_words(machine: Mapping[str, Any]) -> str:
-    """Return what `machine` found, as the pages of documentation say it."""
+def describe_machine(machine: Mapping[str, Any]) -> str:
+    """Return the result of `machine` in the words of the documentation."""
     numba = machine["versions"].get("numba", "?")
-    on = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
-    return f"{on}, Python {machine['python']}, numba {numba}"
+    conditions = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
+    return f"{conditions}, Python {machine['python']}, numba {numba}"
 
 
 def _processor() -> str:
-    """Return the processor as it calls itself; platform.processor() is empty on many systems."""
+    """Return the processor's own name; platform.processor() is empty on many systems."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
         lines = []
-    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(named, platform.processor() or platform.machine())
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(models, platform.processor() or platform.machine())
 
 
 def _version(package: str) -> str:

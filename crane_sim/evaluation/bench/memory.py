@@ -12,8 +12,8 @@ from crane_sim import load_scene
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.orchestration import run
 
-INTERVAL = 1.0  # s between two looks
-_FASTEST = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
+INTERVAL = 1.0  # s between samples
+_MAX_STEP_RATE = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
 _MB = 1e6
 
 
@@ -22,17 +22,17 @@ def resident(pid: int) -> float:
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
 
 
-class Watch:
-    """Looks at the nodes of a run once a second, and ends it after its time.
+class MemorySampler:
+    """Samples the memory of a run's nodes once a second, and interrupts the run after its time.
 
     Attributes:
-        times: s of the run, one per look.
-        samples: resident memory [MB] by node, one per look.
-        steps: of the run, one number per look.
+        times: s of the run, one per sample.
+        samples: resident memory [MB] by node, one per sample.
+        steps: of the run, one number per sample.
     """
 
     def __init__(self, seconds: float) -> None:
-        """Watch the run that this process is about to start, from its first step on."""
+        """Sample the run that this process is about to start, from its first step on."""
         self.times: list[float] = []
         self.samples: dict[str, list[float]] = {}
         self.steps: list[int] = []
@@ -43,7 +43,7 @@ class Watch:
         self._pids[name] = pid
 
     def __call__(self, step: int, steps: int) -> None:
-        """Look, if it is time; called about ten times a second by the run."""
+        """Take a sample if one is due; called about ten times a second by the run."""
         if step == 0 or not self._pids:
             return
         self._began = self._began or time.monotonic()
@@ -62,7 +62,7 @@ def measure(
 ) -> dict[str, Any]:
     """Return the resident memory [MB] of plant, controller and recorder over a lockstep run, and how it grows.
 
-    To be called from the main thread, which the interrupt that ends the run is for.
+    To be called from the main thread, which receives the interrupt that ends the run.
 
     Args:
         name: scene of the catalogue, with a sampled law.
@@ -73,16 +73,15 @@ def measure(
     Raises:
         RuntimeError: the run failed; one line.
     """
-    watch = Watch(seconds)
+    sampler = MemorySampler(seconds)
     period = load_scene(name).period
-    scene = load_scene(name, {"duration": _FASTEST * period * max(seconds, 1.0)})
+    scene = load_scene(name, {"duration": _MAX_STEP_RATE * period * max(seconds, 1.0)})
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
-        summary = run(
-            scene, record=Path(folder, "bench.rrd") if recorder else None, on_progress=watch, on_filled=watch.on_filled
-        )
+        path = Path(folder, "bench.rrd") if recorder else None
+        summary = run(scene, record=path, on_progress=sampler, on_filled=sampler.on_filled)
     if summary.get("error") != "interrupted":
         raise RuntimeError(summary.get("error", "the run ended before its time"))
-    if not watch.times or watch.times[-1] < seconds - 2.0 * INTERVAL:
+    if not sampler.times or sampler.times[-1] < seconds - 2.0 * INTERVAL:
         raise RuntimeError("interrupted")  # from outside, before the time was over
     return {
         "scene": name,
@@ -90,17 +89,19 @@ def measure(
         "warm_up_s": warm_up,
         "steps": summary["steps"],
         "recorded_steps": summary.get("recorded_steps"),  # None: without a recorder
-        "sample_times_s": [round(t, 3) for t in watch.times],
-        "sample_steps": watch.steps,
-        "resident": {node: _memory_figures(watch.times, samples, warm_up) for node, samples in watch.samples.items()},
+        "sample_times_s": [round(t, 3) for t in sampler.times],
+        "sample_steps": sampler.steps,
+        "resident": {
+            node: _memory_figures(sampler.times, samples, warm_up) for node, samples in sampler.samples.items()
+        },
         "machine": machine(),
     }
 
 
 def _memory_figures(times: list[float], samples: list[float], warm_up: float) -> dict[str, Any]:
     warm = [mb for t, mb in zip(times, samples, strict=True) if t >= warm_up] or samples[-1:]
-    since = [t for t in times if t >= warm_up]
-    slope = statistics.linear_regression(since, warm).slope if len(since) > 1 else 0.0
+    warm_times = [t for t in times if t >= warm_up]
+    slope = statistics.linear_regression(warm_times, warm).slope if len(warm_times) > 1 else 0.0
     return {
         "start_MB": samples[0],
         "after_warm_up_MB": warm[0],

@@ -3,8 +3,8 @@
 from typing import Any
 
 from crane_sim.evaluation.bench import tables
-from crane_sim.evaluation.bench.measurement import in_words
-from crane_sim.evaluation.bench.parts import PARTS
+from crane_sim.evaluation.bench.measurement import describe_machine
+from crane_sim.evaluation.bench.suites import SUITES
 
 HEAD = """# Speed against error
 
@@ -44,19 +44,19 @@ what it gave, is in [profiling.md](profiling.md).
 
 def write_page(data: dict[str, Any], drawn: bool) -> str:
     """Return the page in Markdown; `drawn`: it has a figure."""
-    parts = [HEAD]
+    sections = [HEAD]
     if "scenes" in data:
-        parts += [HOW, _machine(data["scenes"]), *["![work against precision](performance.png)\n"] * drawn]
-        parts += [tables.cheapest_table(data["scenes"]), tables.target_table(data["scenes"])]
-        parts += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
-    for name, part in PARTS.items():
+        sections += [HOW, _machine(data["scenes"]), *["![work against precision](performance.png)\n"] * drawn]
+        sections += [tables.cheapest_table(data["scenes"]), tables.target_table(data["scenes"])]
+        sections += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
+    for name, suite in SUITES.items():
         if name in data:
-            parts.append(f"## {part.title}\n\n```\n" + "\n".join(part.format(data[name])) + "\n```\n")
-    return "\n".join([*parts, REPEAT])
+            sections.append(f"## {suite.title}\n\n```\n" + "\n".join(suite.format(data[name])) + "\n```\n")
+    return "\n".join([*sections, REPEAT])
 
 
 def _machine(scenes: dict[str, Any]) -> str:
     named = ", ".join(f"{name} {version}" for name, version in scenes["engines"].items())
-    lines = [f"Measured on {scenes['date']}: {in_words(scenes['machine'])}. Engines: {named}."]
+    lines = [f"Measured on {scenes['date']}: {describe_machine(scenes['machine'])}. Engines: {named}."]
     lines += [f"Not there: {name} ({why})." for name, why in scenes["missing"].items()]
     return "".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""The benchmark's cranes in plain numbers, for engines that know nothing of scenes."""
+"""The benchmark's cranes in plain numbers, for engines that read no scenes."""
 
 from typing import Any, NamedTuple
 
@@ -42,7 +42,7 @@ class Spring(NamedTuple):
     duration: float  # s
 
 
-class Boom(NamedTuple):
+class RodParameters(NamedTuple):
     """One of the two rods of a knuckle crane: uniform, its centre of mass at mid-length."""
 
     length: float  # m
@@ -61,11 +61,11 @@ class KnuckleCrane(NamedTuple):
     """
 
     tower: float  # kg m², about the vertical
-    boom: Boom
-    jib: Boom
+    boom: RodParameters
+    jib: RodParameters
     payload: float  # kg
     stiffness: tuple[float, float, float]  # N m/rad, N m/rad, N/m: of boom, jib (relative to the boom) and rope
-    rest: tuple[float, float, float]  # rad, rad (relative), m
+    neutral: tuple[float, float, float]  # rad, rad (relative), m
     q: Array  # (3,) rad, α, β, γ at the start; at rest
     start: Array  # (3,) m, of the payload, at rest
     gravity: float  # m/s²
@@ -76,20 +76,20 @@ Problem = Chain | Spring | KnuckleCrane
 
 
 def problem_of(scene: Scene, payload: Array) -> Problem | None:
-    """Return the scene in plain numbers, None for what is not one of the three kinds.
+    """Return the scene in plain numbers, None for a scene of none of the three kinds.
 
     Args:
         scene: of the catalogue.
-        payload: (3,) m, where the payload is at the start.
+        payload: (3,) m, initial position of the payload.
     """
     model = scene.model
-    if isinstance(model, PlanarCrane | RodCrane) and _is_plain(model) and _at_rest(scene):
+    if isinstance(model, PlanarCrane | RodCrane) and _is_plain(model) and _starts_at_rest(scene):
         return _chain(scene)
-    if isinstance(model, SpringCrane) and _is_plain(model) and _at_rest(scene) and not model.cable.damping:
+    if isinstance(model, SpringCrane) and _is_plain(model) and _starts_at_rest(scene) and not model.cable.damping:
         cable = model.cable
-        parts = cable.mass, cable.length, cable.stiffness
-        return Spring(_mass(model), *parts, payload[[0, 2]], model.gravity, scene.duration)
-    if isinstance(model, Crane) and _sprung(model) and _at_rest(scene):
+        values = cable.mass, cable.length, cable.stiffness
+        return Spring(_mass(model), *values, payload[[0, 2]], model.gravity, scene.duration)
+    if isinstance(model, Crane) and _has_all_springs(model) and _starts_at_rest(scene):
         return _knuckle(scene, payload)
     return None
 
@@ -100,19 +100,19 @@ def _mass(model: Any) -> float:
 
 def _is_plain(model: Any) -> bool:
     """Return whether nothing but a free trolley and the cable is modelled."""
-    others = ("hoist", "joints", "rods", "forces", "switches", "bridge")
+    optional_groups = ("hoist", "joints", "rods", "forces", "switches", "bridge")
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None
-    return free and all(getattr(model, name, None) is None for name in others)
+    return free and all(getattr(model, name, None) is None for name in optional_groups)
 
 
-def _sprung(model: Crane) -> bool:
+def _has_all_springs(model: Crane) -> bool:
     """Return whether springs hold boom, jib and rope, and nothing else acts."""
     arm, cable = model.support, model.cable
     springs = isinstance(cable, ForceRope) and None not in (arm.boom_spring, arm.jib_spring, cable.spring)
     return springs and model.drag is None and model.swing_friction is None
 
 
-def _at_rest(scene: Scene) -> bool:
+def _starts_at_rest(scene: Scene) -> bool:
     return not any(scene.initial_v) and "inputs" not in scene.document
 
 
@@ -130,8 +130,8 @@ def _knuckle(scene: Scene, payload: Array) -> KnuckleCrane:
     model = scene.model
     arm, rope = model.support, model.cable.spring
     springs = (arm.boom_spring, arm.jib_spring, rope)
-    stiffness, rest = tuple(spring.stiffness for spring in springs), tuple(spring.rest for spring in springs)
-    booms = (Boom(rod.length, rod.mass, rod.inertia, rod.axial_inertia) for rod in (arm.boom, arm.jib))
-    q, (boom, jib) = np.array(scene.initial_q[:3]), booms
-    parts = arm.tower.inertia, boom, jib, model.load.mass, stiffness, rest
-    return KnuckleCrane(*parts, q, payload, model.gravity, scene.duration)
+    stiffness, neutral = tuple(spring.stiffness for spring in springs), tuple(spring.rest for spring in springs)
+    rods = (RodParameters(rod.length, rod.mass, rod.inertia, rod.axial_inertia) for rod in (arm.boom, arm.jib))
+    q, (boom, jib) = np.array(scene.initial_q[:3]), rods
+    values = arm.tower.inertia, boom, jib, model.load.mass, stiffness, neutral
+    return KnuckleCrane(*values, q, payload, model.gravity, scene.duration)

@@ -1,7 +1,7 @@
 """A run in real time at 1 kHz against a loop that only sleeps: `crane bench realtime`.
 
-The bare loop, in a process of its own, sleeps until the same absolute deadlines and does nothing else: what it is late,
-the system's timer and scheduler are late.
+The bare loop, in a process of its own, sleeps until the same absolute deadlines and does nothing else: its
+lateness is that of the system's timer and scheduler.
 """
 
 import json
@@ -17,26 +17,30 @@ from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.ros.common.timing import StepTiming
 
 LABELS = {"bare": "a loop that only sleeps", "plant": "plant, with its controller"}
-_BARE = "import json; from crane_sim.evaluation.bench.realtime import bare; print(json.dumps(bare({period}, {steps})))"
+_PROGRAM = """
+import json
+from crane_sim.evaluation.bench.realtime import run_sleep_loop
+print(json.dumps(run_sleep_loop({period}, {steps})))
+"""
 
 
-def bare(period: float, steps: int) -> dict[str, Any]:
-    """Sleep until so many deadlines, a period [s] apart; return figures as of a real-time run's summary."""
-    punctuality, misses = StepTiming(), 0
+def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
+    """Sleep until each of `steps` deadlines, a period [s] apart; return the figures of a real-time run's summary."""
+    timing, misses = StepTiming(), 0
     due = began = time.monotonic()
     for _ in range(steps):
         due += period
-        if (left := due - time.monotonic()) > 0.0:
-            time.sleep(left)
-        punctuality.note(due, time.monotonic())
+        if (remaining := due - time.monotonic()) > 0.0:
+            time.sleep(remaining)
+        timing.note(due, time.monotonic())
         misses += time.monotonic() > due + period
     wall = time.monotonic() - began
-    return punctuality.figures() | {"steps_per_second": steps / wall, "deadline_misses": misses}
+    return timing.figures() | {"steps_per_second": steps / wall, "deadline_misses": misses}
 
 
-def run_bare_loop(period: float, steps: int) -> dict[str, Any]:
-    """Return what `bare` does in a process of its own."""
-    command = [sys.executable, "-c", _BARE.format(period=period, steps=steps)]
+def run_sleep_process(period: float, steps: int) -> dict[str, Any]:
+    """Return the figures of `run_sleep_loop` in a process of its own."""
+    command = [sys.executable, "-c", _PROGRAM.format(period=period, steps=steps)]
     return json.loads(
         subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=set_parent_death_signal()).stdout
     )
@@ -45,7 +49,7 @@ def run_bare_loop(period: float, steps: int) -> dict[str, Any]:
 def measure(
     name: str = "knuckle_setpoint", period: float = 0.001, duration: float = 10.0, rounds: int = 5
 ) -> dict[str, Any]:
-    """Return how punctual the steps of real-time runs and of the bare loop were, interleaved.
+    """Return the timing errors of real-time runs and of the bare loop, interleaved.
 
     For each of the two: quantiles of the lateness (step taken after its deadline) and of the period error (distance of
     one period from its nominal length), µs; overruns, steps that end after the next deadline; the mean rate, Hz.
@@ -62,12 +66,12 @@ def measure(
     scene = load_scene(name, {"duration": duration, "control.period": period})
     summaries: dict[str, list[dict[str, Any]]] = {"bare": [], "plant": []}
     for _ in range(rounds):
-        summaries["bare"].append(run_bare_loop(period, scene.steps))
+        summaries["bare"].append(run_sleep_process(period, scene.steps))
         summary = run(scene, mode="realtime", record=None)
         if "error" in summary:
             raise RuntimeError(summary["error"])
         summaries["plant"].append(summary)
-    kinds = {kind: _timing_figures(found) for kind, found in summaries.items()}
+    kinds = {kind: _timing_figures(values) for kind, values in summaries.items()}
     medians = (kinds[kind]["period_error_us"]["p99"]["rounds"] for kind in ("plant", "bare"))
     return {
         "scene": name,
@@ -97,9 +101,9 @@ def format_lines(results: dict[str, Any]) -> list[str]:
 
 
 def _line(figures: dict[str, Any]) -> str:
-    parts = []
+    figures_text = []
     for key, words in (("period_error_us", "period error"), ("lateness_us", "late")):
         numbers = "/".join(f"{values['median']:.0f}" for values in figures[key].values())
-        parts.append(f"{words} p50/p99/max {numbers}")
+        figures_text.append(f"{words} p50/p99/max {numbers}")
     over, steps = sum(figures["overruns"]), figures["rate_Hz"]["median"]
-    return f"{', '.join(parts)}; {over} overruns, {steps:.3f} Hz"
+    return f"{', '.join(figures_text)}; {over} overruns, {steps:.3f} Hz"

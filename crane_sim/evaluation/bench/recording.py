@@ -1,4 +1,4 @@
-"""What a recorder costs: time of a lockstep step, and bytes of a file. `crane bench recording`."""
+"""Cost of a recorder: time per lockstep step, and size of the files. `crane bench recording`."""
 
 import tempfile
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ FILES: dict[str, tuple[str, ...]] = {"none": (), "rrd": ("rrd",), "mcap": ("mcap
 _MINUTE = 60.0  # s
 
 
-def _turn(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str, int]]:
-    """Return (steps per second, size of the files [bytes] by kind) of one run that writes such files."""
+def _record_run(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str, int]]:
+    """Return (steps per second, size of the files [bytes] by kind) of one run that writes these kinds of files."""
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         paths = {kind: Path(folder, f"bench.{kind}") for kind in kinds}
         speed = lockstep(scene, paths.get("rrd"), paths.get("mcap"))
@@ -27,7 +27,7 @@ def _turn(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str, int]
 def measure(
     name: str = "knuckle_setpoint", duration: float = _MINUTE, rounds: int = 5, labels: Sequence[str] = tuple(FILES)
 ) -> dict[str, Any]:
-    """Return what recording adds to a lockstep step [µs], and the size of the files per simulated minute.
+    """Return the time that recording adds to a lockstep step [µs], and the size of the files per simulated minute.
 
     Args:
         name: scene of the catalogue, with a sampled law.
@@ -43,9 +43,9 @@ def measure(
     sizes: dict[str, list[float]] = {"rrd": [], "mcap": []}
     for _ in range(rounds):
         for label in labels:
-            speed, found = _turn(scene, FILES[label])
+            speed, file_sizes = _record_run(scene, FILES[label])
             speeds[label].append(speed)
-            for kind, size in found.items():
+            for kind, size in file_sizes.items():
                 sizes[kind].append(size * _MINUTE / duration)
     added = {
         label: [1e6 / a - 1e6 / b for a, b in zip(speeds[label], speeds["none"], strict=True)]

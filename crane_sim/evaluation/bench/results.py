@@ -1,4 +1,4 @@
-"""What follows from the points of the benchmark: the cheapest of each engine at each error, ratios, targets."""
+"""Evaluation of the benchmark's points: the cheapest of each engine at each error, ratios, targets."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -8,9 +8,9 @@ from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.peers import GENERAL
 from crane_sim.evaluation.bench.sweep import Point, cheapest
 
-FLOOR, GENERATED = "hand C", "CasADi C"
-MAX_OF_FLOOR, MIN_OF_GENERAL, MIN_OF_S4 = 1.5, 15.0, 10.0
-"""The targets: times of hand-written C at most; general engines' time at least so many times ours, and on S4."""
+HAND_C, GENERATED = "hand C", "CasADi C"
+MAX_OF_HAND_C, MIN_OF_GENERAL, MIN_OF_S4 = 1.5, 15.0, 10.0
+"""The targets: our time by that of hand-written C at most; general engines' time by ours at least, and on S4."""
 
 
 class Target(NamedTuple):
@@ -18,7 +18,7 @@ class Target(NamedTuple):
 
     case: str
     level: float  # m
-    of_floor: float | None  # our time by that of hand-written C
+    of_hand_c: float | None  # our time by that of hand-written C
     general: str  # the best general multibody engine, "none" when none reaches the error
     of_general: float | None  # its time by ours
     of_generated: float | None  # the time of CasADi's generated C by ours
@@ -27,7 +27,7 @@ class Target(NamedTuple):
         """Return "holds", or which of the targets are missed."""
         least = MIN_OF_S4 if self.case == "S4" else MIN_OF_GENERAL
         missed = []
-        if self.of_floor is not None and self.of_floor > MAX_OF_FLOOR:
+        if self.of_hand_c is not None and self.of_hand_c > MAX_OF_HAND_C:
             missed.append("C")
         if self.of_general is not None and self.of_general < least:
             missed.append("general")
@@ -47,21 +47,23 @@ def best(points: Iterable[Point]) -> dict[str, list[Point | None]]:
     by_engine: dict[str, list[Point]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)
-    return {engine: [cheapest(own, level) for level in LEVELS] for engine, own in by_engine.items()}
+    return {engine: [cheapest(ours, level) for level in LEVELS] for engine, ours in by_engine.items()}
 
 
 def targets(case: str, scene: dict[str, Any]) -> list[Target]:
-    """Return the comparisons of a measured scene at every error that we reach."""
+    """Return the comparisons of a measured scene at every error that ours reaches."""
     best_points, rows = best(points_of(scene)), []
     for i, level in enumerate(LEVELS):
-        own = best_points.get(NAME, [None] * len(LEVELS))[i]
-        if own is None:
+        ours = best_points.get(NAME, [None] * len(LEVELS))[i]
+        if ours is None:
             continue
         times = {
-            engine: point.us_per_s / own.us_per_s for engine, at in best_points.items() if (point := at[i]) is not None
+            engine: point.us_per_s / ours.us_per_s
+            for engine, cheapest_points in best_points.items()
+            if (point := cheapest_points[i]) is not None
         }
         general = min(times.keys() & set(GENERAL), key=lambda engine: times[engine], default="none")
-        floor = times.get(FLOOR)
-        of_floor = 1.0 / floor if floor else None
-        rows.append(Target(case, level, of_floor, general, times.get(general), times.get(GENERATED)))
+        hand_c = times.get(HAND_C)
+        of_hand_c = 1.0 / hand_c if hand_c else None
+        rows.append(Target(case, level, of_hand_c, general, times.get(general), times.get(GENERATED)))
     return rows

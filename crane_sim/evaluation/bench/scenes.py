@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from crane_sim.evaluation.bench import crane_sim_engine
-from crane_sim.evaluation.bench.cases import CASES, Case, Truth, case_scene, truth_of
-from crane_sim.evaluation.bench.engine import Engine, Missing, Run
+from crane_sim.evaluation.bench.cases import CASES, Case, Reference, case_scene, reference_of
+from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable, Run
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import engines
 from crane_sim.evaluation.bench.problem import problem_of
@@ -16,13 +16,13 @@ from crane_sim.evaluation.bench.sweep import Trial, measure_points, sweep_method
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.simulation.metrics import polyline
 
-Said = Callable[[str], Any]
+ProgressCallback = Callable[[str], Any]
 QUICK, QUICK_METHODS = ("S1", "S2k", "S3a", "S5"), ("rk4", "rk8", "dop853")
-"""What `--quick` measures."""
+"""Scenes and methods of `--quick`."""
 
 
-def chosen_cases(ids: Sequence[str], quick: bool) -> list[Case]:
-    """Return the cases with these ids or scene names; all, or those of a quick look, when none is given.
+def select_cases(ids: Sequence[str], quick: bool) -> list[Case]:
+    """Return the cases with these ids or scene names; without ids all, or those of `--quick`.
 
     Raises:
         SceneError: there is no such case.
@@ -34,13 +34,15 @@ def chosen_cases(ids: Sequence[str], quick: bool) -> list[Case]:
     return [known[name] for name in ids or (QUICK if quick else [case.id for case in CASES])]
 
 
-def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, on_progress: Said) -> dict[str, Any]:
-    """Return the measurements: machine, engines, and for each case by id its points and the engines that refused it.
+def measure(
+    cases: Sequence[Case], methods: Sequence[str], peers: bool, on_progress: ProgressCallback
+) -> dict[str, Any]:
+    """Return the measurements: machine, engines, and for each case by id its points and its refused engines.
 
     Args:
         cases: to measure.
         methods: of this simulator; all when empty.
-        peers: measure every engine that is there, not only the hand-written C.
+        peers: measure every installed engine, not only the hand-written C.
         on_progress: called with a line at each step.
 
     Raises:
@@ -54,50 +56,52 @@ def measure(cases: Sequence[Case], methods: Sequence[str], peers: bool, on_progr
         engine.name: engine.version for engine in peer_engines
     }
     cannot = {engine.name: getattr(engine, "cannot", {}) for engine in peer_engines}
-    begun = time.strftime("%Y-%m-%d")
+    date = time.strftime("%Y-%m-%d")
     scenes = {case.id: _scene(case, methods, peer_engines, on_progress) for case in cases}
-    head = {"date": begun, "machine": machine(), "engines": versions, "missing": missing, "cannot": cannot}
+    head = {"date": date, "machine": machine(), "engines": versions, "missing": missing, "cannot": cannot}
     return head | {"scenes": scenes}
 
 
-def _scene(case: Case, methods: Sequence[str], peers: Sequence[Engine], on_progress: Said) -> dict[str, Any]:
-    scene, truth = case_scene(case), truth_of(case)
-    own, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
-    if methods and not set(methods) & set(own.methods()):
-        raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(own.methods())}")
+def _scene(
+    case: Case, methods: Sequence[str], peers: Sequence[Engine], on_progress: ProgressCallback
+) -> dict[str, Any]:
+    scene, reference = case_scene(case), reference_of(case)
+    simulator, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
+    if methods and not set(methods) & set(simulator.methods()):
+        raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(simulator.methods())}")
     trials[crane_sim_engine.NAME] = []
-    for method in own.methods():
+    for method in simulator.methods():
         if not methods or method in methods:
             on_progress(f"{case.id}: {crane_sim_engine.NAME}, {method}")
-            trials[crane_sim_engine.NAME] += sweep_method(own.runs(method), truth)
-    for engine in peers if case.compared else ():
+            trials[crane_sim_engine.NAME] += sweep_method(simulator.runs(method), reference)
+    for engine in peers if case.compare_engines else ():
         on_progress(f"{case.id}: {engine.name}")
         try:
-            trials[engine.name] = _peer(engine, own, truth)
-        except Missing as why:
-            refused[engine.name] = str(why)
-        except Exception as why:  # a peer's fault takes its row, not the others'
-            refused[engine.name] = f"failed: {type(why).__name__}: {why}".partition("\n")[0]
-    points = measure_points(trials, scene.duration, lambda what: on_progress(f"{case.id}: {what}"))
-    head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": truth.trusted}
+            trials[engine.name] = _peer(engine, simulator, reference)
+        except EngineUnavailable as reason:
+            refused[engine.name] = str(reason)
+        except Exception as reason:  # a failing peer loses its own row only
+            refused[engine.name] = f"failed: {type(reason).__name__}: {reason}".partition("\n")[0]
+    points = measure_points(trials, scene.duration, lambda line: on_progress(f"{case.id}: {line}"))
+    head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": reference.error_bound}
     head["date"] = time.strftime("%Y-%m-%d")
     rows = [list(point) for point in points]
-    return head | {"compiling_s": own.compiling, "refused": refused, "points": rows}
+    return head | {"compiling_s": simulator.compile_times, "refused": refused, "points": rows}
 
 
-def _peer(engine: Engine, own: crane_sim_engine.CraneSimEngine, truth: Truth) -> list[Trial]:
+def _peer(engine: Engine, simulator: crane_sim_engine.CraneSimEngine, reference: Reference) -> list[Trial]:
     """Return the trials of a peer.
 
     Raises:
-        Missing: it does not model the scene, or lacks what it needs for that.
+        EngineUnavailable: it cannot model the scene, or lacks a dependency.
     """
-    points, _ = polyline(own.p, 0.0, own.q, own.v)
-    problem = problem_of(own.scene, np.array(points[-1]))
+    points, _ = polyline(simulator.p, 0.0, simulator.q, simulator.v)
+    problem = problem_of(simulator.scene, np.array(points[-1]))
     if problem is None:
-        raise Missing("no plain description of this scene")
-    if why := engine.refuses(problem):
-        raise Missing(why)
+        raise EngineUnavailable("no plain description of this scene")
+    if reason := engine.unsupported_reason(problem):
+        raise EngineUnavailable(reason)
     by_method: dict[str, list[Run]] = {}
     for run in engine.runs(problem):
         by_method.setdefault(run.method, []).append(run)
-    return [trial for runs in by_method.values() for trial in sweep_method(runs, truth)]
+    return [trial for runs in by_method.values() for trial in sweep_method(runs, reference)]

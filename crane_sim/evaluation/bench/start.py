@@ -1,7 +1,7 @@
-"""How long a process takes from nothing to its first simulated step: `crane bench start`.
+"""Time from the start of a process to its first simulated step: `crane bench start`.
 
 Cold: with an empty cache of compiled code; warm: with a filled one. Imports and the interpreter's own start count, and
-are measured beside it, since no compiled code of ours can avoid them.
+are measured beside it, since no compiled code can avoid them.
 """
 
 import os

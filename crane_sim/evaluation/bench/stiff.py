@@ -70,8 +70,8 @@ class Case:
     def __init__(self, scene: Scene) -> None:
         """Integrate the reference."""
         self.p, self.end, self.u = scene.model, scene.duration, (0.0,) * len(scene.actuated)
-        flow, q, _ = begin(self.p, np.array(scene.initial_q), np.array(scene.initial_v))
-        self.x, self.n = flow.x, len(q)
+        integration, q, _ = begin(self.p, np.array(scene.initial_q), np.array(scene.initial_v))
+        self.x, self.n = integration.x, len(q)
         self.reference = integrate(DOP853(1e-11, 1e-13), self.p, self.x, self.u, self.end).x
         self.reference_difference = self.error(integrate(Rodas(1e-9, 1e-11), self.p, self.x, self.u, self.end).x)
 
@@ -82,9 +82,9 @@ class Case:
     def rodas(self, tolerances: tuple[float, float]) -> Trial:
         """Run the Rosenbrock method."""
         method = Rodas(*tolerances)
-        flow, _ = time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))
+        integration, _ = time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))
         seconds = min(time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
-        return Trial(tolerances, self.error(flow.x), seconds / self.end, flow.counters.evaluations)
+        return Trial(tolerances, self.error(integration.x), seconds / self.end, integration.counters.evaluations)
 
     def lsoda(self, tolerances: tuple[float, float]) -> Trial:
         """Run scipy's LSODA."""

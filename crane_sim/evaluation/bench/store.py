@@ -1,4 +1,4 @@
-"""The data file of the benchmark: what was measured, by part; parts measured again replace what was there."""
+"""The data file of the benchmark: results by suite; a suite measured again replaces its old results."""
 
 import json
 import re
@@ -12,10 +12,10 @@ DIGITS = 5
 
 
 def read_store(folder: Path) -> dict[str, Any]:
-    """Return what the folder's data file holds, nothing when there is none.
+    """Return the folder's data, an empty dict without a file.
 
     Raises:
-        SceneError: the file is not one of the benchmark's.
+        SceneError: the file is not the benchmark's.
     """
     try:
         data = json.loads((folder / FILE).read_text())
@@ -23,25 +23,25 @@ def read_store(folder: Path) -> dict[str, Any]:
         return {}
     except (OSError, ValueError) as error:
         raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: {error}") from None
-    if not isinstance(data, dict) or not all(isinstance(part, dict) and "machine" in part for part in data.values()):
+    if not isinstance(data, dict) or not all(isinstance(suite, dict) and "machine" in suite for suite in data.values()):
         raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: it has another shape")
     return data
 
 
-def merge_part(before: dict[str, Any], part: str, measured: dict[str, Any]) -> dict[str, Any]:
-    """Return the data with a part measured anew; scenes, engines and methods that were not measured this time stay."""
-    if part == "scenes" and part in before:
-        old = before[part]
+def merge_suite(data: dict[str, Any], suite: str, measured: dict[str, Any]) -> dict[str, Any]:
+    """Return the data with new results of a suite; scenes, engines and methods without new results stay."""
+    if suite == "scenes" and suite in data:
+        old = data[suite]
         kept = {name: old[name] | measured[name] for name in ("engines", "cannot", "scenes")}
         for case in old["scenes"].keys() & measured["scenes"].keys():
             kept["scenes"][case] = _join_scene(old["scenes"][case], measured["scenes"][case])
         missing = {name: why for name, why in measured["missing"].items() if name not in kept["engines"]}
         measured = measured | kept | {"missing": missing}
-    return before | {part: round_floats(measured)}
+    return data | {suite: round_floats(measured)}
 
 
 def _join_scene(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
-    """Return a scene's results with the points of engines and methods that were measured before, and not now."""
+    """Return a scene's results with the points of engines and methods without new results."""
     measured = {(point[0], point[1]) for point in new["points"]}
     kept = [point for point in old["points"] if (point[0], point[1]) not in measured]
     refused = {name: why for name, why in old["refused"].items() if name not in {engine for engine, _ in measured}}
@@ -65,5 +65,5 @@ def round_floats(value: Any) -> Any:
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}") if abs(value) < 1e300 else None
     if isinstance(value, dict):
-        return {key: round_floats(part) for key, part in value.items()}
-    return [round_floats(part) for part in value] if isinstance(value, list | tuple) else value
+        return {key: round_floats(item) for key, item in value.items()}
+    return [round_floats(item) for item in value] if isinstance(value, list | tuple) else value

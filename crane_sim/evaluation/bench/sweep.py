@@ -1,4 +1,4 @@
-"""Work against precision: every run once for its error, then the promising ones in rounds, taking turns."""
+"""Work against precision: every run once for its error, then the promising ones in interleaved rounds."""
 
 import statistics
 import time
@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.evaluation.bench.cases import LEVELS, Truth
+from crane_sim.evaluation.bench.cases import LEVELS, Reference
 from crane_sim.evaluation.bench.engine import Run
 
 MIN_TIMING = 2e-3  # s, of a timing: shorter runs are repeated within it
 SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not tried
 ROUNDS, PATIENCE = 20, 10.0
-"""Timings of each promising run, as long as all those of one engine take less than so many seconds; at least three."""
+"""Timings of each promising run, while all those of one engine take less than PATIENCE [s]; at least three."""
 CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be the cheapest
 BEST = 1e-11  # m, an error below which finer settings are not tried
 
@@ -34,64 +34,66 @@ class Point(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """A run that was done once."""
+    """A run after its first execution."""
 
     run: Run
     error: float
     tension_error: float | None
-    seconds: float  # of one pass
+    seconds: float  # of one execution
     evaluations: int | None
     steps: int | None
 
 
-def run_trial(run: Run, truth: Truth) -> Trial:
-    """Do a run for its error, and a short one once more for its time."""
+def run_trial(run: Run, reference: Reference) -> Trial:
+    """Execute a run for its error, and a short one again for its time."""
     began = time.perf_counter()
-    outcome = run.go(1)
+    outcome = run.execute(1)
     seconds = time.perf_counter() - began
-    if seconds < SLOWEST / 10.0:  # cheap enough to do once more, with nothing left to load
+    if seconds < SLOWEST / 10.0:  # cheap enough to repeat, with everything loaded
         began = time.perf_counter()
-        run.go(1)
+        run.execute(1)
         seconds = time.perf_counter() - began
-    error = float(np.linalg.norm(np.asarray(outcome.payload, float) - truth.payload))
-    pulled = None
-    if truth.tension is not None and outcome.tension is not None:
-        pulled = abs(outcome.tension - truth.tension)
+    error = float(np.linalg.norm(np.asarray(outcome.payload, float) - reference.payload))
+    tension_error = None
+    if reference.tension is not None and outcome.tension is not None:
+        tension_error = abs(outcome.tension - reference.tension)
     if not np.isfinite(error):
-        error, pulled = np.inf, None
-    return Trial(run, error, pulled, seconds, outcome.evaluations, outcome.steps)
+        error, tension_error = np.inf, None
+    return Trial(run, error, tension_error, seconds, outcome.evaluations, outcome.steps)
 
 
-def sweep_method(runs: Iterable[Run], truth: Truth) -> list[Trial]:
-    """Return the trials of one method, coarsest first, until they are exact or take too long."""
+def sweep_method(runs: Iterable[Run], reference: Reference) -> list[Trial]:
+    """Return the trials of one method, coarsest first, until they are exact or too slow."""
     trials: list[Trial] = []
     for run in runs:
-        trials.append(run_trial(run, truth))
-        if trials[-1].seconds > SLOWEST or trials[-1].error < max(BEST, 2.0 * truth.trusted):
+        trials.append(run_trial(run, reference))
+        if trials[-1].seconds > SLOWEST or trials[-1].error < max(BEST, 2.0 * reference.error_bound):
             break
     return trials
 
 
 def select_candidates(trials: Sequence[Trial]) -> set[int]:
-    """Return which trials of one engine may be the cheapest at one of the errors."""
-    chosen: set[int] = set()
+    """Return the indices of one engine's trials that may be the cheapest at one of the errors."""
+    candidates: set[int] = set()
     for level in LEVELS:
         good = [i for i, trial in enumerate(trials) if trial.error <= level]
         least = min((trials[i].seconds for i in good), default=0.0)
-        chosen |= {i for i in sorted(good, key=lambda i: trials[i].seconds)[:4] if trials[i].seconds <= CLOSE * least}
-    return chosen
+        candidates |= {
+            i for i in sorted(good, key=lambda i: trials[i].seconds)[:4] if trials[i].seconds <= CLOSE * least
+        }
+    return candidates
 
 
 def time_run(run: Run, seconds: float) -> float:
-    """Return the wall time [s] of one pass of a run that takes about so long."""
-    times = max(1, round(MIN_TIMING / max(seconds, 1e-7)))
+    """Return the wall time [s] of one execution of a run that takes about `seconds`."""
+    repetitions = max(1, round(MIN_TIMING / max(seconds, 1e-7)))
     began = time.perf_counter()
-    run.go(times)
-    return (time.perf_counter() - began) / times
+    run.execute(repetitions)
+    return (time.perf_counter() - began) / repetitions
 
 
 def measure_points(trials: dict[str, list[Trial]], duration: float, on_progress: Callable[[str], Any]) -> list[Point]:
-    """Return the points of all trials, by engine; the promising ones are timed in rounds, engines taking turns.
+    """Return the points of all trials, by engine; the promising ones are timed in rounds, engines interleaved.
 
     Args:
         trials: by engine.
@@ -99,27 +101,27 @@ def measure_points(trials: dict[str, list[Trial]], duration: float, on_progress:
         on_progress: called with a line at each step.
     """
     timings = {(name, i): [time_run(t.run, t.seconds)] for name, own in trials.items() for i, t in enumerate(own)}
-    chosen = {name: select_candidates([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(own)])
+    candidates = {name: select_candidates([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(own)])
               for name, own in trials.items()}  # fmt: skip
-    rounds = {name: _rounds(trials[name], indices) for name, indices in chosen.items()}
+    rounds = {name: _rounds(trials[name], indices) for name, indices in candidates.items()}
     for k in range(max(rounds.values(), default=0)):
         on_progress(f"round {k + 1} of {max(rounds.values())}")
-        for name, indices in chosen.items():
+        for name, indices in candidates.items():
             for i in indices if k < rounds[name] else ():
                 timings[name, i].append(time_run(trials[name][i].run, timings[name, i][0]))
     return [_point(t, timings[name, i], duration) for name, own in trials.items() for i, t in enumerate(own)]
 
 
 def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
-    each = sum(max(MIN_TIMING, trials[i].seconds) for i in indices)
-    return min(ROUNDS, max(3, int(PATIENCE / each))) if indices else 0
+    round_time = sum(max(MIN_TIMING, trials[i].seconds) for i in indices)
+    return min(ROUNDS, max(3, int(PATIENCE / round_time))) if indices else 0
 
 
 def _point(trial: Trial, seconds: Sequence[float], duration: float) -> Point:
     run, scale = trial.run, 1e6 / duration
     times = min(seconds) * scale, statistics.median(seconds) * scale, len(seconds)
-    counted = trial.evaluations, trial.steps
-    return Point(run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counted)
+    counts = trial.evaluations, trial.steps
+    return Point(run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counts)
 
 
 def cheapest(points: Iterable[Point], level: float) -> Point | None:

@@ -7,7 +7,7 @@ from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.results import Target, best, points_of, targets
 from crane_sim.evaluation.bench.sweep import Point
 
-_AT = [f"{level:.0e} m" for level in LEVELS]
+_COLUMNS = [f"{level:.0e} m" for level in LEVELS]
 Scenes = dict[str, Any]
 
 
@@ -19,32 +19,32 @@ def cheapest_table(data: Scenes) -> str:
             rows.append([case, engine, *map(_cost, points)])
         rows += [[case, engine, why, *[""] * (len(LEVELS) - 1)] for engine, why in scene["refused"].items()]
     title = "## The cheapest setting that reaches an error: µs of wall time per simulated second\n\n"
-    return title + _markdown(["scene", "engine", *_AT], rows)
+    return title + _markdown(["scene", "engine", *_COLUMNS], rows)
 
 
 def target_table(data: Scenes) -> str:
     """Return the ratios and whether the targets hold."""
     rows = []
     for case in CASES:
-        if scene := select_compared(data, case.id, case.like):
+        if scene := select_compared(data, case.id, case.engine_results_from):
             rows += [_format_target(row) for row in targets(case.id, scene)]
-    words = (
+    text = (
         "## Targets\n\nAt most 1.5 times the time of hand-written C; the best general engine (Pinocchio, MuJoCo, "
         "Drake) takes at least 15 times ours (S4: 10 times); CasADi's generated C is never faster. S4r is S4 taken for "
         "a straight rod by the scene, beside the engines' chains.\n\n"
     )
-    return words + _markdown(["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", ""], rows)
+    return text + _markdown(["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", ""], rows)
 
 
-def select_compared(data: Scenes, case: str, like: str) -> Scenes | None:
+def select_compared(data: Scenes, case: str, engine_results_from: str) -> Scenes | None:
     """Return a measured scene with the engines that it is compared with; None where there are none."""
     scene = data["scenes"].get(case)
-    other = data["scenes"].get(like) if like else scene
-    if scene is None or other is None:
+    engine_scene = data["scenes"].get(engine_results_from) if engine_results_from else scene
+    if scene is None or engine_scene is None:
         return None
-    own = [row for row in scene["points"] if row[0] == NAME]
-    peers = [row for row in other["points"] if row[0] != NAME]
-    return scene | {"points": own + peers} if peers else None
+    ours = [row for row in scene["points"] if row[0] == NAME]
+    peers = [row for row in engine_scene["points"] if row[0] != NAME]
+    return scene | {"points": ours + peers} if peers else None
 
 
 def tension_table(data: Scenes) -> str:
@@ -54,20 +54,20 @@ def tension_table(data: Scenes) -> str:
         for engine, points in best(points_of(scene)).items():
             if any(point is not None and point.tension_error is not None for point in points):
                 rows.append([case, engine, *("—" if p is None else _format_tension_error(p) for p in points)])
-    words = (
+    text = (
         "## An elastic rope's tension\n\nA coarse step that damps the rope's vibration may place the payload well and "
         "still miss its tension: errors in N at the end, of the runs above.\n\n"
     )
-    return words + _markdown(["scene", "engine", *_AT], rows) if rows else ""
+    return text + _markdown(["scene", "engine", *_COLUMNS], rows) if rows else ""
 
 
 def other_table(data: Scenes) -> str:
     """Return what the engines that were there cannot model of the other scenes."""
     rows = []
     for case in CASES:
-        for engine, cannot in data["cannot"].items():
-            if case.id in data["scenes"] and case.scene in cannot:
-                rows.append([case.id, case.title, engine, cannot[case.scene]])
+        for engine, reasons in data["cannot"].items():
+            if case.id in data["scenes"] and case.scene in reasons:
+                rows.append([case.id, case.title, engine, reasons[case.scene]])
     title = "## What other engines do not model as it is meant\n\n"
     return title + _markdown(["scene", "", "engine", "why"], rows) if rows else ""
 
@@ -84,9 +84,9 @@ def _format_tension_error(point: Point) -> str:
 
 
 def _format_target(row: Target) -> list[str]:
-    floor, generated = ("—" if value is None else f"{value:.3g}" for value in (row.of_floor, row.of_generated))
+    hand_c, generated = ("—" if value is None else f"{value:.3g}" for value in (row.of_hand_c, row.of_generated))
     general = "—" if row.of_general is None else f"{row.of_general:.0f}"
-    return [row.case, f"{row.level:.0e}", floor, row.general, general, generated, row.verdict()]
+    return [row.case, f"{row.level:.0e}", hand_c, row.general, general, generated, row.verdict()]
 
 
 def _markdown(head: list[str], rows: list[list[str]]) -> str:

@@ -1,4 +1,4 @@
-"""What `crane docs` does: list the pages that commands write, and run these commands."""
+"""`crane docs`: lists the pages that commands write, and runs these commands."""
 
 import subprocess
 import sys

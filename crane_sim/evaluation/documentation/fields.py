@@ -17,17 +17,17 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from crane_sim.files.types import to_radians
-from crane_sim.scenes.schema.groups import WORDS, Inline
+from crane_sim.scenes.schema.groups import WORDS, InlineUnion
 
 UNITS = frozenset(
     """-|s|Hz|1/s|1/s²|m|m/s|m/s²|m/s³|m²/s²|rad|rad/s|kg|kg/m|kg m²|N|N/m|N s/m|N m|N m/rad|N m s|N m s²|N m s/rad|
     joint's unit|effort's unit|effort's unit/s|input's unit|coordinate's unit|coordinate's unit/s|coordinate's unit/s²|
     coordinate's unit/s³""".replace("\n    ", "").split("|")
 )
-"""What may stand before the comma of a comment; `-` is a number that has no unit."""
+"""Units before the comma of a comment; `-` is a number without a unit."""
 
 
-HUGE = 1e15  # a bound that keeps numbers within the machine's, and says nothing else
+HUGE = 1e15  # larger bounds only keep numbers within the machine's range
 
 
 class Field(NamedTuple):
@@ -58,7 +58,7 @@ def fields(group: Any) -> tuple[Field, ...]:
     declared, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
     for name in names:
         unit, text = split_comment(descriptions.get(name, ""))
-        inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, Inline)), None)
+        inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, InlineUnion)), None)
         key = words.get(name, name) if inline is None else inline.choice[0]
         declared.append(Field(key, hints[name], unit, default(group, name), text))
     return tuple(declared)
@@ -129,7 +129,7 @@ def strip_annotated(annotation: Any) -> tuple[Any, list[Any]]:
 
 
 def choice(annotation: Any) -> Choice | None:
-    """Return the choice that an annotation leaves to the file; None where there is none."""
+    """Return the choice of an annotation, None without one."""
     for part in strip_annotated(annotation)[1]:
         declared = getattr(getattr(part, "func", part), "choice", None)
         if declared is not None:
@@ -139,9 +139,9 @@ def choice(annotation: Any) -> Choice | None:
 
 def subgroup(annotation: Any) -> Any:
     """Return the group, or the Choice, that an annotation leads to, alone, in a list or by name; None if none."""
-    chosen = choice(annotation)
-    if chosen is not None:
-        return chosen
+    union = choice(annotation)
+    if union is not None:
+        return union
     kind, _ = strip_annotated(annotation)
     if get_origin(kind) is tuple:
         return next(filter(None, map(subgroup, get_args(kind))), None)
@@ -151,12 +151,12 @@ def subgroup(annotation: Any) -> Any:
 
 
 def in_words(annotation: Any) -> str:
-    """Return what a value may be, in words."""
-    chosen = choice(annotation)
-    if chosen is not None:
-        names = " \\| ".join(f"`{name}`" for name in chosen.kinds)
-        inline = any(isinstance(part, Inline) for part in strip_annotated(annotation)[1])
-        return names if inline else f"group with `{chosen.key}`"
+    """Return the possible values of a type, in words."""
+    union = choice(annotation)
+    if union is not None:
+        names = " \\| ".join(f"`{name}`" for name in union.kinds)
+        inline = any(isinstance(part, InlineUnion) for part in strip_annotated(annotation)[1])
+        return names if inline else f"group with `{union.key}`"
     kind, metadata = strip_annotated(annotation)
     if get_origin(kind) is Literal:
         return " \\| ".join(f"`{value}`" for value in get_args(kind))

@@ -1,7 +1,7 @@
 """The pages in `docs` that commands write: the command of each, how long it takes, and the names of its rows.
 
-The rows that a page should have come from the tables of cases, so that a page can be compared with its command without
-running it: a case that is not on the page yet fails a test.
+A page's rows come from the tables of cases, so that a page can be compared with its command without running it: a case
+that is missing on the page fails a test.
 """
 
 import re
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
 
-from crane_sim.evaluation.bench import parts as bench
+from crane_sim.evaluation.bench import suites as bench
 from crane_sim.evaluation.bench.cases import CASES
 from crane_sim.evaluation.documentation.scene_format import scene_format
 from crane_sim.evaluation.league.cases import names as trials
@@ -63,9 +63,9 @@ def trials_in(text: str) -> list[str]:
 
 
 def scenes_in(text: str) -> list[str]:
-    """Return scenes and parts of the benchmark's page."""
+    """Return scenes and suites of the benchmark's page."""
     table = text[text.index("## The cheapest") : text.index("## Targets")]
-    titles = [part.title for part in bench.PARTS.values()]
+    titles = [suite.title for suite in bench.SUITES.values()]
     return [*dict.fromkeys(first_cells(1, table)), *(title for title in headings(text) if title in titles)]
 
 
@@ -87,9 +87,9 @@ PAGES = {
     "performance": Page(
         "bench page --save docs",
         0.1,
-        lambda: [*(case.id for case in CASES), *(part.title for part in bench.PARTS.values())],
+        lambda: [*(case.id for case in CASES), *(suite.title for suite in bench.SUITES.values())],
         scenes_in,
-        ("bench --peers --save docs", *(f"bench {part} --save docs" for part in bench.PARTS)),
+        ("bench --peers --save docs", *(f"bench {suite} --save docs" for suite in bench.SUITES)),
     ),
     "soak": Page(
         "soak page --save docs",

@@ -37,7 +37,7 @@ largest safe one.
 """
 TITLES = {"knuckle": "Knuckle crane", "overhead": "Overhead crane", "pendulum": "Pendulum"}
 EXAMPLES = {"knuckle": "knuckle_setpoint", "overhead": "overhead_hoist_energy", "pendulum": "pendulum_offshore"}
-"""A scene of the catalogue that shows what the file of a crane looks like."""
+"""An example scene of the catalogue for each kind of crane."""
 HEADS = "| key | value | unit | default | |\n|---|---|---|---|---|"
 
 
@@ -135,7 +135,7 @@ def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[
 
 
 def _docstring(group: Any) -> str:
-    """Return what the docstring of a class says."""
+    """Return the docstring of a class."""
     return inspect.cleandoc(group.__doc__ or "")
 
 
@@ -177,32 +177,32 @@ def default_in_words(value: Any) -> str:
 def _group_in_words(value: Any) -> str:
     """Return the keys that a group has when it is left out."""
     own = [(field.key, field.default) for field in fields(type(value))]
-    given = [f"{key}: {default_in_words(default)}" for key, default in own if default not in (None, REQUIRED)]
+    defaults = [f"{key}: {default_in_words(default)}" for key, default in own if default not in (None, REQUIRED)]
     name = {"DOP853": "method: dop853", "Constant": "kind: constant"}.get(type(value).__name__)
-    words = ", ".join([*([name] if name else []), *(text.replace("`", "") for text in given)])
+    words = ", ".join([*([name] if name else []), *(text.replace("`", "") for text in defaults)])
     return f"`{{{words}}}`" if words else "–"
 
 
 def _laws() -> Iterator[str]:
-    """Yield the lines on the laws that are installed and say what their settings are."""
+    """Yield the lines on the installed laws and their settings."""
     yield "## Laws\n"
     yield "The keys of `control` beside `law`, `period` and `nominal` are those of the law; `null` may be a choice.\n"
-    seen: dict[Any, str] = {}
+    described: dict[Any, str] = {}
     for name in law_names():
         law = law_of(name)
         yield f"### `control` with `law: {name}`\n\n{law.about}\n"
         for where, kind in law.settings.items():
-            yield from _settings(name, where, kind, seen)
+            yield from _settings(name, where, kind, described)
 
 
-def _settings(law: str, where: str, kind: Any, seen: dict[Any, str]) -> Iterator[str]:
-    if kind in seen:
-        yield f"**`{where}`**: as with `law: {seen[kind]}`.\n"
+def _settings(law: str, where: str, kind: Any, described: dict[Any, str]) -> Iterator[str]:
+    if kind in described:
+        yield f"**`{where}`**: as with `law: {described[kind]}`.\n"
         return
-    seen[kind] = law
+    described[kind] = law
     yield f"**`{where}`** {_docstring(kind)}\n"
     yield _write_fields(list(fields(kind)), {}) + "\n"
     for field in fields(kind):
         group = subgroup(field.annotation)
         if group is not None and not isinstance(group, Choice):
-            yield from _settings(law, f"{where}.{field.key}", group, seen)
+            yield from _settings(law, f"{where}.{field.key}", group, described)

@@ -28,14 +28,14 @@ ORIGINS = {
     "`bridge`) are zero. In 2 dimensions everything moves in the plane of x and z. Efforts of trolley and bridge are "
     "forces along their joints; that of the hoist is a force on its length, positive pays out.",
     "pendulum": "The origin is where the suspension point is when its joints are zero. The effort is the point's "
-    "acceleration, or with a servo the place where it should be.",
+    "acceleration, or with a servo its target position.",
 }
-"""Where the origin of each crane is, and what its efforts are."""
+"""Origin and efforts of each crane."""
 
 SIGNS = (
     Sign("knuckle", "slew", "rad", "boom and jib in the plane of x and z, towards x", "counter-clockwise from above"),
     Sign("knuckle", "boom", "rad", "horizontal", "upwards: its elevation"),
-    Sign("knuckle", "jib", "rad", "horizontal, whatever the boom's elevation", "upwards: its elevation"),
+    Sign("knuckle", "jib", "rad", "horizontal, independent of the boom's elevation", "upwards: its elevation"),
     Sign("knuckle", "rope", "m", "the payload at the jib's end", "longer"),
     Sign("knuckle", "swing_tangential", "rad", "the rope in the boom's plane", "to where a positive slew goes"),
     Sign("knuckle", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
@@ -52,7 +52,7 @@ SIGNS = (
     Sign("overhead", "link_k_x", "1", "link k across x; rigid, 3 dimensions", "its lower end towards x"),
     Sign("overhead", "link_k_y", "1", "link k across y; rigid, 3 dimensions", "its lower end towards y"),
     Sign("overhead", "link_k_z", "1", "a horizontal link k; rigid, 3 dimensions", "upwards: hanging it is -1"),
-    Sign("overhead", "node_k_x", "m", "the origin; elastic", "along x: a place, not an angle"),
+    Sign("overhead", "node_k_x", "m", "the origin; elastic", "along x: a position, not an angle"),
     Sign("overhead", "node_k_y", "m", "the origin; elastic, 3 dimensions", "along y"),
     Sign("overhead", "node_k_z", "m", "the origin; elastic", "upwards: below the rail it is negative"),
     Sign("base", "surge", "m", "the base's origin in that of `world`", "along x of `world`"),
@@ -74,7 +74,7 @@ links are unit vectors, for which no angle is singular.""",
     "base": """The base turns by yaw first, then by pitch about its new y, then by roll about its new x: its axes in
 `world` are Rz(yaw) Ry(pitch) Rx(roll).""",
 }
-"""What the words of a crane's joints leave out."""
+"""Further definitions of each crane's joints."""
 
 
 def section() -> list[str]:

@@ -1,22 +1,22 @@
 """The trials and entrants of the league as data: scenes of the catalogue, and what a trial changes of them.
 
 The nominal scene of a law has no disturbances, nor masses and lengths other than the catalogue's: it is the
-catalogue's scene on a base at rest. Every trial has a base that can move and a gust that can blow, mostly by nothing,
-so that all trials of a crane and a law are one compiled type.
+catalogue's scene on a base at rest. Every trial has a moving base and a gust, mostly of zero amplitude, so that
+all trials of a crane and a law are one compiled type.
 """
 
 from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 SEEDS = tuple(range(100, 110))
-"""Seeds of seas and of a camera's noise that nothing in the catalogue uses: no law is tuned to them."""
+"""Seeds of seas and camera noise that no catalogue scene uses: no law is tuned to them."""
 COLUMNS = (
     "set-point", "obstacle", "resonant base", "irregular sea", "mass -20 %", "mass +20 %",
     "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
 )  # fmt: skip
-"""The trials, as columns of the figure."""
+"""The trials: columns of the figure."""
 SEA, NOISE = "base_motion.sea.seed", "control.vision.seed"
-LIGHT, HEAVY, SHORT, LONG = 0.8, 1.2, 0.95, 1.05
+LOWER_MASS, HIGHER_MASS, SHORTER_ROPE, LONGER_ROPE = 0.8, 1.2, 0.95, 1.05
 
 
 class FromScene(NamedTuple):
@@ -27,7 +27,7 @@ class FromScene(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """What all laws of a crane have to do in one column."""
+    """The task of all laws of a crane in one column."""
 
     column: str
     scene: str  # of the catalogue
@@ -42,9 +42,9 @@ class Entrant(NamedTuple):
 
     name: str
     law: str
-    home: str = ""  # scene whose settings it takes; "": the trial's own, if that is of this law
-    settings: dict[str, Any] = {}  # on top
-    believes: dict[str, Any] = {}  # besides the catalogue's scene, by dotted key
+    home: str = ""  # scene of its settings; "": the trial's scene, if it has this law
+    settings: dict[str, Any] = {}  # in addition
+    nominal: dict[str, Any] = {}  # changes of the law's nominal scene, by dotted key
 
 
 class Group(NamedTuple):
@@ -76,9 +76,9 @@ def base_oscillation(axis: str, amplitude: float, frequency: float) -> dict[str,
     return {"base_motion": {axis: {"amplitude": amplitude, "frequency": frequency}}}
 
 
-STILL = base_oscillation("sway", 0.0, 0.0) | wind(0.0)
-FIRM = base_oscillation("surge", 0.0, 0.0) | node_gust(0.0)
-AFLOAT = {"base_motion": FromScene("pendulum_sea", {"sea.components": 20})}
+FIXED_BASE = base_oscillation("sway", 0.0, 0.0) | wind(0.0)
+FIXED_RAIL_BASE = base_oscillation("surge", 0.0, 0.0) | node_gust(0.0)
+SEA_BASE = {"base_motion": FromScene("pendulum_sea", {"sea.components": 20})}
 PITCHING = {
     "base_motion": {
         "sea": {
@@ -99,22 +99,25 @@ PITCHING = {
 def tracking_trials(scene: str) -> tuple[Trial, ...]:
     """Return the trials of a payload of 4 kg that follows the path of a scene."""
     return (
-        Trial("irregular sea", scene, {}, STILL | AFLOAT, seeded=SEA),
-        Trial("mass -20 %", scene, {}, STILL, {"payload.mass": LIGHT}),
-        Trial("mass +20 %", scene, {}, STILL, {"payload.mass": HEAVY}),
-        Trial("gust", scene, {}, STILL | wind(2.0)),
+        Trial("irregular sea", scene, {}, FIXED_BASE | SEA_BASE, seeded=SEA),
+        Trial("mass -20 %", scene, {}, FIXED_BASE, {"payload.mass": LOWER_MASS}),
+        Trial("mass +20 %", scene, {}, FIXED_BASE, {"payload.mass": HIGHER_MASS}),
+        Trial("gust", scene, {}, FIXED_BASE | wind(2.0)),
     )
 
 
 def setpoint_trials(
     scene: str, known: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str
 ) -> list[Trial]:
-    """Return the trials of a crane with a target; others: changes of the scene in further columns."""
+    """Return the trials of a crane with a target; `others`: changes of the scene in further columns."""
     return [
         Trial("set-point", scene, known, still),
-        Trial("mass -20 %", scene, known, still, {mass: LIGHT}),
-        Trial("mass +20 %", scene, known, still, {mass: HEAVY}),
-        *(Trial(name, scene, known, still | do, seeded=SEA if "sea" in name else "") for name, do in others.items()),
+        Trial("mass -20 %", scene, known, still, {mass: LOWER_MASS}),
+        Trial("mass +20 %", scene, known, still, {mass: HIGHER_MASS}),
+        *(
+            Trial(name, scene, known, still | changes, seeded=SEA if "sea" in name else "")
+            for name, changes in others.items()
+        ),
     ]
 
 
@@ -123,8 +126,8 @@ UNDAMPED = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
 SHAPED = "reference.path.shaping.kind"
 OPEN_LOOP = (
     Entrant("open loop", "angular", settings=UNDAMPED),
-    Entrant("open loop, ZV", "angular", settings=UNDAMPED, believes={SHAPED: "zv"}),
-    Entrant("open loop, ZVD", "angular", settings=UNDAMPED, believes={SHAPED: "zvd"}),
+    Entrant("open loop, ZV", "angular", settings=UNDAMPED, nominal={SHAPED: "zv"}),
+    Entrant("open loop, ZVD", "angular", settings=UNDAMPED, nominal={SHAPED: "zvd"}),
 )
 FEEDBACK = tuple(Entrant(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
 ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
@@ -139,12 +142,12 @@ STEP = {
 }
 """A metre in less than two periods of the swing: a path, since the pendulum's laws follow one."""
 PENDULUM = (
-    Trial("set-point", "offshore_obstacle", STEP, STILL),
-    Trial("obstacle", "offshore_obstacle", {}, STILL),
+    Trial("set-point", "offshore_obstacle", STEP, FIXED_BASE),
+    Trial("obstacle", "offshore_obstacle", {}, FIXED_BASE),
     *tracking_trials("offshore_obstacle"),
     Trial("resonant base", "offshore_resonant", {}, wind(0.0)),
-    Trial("rope -5 %", "offshore_obstacle", {}, STILL, {"rope.length": SHORT}),
-    Trial("rope +5 %", "offshore_obstacle", {}, STILL, {"rope.length": LONG}),
+    Trial("rope -5 %", "offshore_obstacle", {}, FIXED_BASE, {"rope.length": SHORTER_ROPE}),
+    Trial("rope +5 %", "offshore_obstacle", {}, FIXED_BASE, {"rope.length": LONGER_ROPE}),
     Trial("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
 )
 BOOM = (
@@ -154,7 +157,7 @@ BOOM = (
 KNUCKLE = setpoint_trials(
     "knuckle_setpoint",
     {},
-    STILL,
+    FIXED_BASE,
     {
         "resonant base": base_oscillation("sway", 0.02, 2.557),  # a swing on 1.5 m
         "irregular sea": {"base_motion": FromScene("knuckle_sea")},
@@ -162,17 +165,19 @@ KNUCKLE = setpoint_trials(
     },
     "payload.mass",
 )
-ROLLED = {
+OVERHEAD_DISTURBANCES = {
     "resonant base": base_oscillation("surge", 0.02, 2.215),
     "irregular sea": PITCHING,
     "gust": node_gust(5.0),
 }  # on 2 m
 TROLLEY = (
-    *setpoint_trials("overhead_energy", {}, FIRM, ROLLED, "cable.node_masses"),
-    Trial("rope -5 %", "overhead_energy", {}, FIRM, {"cable.lengths": SHORT}),
-    Trial("rope +5 %", "overhead_energy", {}, FIRM, {"cable.lengths": LONG}),
+    *setpoint_trials("overhead_energy", {}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, "cable.node_masses"),
+    Trial("rope -5 %", "overhead_energy", {}, FIXED_RAIL_BASE, {"cable.lengths": SHORTER_ROPE}),
+    Trial("rope +5 %", "overhead_energy", {}, FIXED_RAIL_BASE, {"cable.lengths": LONGER_ROPE}),
 )
-HOIST = setpoint_trials("overhead_hoist_energy", {"control.period": 0.01}, FIRM, ROLLED, "cable.node_masses")
+HOIST = setpoint_trials(
+    "overhead_hoist_energy", {"control.period": 0.01}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, "cable.node_masses"
+)
 GROUPS = (
     Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK), PENDULUM),
     Group("knuckle boom, tracking", "path", FEEDBACK, BOOM),

@@ -21,13 +21,13 @@ from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
 from crane_sim.trajectories.trajectory import Array, sample_trajectory
 
-LEVEL = 90.0  # deg: a rope that swings so far is not under control
+LEVEL = 90.0  # deg: a larger swing is not under control
 
 
 class Figures(NamedTuple):
-    """What is measured of a run; of several runs, the median of each."""
+    """Figures of a run; of several runs, their medians."""
 
-    mse: float  # m², mean of the squared distance of the payload from where it should be
+    mse: float  # m², mean of the payload's squared distance from its goal
     mae: float  # m, mean of the distance
     peak_error: float  # m, largest distance
     residual_error: float  # m, largest distance in the last quarter of the run
@@ -54,7 +54,7 @@ class Cell(NamedTuple):
 def evaluate_all(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
     """Yield the cells of these groups, in order; entrants are evaluated in parallel, a process for each core."""
     entries = [(group, entrant) for group in groups for entrant in group.entrants]
-    # an interrupted command ends at once: its workers end with it
+    # an interrupted command ends at once, and its workers with it
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), end_with_parent, (os.getpid(),)) as pool:
         for cells in pool.map(evaluate_law, *zip(*entries, strict=True)):
             yield from cells
@@ -77,8 +77,8 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
         figures = median_figures([measure_figures(simulate(scene), group.goal == "path") for scene in scenes])
     except (SimulationError, LawError) as error:
         return Cell(*name, None, "", _reason(error))
-    over = figures.peak_swing >= LEVEL
-    return Cell(*name, figures, "", "the rope swings past the horizontal" if over else "")
+    out_of_control = figures.peak_swing >= LEVEL
+    return Cell(*name, figures, "", "the rope swings past the horizontal" if out_of_control else "")
 
 
 def _reason(error: Exception) -> str:
@@ -90,11 +90,12 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
     scene, model = run.scene, run.scene.model
     goal = path_positions(scene, run.t) if on_path else target_position(scene)
     error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
-    way = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
-    begin = scene.path.starts[-1] if on_path and scene.path is not None else 0.0
-    settling = Settling(np.zeros(1), np.array([way]))
+    distance = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
+    start = scene.path.starts[-1] if on_path and scene.path is not None else 0.0
+    settling = Settling(np.zeros(1), np.array([distance]))
     settling.extend(run.t, error[:, None])
-    (settled,) = settling.times(run.t[-1], error[-1:], period=0.0)  # the last instant outside, not the one after it
+    # with period 0 the last instant outside, not the one after it
+    (settling_time,) = settling.times(run.t[-1], error[-1:], period=0.0)
     accelerations = np.empty(len(run.t))
     tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), DIFFERENCE_STEP, accelerations)
     return Figures(
@@ -104,7 +105,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
         residual_error=float(np.max(error[3 * len(error) // 4 :])),
         peak_swing=run.summary["peak_swing_deg"],
         residual_swing=run.summary["residual_swing_deg"],
-        settling=None if settled is None else float(max(settled - begin, 0.0)),
+        settling=None if settling_time is None else float(max(settling_time - start, 0.0)),
         tip_acceleration=float(np.max(accelerations)),
         effort=run.summary["peak_effort"],
         saturated=run.summary["saturated_steps"] / scene.steps,
@@ -112,13 +113,13 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
 
 
 def path_positions(scene: Scene, t: Array) -> Array:
-    """Return where the payload should be (K, n) [m] at times t (K,), in the axes of the base."""
+    """Return the path of the payload (K, n) [m] at times t (K,), in the axes of the base."""
     assert scene.path is not None, "trials with a path are scenes with one"
     return sample_trajectory(scene.path, np.ascontiguousarray(t))[:, 0]
 
 
 def target_position(scene: Scene) -> Array:
-    """Return where the payload hangs (1, 3) [m] when the actuated joints are at the target, in the axes of the base."""
+    """Return the payload's position (1, 3) [m] at the target of the actuated joints, in the axes of the base."""
     assert scene.reference is not None, "trials without a path are scenes with a target"
     q = np.zeros(len(scene.joint_names))
     q[[scene.joint_names.index(name) for name in scene.actuated]] = scene.reference

@@ -50,11 +50,11 @@ def draw(figure: Any, cells: Sequence[Cell]) -> None:
 
 def _draw_panel(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], panel: Panel) -> None:
     """Draw one heat map."""
-    places = {(cell.crane, cell.law, cell.trial): cell for cell in cells}
+    cells_by_name = {(cell.crane, cell.law, cell.trial): cell for cell in cells}
     colours = np.full((len(rows), len(COLUMNS)), np.nan)
     for i, (crane, law) in enumerate(rows):
         for j, column in enumerate(COLUMNS):
-            cell = places.get((crane, law, column))
+            cell = cells_by_name.get((crane, law, column))
             if cell is None or cell.refused:
                 continue
             if cell.figures is not None:
@@ -77,9 +77,9 @@ def rivals(cell: Cell, cells: Sequence[Cell]) -> list[Figures]:
     return [other.figures for other in same if other.figures is not None and not other.failed]
 
 
-def _relative(own: Figures, others: Sequence[Figures], panel: Panel) -> float:
+def _relative(cell_figures: Figures, others: Sequence[Figures], panel: Panel) -> float:
     """Return a value divided by the least of the others, from 1 to WORST."""
-    values = [max(panel.value(figures), panel.least) for figures in (own, *others)]
+    values = [max(panel.value(figures), panel.least) for figures in (cell_figures, *others)]
     return min(values[0] / min(values), WORST)
 
 
@@ -97,9 +97,9 @@ def _short(value: float) -> str:
 def _write_cranes(axes: Any, rows: Sequence[tuple[str, str]]) -> None:
     """Write the names of the cranes left of their laws."""
     for crane in dict.fromkeys(crane for crane, _ in rows):
-        own = [i for i, (name, _) in enumerate(rows) if name == crane]
+        indices = [i for i, (name, _) in enumerate(rows) if name == crane]
         words = crane.replace(", ", ",\n").replace(" and ", "\nand ")
         axes.text(
-            -0.27, float(np.mean(own)), words, transform=axes.get_yaxis_transform(),
+            -0.27, float(np.mean(indices)), words, transform=axes.get_yaxis_transform(),
             ha="center", va="center", fontsize=9, fontweight="bold",
         )  # fmt: skip

@@ -1,51 +1,51 @@
-"""The scene of a cell: the catalogue's with a trial's changes, and the nominal one that the law believes in."""
+"""The scene of a cell: the catalogue's with a trial's changes, and the law's nominal scene."""
 
 import copy
 from collections.abc import Mapping
 from typing import Any
 
 from crane_sim.evaluation.league.cases import Entrant, FromScene, Trial
-from crane_sim.files.document import put, read
+from crane_sim.files.document import read, set_value
 
-COMMON = ("period", "vision")  # keys of a control group that stay with another law: how often and how well it measures
+COMMON = ("period", "vision")  # keys of a control group that other laws keep: period and measurement
 ABSENT: dict[str, Any] = {"forces": []}  # values that stand for an absent group; of other groups: None
 
 
 def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:
     """Return the scene, as a file's document, of an entrant in a trial with this seed."""
-    document, believed = read(trial.scene), dict[str, Any]()
+    document, nominal = read(trial.scene), dict[str, Any]()
     for key, value in trial.known.items():
-        put(document, key, _trial_value(key, value))
+        set_value(document, key, _trial_value(key, value))
     hidden = dict(trial.hidden)
     for key, factor in trial.scaled.items():
         hidden[key] = _times(factor, _document_value(document, key))
     for key, value in hidden.items():
-        before = _document_value(document, key)
-        put(believed, key, ABSENT.get(key) if before is None else copy.deepcopy(before))
-        put(document, key, _trial_value(key, value))
-    for key, value in entrant.believes.items():
-        put(believed, key, value)
-    document["control"] = _settings(document["control"], entrant) | {"nominal": believed}
+        original = _document_value(document, key)
+        set_value(nominal, key, ABSENT.get(key) if original is None else copy.deepcopy(original))
+        set_value(document, key, _trial_value(key, value))
+    for key, value in entrant.nominal.items():
+        set_value(nominal, key, value)
+    document["control"] = _settings(document["control"], entrant) | {"nominal": nominal}
     if trial.seeded:
-        put(document, trial.seeded, seed)
+        set_value(document, trial.seeded, seed)
     return document
 
 
 def _settings(own: Mapping[str, Any], entrant: Entrant) -> dict[str, Any]:
-    """Return the control group of a entrant in a scene whose own it is."""
+    """Return the control group of an entrant in a scene with its own group `own`."""
     settings = read(entrant.home)["control"] if entrant.home else own if own["law"] == entrant.law else {}
-    rest = {key: value for key, value in settings.items() if key not in COMMON}
+    law_settings = {key: value for key, value in settings.items() if key not in COMMON}
     common = {key: own[key] for key in COMMON if key in own}
-    return copy.deepcopy(common | rest | {"law": entrant.law} | entrant.settings)
+    return copy.deepcopy(common | law_settings | {"law": entrant.law} | entrant.settings)
 
 
 def _trial_value(key: str, value: Any) -> Any:
-    """Return what a trial puts at a key."""
+    """Return a trial's value of a key."""
     if not isinstance(value, FromScene):
         return copy.deepcopy(value)
     group = _document_value(read(value.scene), key)
-    for within, change in value.changes.items():
-        put(group, within, change)
+    for inner_key, change in value.changes.items():
+        set_value(group, inner_key, change)
     return group
 
 

@@ -82,13 +82,13 @@ def _line(cell: Cell) -> Line:
 
 def write_comparison(cells: Sequence[Cell], drawn: bool) -> str:
     """Return the page in Markdown; `drawn`: it has a figure."""
-    parts = [HEAD + FIGURE * drawn + HOW]
+    sections = [HEAD + FIGURE * drawn + HOW]
     for crane, own in lines(cells).items():
-        parts.append(f"## {crane.capitalize()}\n\n" + _markdown(own))
+        sections.append(f"## {crane.capitalize()}\n\n" + _markdown(own))
     for title, reasons in (("Not controlled", "failed"), ("Does not apply", "refused")):
         rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
-        parts.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
-    return "\n".join(parts)
+        sections.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
+    return "\n".join(sections)
 
 
 def _markdown(rows: Sequence[Line]) -> str:

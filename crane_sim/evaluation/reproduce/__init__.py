@@ -1,4 +1,4 @@
-"""What the papers print, and what is hard, measured here: `crane reproduce [ITEM]`."""
+"""The papers' results and the hard cases, measured here: `crane reproduce [ITEM]`."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,11 +19,11 @@ ITEMS: dict[str, Callable[[], list[Any]]] = {
 NAMES: dict[str, Callable[[], list[str]]] = {
     "overhead": overhead.names,
     "hardcases": hardcases.names,
-    "knuckle": knuckle.names,
+    "knuckle": knuckle.claims,
     "offshore": offshore.names,
     "observer": observer.names,
 }
-"""Every item and what its rows are called, in their order, without measuring them."""
+"""Every item and the function that returns the names of its rows, in order, without measuring them."""
 
 
 def measure_items(item: str | None = None) -> dict[str, list[Any]]:

@@ -23,16 +23,16 @@ BOUNDS = {
 }
 """Bounds [m] in place of the general one, and why."""
 PAYLOAD_ONLY = {"overhead_heavy_straight"}
-HEAVY, LONG = "N = 30, ratio 1e8", "overhead_long, a million steps"
+HEAVY_PAYLOAD, LONG_RUN = "N = 30, ratio 1e8", "overhead_long, a million steps"
 """The cases that are not compared with a trajectory."""
 MIN_STEPS = 1_000_000  # of the long case
 
 
 class Case(NamedTuple):
-    """One hard case, measured now."""
+    """One hard case, measured."""
 
     case: str
-    measure: str  # what the error is of
+    measure: str  # quantity of the error
     method: str
     error: float
     bound: float
@@ -86,7 +86,7 @@ def event_time_error(run: Rollout, reference: dict[str, Any]) -> float | None:
 
 def names() -> list[str]:
     """Return the names of all cases, without running any."""
-    return [*hardcase_references(), HEAVY, LONG]
+    return [*hardcase_references(), HEAVY_PAYLOAD, LONG_RUN]
 
 
 def rows() -> list[Case]:
@@ -97,17 +97,19 @@ def rows() -> list[Case]:
 
 def heavy_accelerations() -> Case:
     """Return the relative error of thirty links' accelerations, payload 1e8 times a node's mass, against 60 digits."""
-    known = read_references("accelerations")
-    scene, first = load_scene(known["scene"]), known["states"][0]
+    data = read_references("accelerations")
+    scene, first = load_scene(data["scene"]), data["states"][0]
     acceleration(scene, first["q"], first["v"], first["u"])  # compiles
     started, error = time.perf_counter(), 0.0
-    for state in known["states"]:
+    for state in data["states"]:
         expected = np.array(state["acceleration"])
         measured = acceleration(scene, state["q"], state["v"], state["u"])
         error = max(error, float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected))))
     verdict = "holds" if error <= MAX_ACCELERATION_ERROR else "does not hold"
-    wall, count = time.perf_counter() - started, len(known["states"])
-    return Case(HEAVY, "accelerations, relative", "-", error, MAX_ACCELERATION_ERROR, None, count, wall, verdict)
+    wall, count = time.perf_counter() - started, len(data["states"])
+    return Case(
+        HEAVY_PAYLOAD, "accelerations, relative", "-", error, MAX_ACCELERATION_ERROR, None, count, wall, verdict
+    )
 
 
 def long_energy() -> Case:
@@ -118,4 +120,4 @@ def long_energy() -> Case:
     verdict = "holds" if drift <= MAX_ENERGY_DRIFT and run.stats["steps"] >= MIN_STEPS else "does not hold"
     method, stats = type(scene.method).__name__.lower(), run.stats
     counted = stats["rhs_evaluations"], stats["wall_time"]
-    return Case(LONG, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict)
+    return Case(LONG_RUN, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict)

@@ -1,7 +1,7 @@
 """Section 4 of the knuckle paper (Ambrosino et al.): its energy law beside its LQR, figure by figure.
 
 The paper describes its figures in words and gives neither start nor target. Both laws make the scenes' manoeuvre, and
-then others, because what the laws are compared for depends on it. Every verdict follows from the numbers of its row.
+then others, because the comparison depends on it. Every verdict follows from the numbers of its row.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,14 +18,14 @@ from crane_sim.simulation.settling import SETTLED
 MUCH = 2.0  # "much less" is less than half, "slightly faster" up to twice as fast
 SIMILAR = 1.25  # "almost the same" is within a quarter
 QUIET = 0.5  # deg, of a load that has stopped swinging
-OTHERS: dict[str, dict[str, Any]] = {
+VARIANTS: dict[str, dict[str, Any]] = {
     "half of the way": {"initial.q": ["22.5 deg", "37.5 deg", "-5 deg", 1.75, 0, 0]},
     "slew alone": {"initial.q": [0, "45 deg", 0, 1.5, 0, 0]},
     "boom and jib alone": {"initial.q": ["45 deg", "30 deg", "-10 deg", 1.5, 0, 0]},
     "rope alone": {"initial.q": ["45 deg", "45 deg", 0, 2.0, 0, 0]},
     "swing friction": {"swing_friction": {"model": "linear", "tangential": 0.1, "radial": 0.1}},
 }
-"""What else the paper's experiment may have been, as changes of the scenes."""
+"""Other possible manoeuvres of the paper's experiment, as changes of the scenes."""
 LESS = "much less with the energy law"
 ARRIVALS = ("Fig. 3, tower", "Fig. 4, boom", "Fig. 5, jib")
 SWINGS = {"Fig. 7, theta1": 4, "Fig. 8, theta2": 5}
@@ -39,10 +39,10 @@ OTHERWISE = (
     "Figs. 7, 8, otherwise: largest swing, deg",
     "Section 4, otherwise: load swings by 0.5 deg until, s",
 )
-"""What the rows are called: sentences of the paper, with its figures."""
+"""Claims of the rows: sentences of the paper, with its figures."""
 
 
-class Compared(NamedTuple):
+class ClaimResult(NamedTuple):
     """One sentence of the paper about its two laws, and the runs."""
 
     claim: str  # with its figure
@@ -66,17 +66,17 @@ class Pair(NamedTuple):
         return float(figure(self.energy)), float(figure(self.lqr))
 
 
-def names() -> list[str]:
+def claims() -> list[str]:
     """Return the claims of all rows, without running any."""
     arrivals = [claim.format(figure) for figure in ARRIVALS for claim in (AT_END, AFTER)]
     swings = [LARGEST.format(figure, words) for figure in SWINGS for words in LATER]
     section = [*arrivals, WAY, AFTER.format(WINCH), *swings, CALM, *EFFORTS, LIMITS]
-    return [*section, *(claim for _ in OTHERS for claim in OTHERWISE)]
+    return [*section, *(claim for _ in VARIANTS for claim in OTHERWISE)]
 
 
-def rows() -> list[Compared]:
+def rows() -> list[ClaimResult]:
     """Return the paper's sentences for the scenes' manoeuvre, then those about the load for the other ones."""
-    return [*section_4(run_both_laws()), *(row for name in OTHERS for row in another(name))]
+    return [*section_4(run_both_laws()), *(row for name in VARIANTS for row in variant_rows(name))]
 
 
 def run_both_laws(changes: dict[str, Any] | None = None) -> Pair:
@@ -86,7 +86,7 @@ def run_both_laws(changes: dict[str, Any] | None = None) -> Pair:
 
 
 def target_position(scene: Scene) -> tuple[float, ...]:
-    """Return where slew, boom, jib [rad] and rope [m] should arrive."""
+    """Return the target of slew, boom, jib [rad] and rope [m]."""
     assert scene.reference is not None, "both scenes have a target"
     return scene.reference
 
@@ -100,8 +100,8 @@ def manoeuvre(scene: Scene) -> str:
     return " to ".join(ends)
 
 
-def section_4(runs: Pair) -> Iterator[Compared]:
-    """Yield what section 4 says of figures 3 to 10."""
+def section_4(runs: Pair) -> Iterator[ClaimResult]:
+    """Yield the claims of section 4 on figures 3 to 10."""
     for i, figure in enumerate(ARRIVALS):
         yield from _arrival(runs, figure, i)
     yield from _rope(runs)
@@ -111,15 +111,15 @@ def section_4(runs: Pair) -> Iterator[Compared]:
     yield from _largest_efforts(runs)
 
 
-def _arrival(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
+def _arrival(runs: Pair, figure: str, i: int) -> Iterator[ClaimResult]:
     """Yield whether and when joint i arrives."""
     goal = target_position(runs.energy.scene)[i]
-    left = runs.of(lambda run: abs(np.degrees(goal - run.q[-1, i])))
-    arrived = max(left) < SETTLED * abs(np.degrees(goal - runs.energy.scene.initial_q[i]))
+    errors = runs.of(lambda run: abs(np.degrees(goal - run.q[-1, i])))
+    arrived = max(errors) < SETTLED * abs(np.degrees(goal - runs.energy.scene.initial_q[i]))
     verdict = "reproduced" if arrived else "not reproduced"
-    yield _claim_row(AT_END.format(figure), "both arrive", left, runs.assumption, verdict)
+    yield _claim_row(AT_END.format(figure), "both arrive", errors, runs.assumption, verdict)
     times = _settling_times(runs, i)
-    yield _claim_row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, faster(*times))
+    yield _claim_row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, verdict_faster(*times))
 
 
 def _settling_times(runs: Pair, i: int) -> tuple[float, float]:
@@ -128,62 +128,62 @@ def _settling_times(runs: Pair, i: int) -> tuple[float, float]:
     return runs.of(lambda run: inf if (time := run.summary["settling_time"][name]) is None else time)
 
 
-def faster(energy: float, lqr: float) -> str:
+def verdict_faster(energy: float, lqr: float) -> str:
     """Return in words whether LQR is slightly faster, from times [s]."""
     if lqr >= energy:
         return "not reproduced"
     return "reproduced" if energy <= MUCH * lqr else f"faster, but {energy / lqr:.2g} times"
 
 
-def _rope(runs: Pair) -> Iterator[Compared]:
-    """Yield how the length of the rope oscillates."""
-    ways = runs.of(lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3]))
-    yield _claim_row(WAY, LESS, ways, runs.assumption, much_less(*ways))
+def _rope(runs: Pair) -> Iterator[ClaimResult]:
+    """Yield the oscillation of the rope's length."""
+    lengths = runs.of(lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3]))
+    yield _claim_row(WAY, LESS, lengths, runs.assumption, verdict_much_less(*lengths))
     times = _settling_times(runs, 3)
     yield _claim_row(AFTER.format(WINCH), "not said", times, runs.assumption, "-")
 
 
-def _payload_swing(runs: Pair, figure: str, i: int) -> Iterator[Compared]:
-    """Yield how far the load swings by joint i: in all, later, and later still."""
+def _payload_swing(runs: Pair, figure: str, i: int) -> Iterator[ClaimResult]:
+    """Yield the largest swing of joint i: of the whole run, after 10 s and after 20 s."""
     for words, after in LATER.items():
         sizes = runs.of(lambda run, after=after: np.degrees(np.max(np.abs(run.q[run.t >= after, i]))))
-        yield _claim_row(LARGEST.format(figure, words), LESS, sizes, runs.assumption, much_less(*sizes))
+        yield _claim_row(LARGEST.format(figure, words), LESS, sizes, runs.assumption, verdict_much_less(*sizes))
 
 
-def much_less(energy: float, lqr: float) -> str:
+def verdict_much_less(energy: float, lqr: float) -> str:
     """Return in words whether a figure is much less with the energy law."""
     if energy >= lqr:
         return "not reproduced"
     return "reproduced" if MUCH * energy <= lqr else "less, not much less"
 
 
-def _quiet(runs: Pair, claim: str, assumption: str) -> Compared:
-    """Return since when the load swings by less than what counts as quiet."""
+def _quiet(runs: Pair, claim: str, assumption: str) -> ClaimResult:
+    """Return the time from which on the load swings by less than QUIET."""
     times = runs.of(lambda run: run.t[np.degrees(run.derived.swing) > QUIET].max(initial=0.0))
     verdict = "reproduced" if times[0] < times[1] else "not reproduced"
     return _claim_row(claim, "earlier with the energy law", times, assumption, verdict)
 
 
-def _largest_efforts(runs: Pair) -> Iterator[Compared]:
+def _largest_efforts(runs: Pair) -> Iterator[ClaimResult]:
     """Yield the largest efforts."""
     for i, claim in enumerate(EFFORTS):
         peaks = runs.of(lambda run, i=i: np.max(np.abs(run.u[:, i])))
         verdict = "reproduced" if max(peaks) <= SIMILAR * min(peaks) else "not reproduced"
         yield _claim_row(claim, "almost the same", peaks, runs.assumption, verdict)
     unchecked = "no limits are printed: not checked"
-    yield Compared(LIMITS, "within usual limits", "-", "-", None, runs.assumption, unchecked)
+    yield ClaimResult(LIMITS, "within usual limits", "-", "-", None, runs.assumption, unchecked)
 
 
-def another(name: str) -> Iterator[Compared]:
-    """Yield what the paper says of the load, for one of the other manoeuvres."""
-    runs = run_both_laws(OTHERS[name])
+def variant_rows(name: str) -> Iterator[ClaimResult]:
+    """Yield the paper's claims on the load, for one of the other manoeuvres."""
+    runs = run_both_laws(VARIANTS[name])
     assumption = f"{name}: {runs.assumption}"
     sizes = runs.of(lambda run: np.degrees(np.max(run.derived.swing)))
-    yield _claim_row(OTHERWISE[0], LESS, sizes, assumption, much_less(*sizes))
+    yield _claim_row(OTHERWISE[0], LESS, sizes, assumption, verdict_much_less(*sizes))
     yield _quiet(runs, OTHERWISE[1], assumption)
 
 
-def _claim_row(claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str) -> Compared:
+def _claim_row(claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str) -> ClaimResult:
     energy, lqr = ("never" if value == inf else value for value in values)
     difference = values[0] - values[1]
-    return Compared(claim, paper, energy, lqr, difference if isfinite(difference) else None, assumption, verdict)
+    return ClaimResult(claim, paper, energy, lqr, difference if isfinite(difference) else None, assumption, verdict)

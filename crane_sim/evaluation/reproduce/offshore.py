@@ -1,7 +1,7 @@
 """Tables 5, 7 and 9 of the offshore paper (Smith & Egeland): errors of a payload that follows a path, law by law.
 
-What the paper does not print is assumed once, in the scenes: one servo of the suspension point for all tables. Where
-something is drawn, features or the noise of a camera, a number is the median over seeds, beside the extremes.
+Unprinted values are assumed once, in the scenes: one servo of the suspension point for all tables. With
+random features or camera noise a number is the median over seeds, beside the extremes.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ FEATURES, NOISE = "control.adaptation.seed", "control.vision.seed"
 
 
 class Printed(NamedTuple):
-    """A number of the paper, and how far what it leaves open may move ours, relative."""
+    """A number of the paper, and the relative tolerance of ours, for unprinted values."""
 
     value: float
     tolerance: float
@@ -35,10 +35,10 @@ class Column(NamedTuple):
 
 ANGULAR = Column(Printed(2.04e-3, 0.10), Printed(3.39e-2, 0.10))
 CARTESIAN = Column(Printed(1.35e-5, 0.10), Printed(3.20e-3, 0.20))
-UNTAUGHT = Column(Printed(1.14e-2, 0.10), Printed(9.47e-2, 0.05))
-TAUGHT = Column(Printed(1.50e-3, 0.05), Printed(3.52e-2, 0.05))
-SEEN_UNTAUGHT = Column(Printed(1.93e-2, 0.15), Printed(1.24e-1, 0.15))
-SEEN_TAUGHT = Column(Printed(3.66e-3, 0.15), Printed(5.16e-2, 0.15))
+NO_LEARNING = Column(Printed(1.14e-2, 0.10), Printed(9.47e-2, 0.05))
+LEARNING = Column(Printed(1.50e-3, 0.05), Printed(3.52e-2, 0.05))
+CAMERA_NO_LEARNING = Column(Printed(1.93e-2, 0.15), Printed(1.24e-1, 0.15))
+CAMERA_LEARNING = Column(Printed(3.66e-3, 0.15), Printed(5.16e-2, 0.15))
 
 
 class Experiment(NamedTuple):
@@ -65,12 +65,12 @@ PAIRS = (
         Experiment("Table 5", "Cartesian", CARTESIAN, f"{WAYPOINTS}; servo of the suspension point 26 rad/s", OBSTACLE),
     ),
     (
-        Experiment("Table 7", WITHOUT, UNTAUGHT, SWAY, RESONANT, LAWS["cartesian"]),
-        Experiment("Table 7", WITH, TAUGHT, f"{SWAY}; features of y", RESONANT, seeded=(FEATURES,)),
+        Experiment("Table 7", WITHOUT, NO_LEARNING, SWAY, RESONANT, LAWS["cartesian"]),
+        Experiment("Table 7", WITH, LEARNING, f"{SWAY}; features of y", RESONANT, seeded=(FEATURES,)),
     ),
     (
-        Experiment("Table 9", WITHOUT, SEEN_UNTAUGHT, CAMERA, VISION, {"control.adaptation.rate": 0.0}, (NOISE,)),
-        Experiment("Table 9", WITH, SEEN_TAUGHT, CAMERA, VISION, seeded=(NOISE, FEATURES)),
+        Experiment("Table 9", WITHOUT, CAMERA_NO_LEARNING, CAMERA, VISION, {"control.adaptation.rate": 0.0}, (NOISE,)),
+        Experiment("Table 9", WITH, CAMERA_LEARNING, CAMERA, VISION, seeded=(NOISE, FEATURES)),
     ),
 )
 """The columns of each table: the law before, and the paper's."""
@@ -80,19 +80,19 @@ OTHERWISE = (
         OBSTACLE, LAWS["angular"] | {"control.acceleration": True},
     ),
     Experiment(
-        "Table 7, otherwise", WITHOUT, UNTAUGHT, "sway of 0.5 m, as printed",
+        "Table 7, otherwise", WITHOUT, NO_LEARNING, "sway of 0.5 m, as printed",
         RESONANT, LAWS["cartesian"] | {"base_motion.sway.amplitude": 0.5},
     ),
     Experiment(
-        "Table 7, otherwise", WITH, TAUGHT, "one constant feature: an integral of the error",
+        "Table 7, otherwise", WITH, LEARNING, "one constant feature: an integral of the error",
         RESONANT, {"control.adaptation": {"features": 1, "width": 1e9}},
     ),
     Experiment(
-        "Table 7, otherwise", WITH, TAUGHT, "no learning, damping 0.7 instead of 0.2",
+        "Table 7, otherwise", WITH, LEARNING, "no learning, damping 0.7 instead of 0.2",
         RESONANT, LAWS["cartesian"] | {"control.kd": 3.914},
     ),
 )  # fmt: skip
-"""The same columns, read or made otherwise: what their numbers depend on, and what not."""
+"""The same columns, with other assumptions: the dependence of their numbers on them."""
 
 
 PEAKS = "Figs. 4, 5: peak acceleration of the tip, Cartesian / angular"
@@ -100,7 +100,7 @@ LEARNT = "Figs. 11, 12: MSE along x, with / without learning"
 SEEN = "Figs. 14, 15: MSE along x, with / without learning"
 HARDEST = "Table 9, with learning: peak acceleration of the tip, m/s2"
 SENTENCES = (PEAKS, LEARNT, SEEN, HARDEST)
-"""What the text says of its figures."""
+"""The text's claims on its figures."""
 
 
 class Measured(NamedTuple):
@@ -124,7 +124,7 @@ def names() -> list[str]:
 
 
 def claims(experiment: Experiment) -> tuple[str, str]:
-    """Return what the rows of an experiment are called, its MSE and its MAE."""
+    """Return the claims of an experiment's rows, its MSE and its MAE."""
     head = f"{experiment.table}, {experiment.name}"
     return f"{head}: MSE, m2", f"{head}: MAE, m"
 
@@ -145,10 +145,10 @@ def measure_errors(experiment: Experiment, seeds: int) -> Iterator[Measured]:
     summaries = [run_experiment(experiment, seed).summary for seed in range(seeds if experiment.seeded else 1)]
     mse, mae = ([summary[key] for summary in summaries] for key in ("tracking_mse", "tracking_mae"))
     for claim, printed, values in zip(claims(experiment), experiment.printed, (mse, mae), strict=True):
-        yield beside(claim, printed, values, experiment.assumption)
+        yield compare_with_paper(claim, printed, values, experiment.assumption)
 
 
-def beside(claim: str, printed: Printed, values: list[float], assumption: str) -> Measured:
+def compare_with_paper(claim: str, printed: Printed, values: list[float], assumption: str) -> Measured:
     """Return a number of the paper beside ours, one for each seed; the verdict is on all of them."""
     low, high, median = min(values), max(values), float(np.median(values))
     worst = max(abs(value / printed.value - 1.0) for value in (low, high))
@@ -158,7 +158,7 @@ def beside(claim: str, printed: Printed, values: list[float], assumption: str) -
 
 
 def sentences() -> Iterator[Measured]:
-    """Yield what the text says of its figures, as ratios of ours: after to before."""
+    """Yield the text's claims on its figures, as ratios of our results: after to before."""
     obstacle, resonant, vision = ([run_experiment(experiment) for experiment in pair] for pair in PAIRS)
     hardest = [moved.summary["peak_tip_acceleration"] for moved in obstacle]
     yield _ratio(PEAKS, "comparable", hardest, (0.5, 2.0))
@@ -169,15 +169,15 @@ def sentences() -> Iterator[Measured]:
 
 
 def payload_and_path(run: Rollout) -> tuple[Any, Any]:
-    """Return where the payload was, and where its path was (K, 2) [m], horizontal, relative to the base."""
+    """Return (payload, path), each (K, 2) [m], horizontal, relative to the base."""
     goal, base = sample_trajectory(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
-    found = run.payload if base is None else in_base(base, run.t, run.payload)
-    return found[:, :2], goal
+    positions = run.payload if base is None else in_base(base, run.t, run.payload)
+    return positions[:, :2], goal
 
 
 def _along_x(run: Rollout) -> float:
-    found, goal = payload_and_path(run)
-    return float(np.mean((found - goal)[:, 0] ** 2))
+    positions, goal = payload_and_path(run)
+    return float(np.mean((positions - goal)[:, 0] ** 2))
 
 
 def _ratio(claim: str, paper: str, values: list[float], between: tuple[float, float]) -> Measured:

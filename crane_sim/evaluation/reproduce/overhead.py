@@ -66,30 +66,30 @@ def _conditions() -> Iterator[Row]:
     """Yield condition numbers of M with heavier and heavier payloads: ten links of 1 m, nodes of 1 kg, no hoist."""
     angles = np.random.default_rng(0).uniform(-0.5, 0.5, 10)
     q, free = np.concatenate([[0.0], np.diff(angles, prepend=0.0), np.ones(10)]), chain.free_coordinates(10)
-    before = (1.0, 1.0)  # no matrix has less
+    previous = (1.0, 1.0)  # no matrix has less
     for ratio in (1.0, 1e4, 1e6, 1e8):
         crane = chain.LumpedCrane(5.0, np.append(np.ones(9), ratio))
         conditions = properties.conditions(chain.mass_matrix(crane, q), free)
-        for name, ours, lighter in zip(("absolute", "relative"), conditions, before, strict=True):
+        for name, ours, lighter in zip(("absolute", "relative"), conditions, previous, strict=True):
             claim = f"Lemma 1.8: cond M, N = 10, m_N / m_i = {ratio:.0e}, {name} angles"
             yield make_claim(claim, "grows with m_N", ours, ours > 10.0 * lighter)
-        before = conditions
+        previous = conditions
 
 
 def _linearisation() -> Iterator[Row]:
-    """Yield what the inputs of (176)-(177) do to a crane with five links and a hoist."""
+    """Yield the accelerations by the inputs of (176)-(177), of a crane with five links and a hoist."""
     crane, q, v = example(5)
     v[7:] = 0.0  # l_2 .. l_5 are fixed
-    reduced, wanted = collocate(crane, q, v), np.array([1.3, -0.7])
+    reduced, demanded = collocate(crane, q, v), np.array([1.3, -0.7])
     smallest = properties.smallest_eigenvalue(reduced.mass)
     yield make_claim("Lemma 3: 𝓜 of (178) positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
     forces = np.zeros(11)
-    forces[[0, 6]] = reduced.forces(wanted)
+    forces[[0, 6]] = reduced.forces(demanded)
     accelerations = chain.chain_acceleration(crane, q, v, forces, (1,))
-    missed = relative_difference(accelerations[[0, 6]], wanted)
-    yield make_claim("(176)-(177): ẍ and l̈_1 as wanted, collocated", 0.0, missed, missed < ROUNDING, missed)
-    missed = relative_difference(reduced.angles(wanted), accelerations[1:6])
-    yield make_claim("(179): angles that follow", 0.0, missed, missed < ROUNDING, missed)
+    difference = relative_difference(accelerations[[0, 6]], demanded)
+    yield make_claim("(176)-(177): ẍ and l̈_1 as wanted, collocated", 0.0, difference, difference < ROUNDING, difference)
+    difference = relative_difference(reduced.angles(demanded), accelerations[1:6])
+    yield make_claim("(179): angles that follow", 0.0, difference, difference < ROUNDING, difference)
 
 
 def erratum_row(erratum: Erratum) -> Row:

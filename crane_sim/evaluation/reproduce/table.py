@@ -1,4 +1,4 @@
-"""Rows of a comparison, as a table for a person or as JSON for a script."""
+"""Rows of a comparison, as a table or as JSON."""
 
 import json
 import sys
@@ -19,9 +19,9 @@ class Row(NamedTuple):
     """One claim of a paper beside what is measured here."""
 
     claim: str  # with its equation number
-    printed: Shown  # what the paper says
+    printed: Shown  # in the paper
     ours: Shown
-    difference: float | None  # largest, relative to ours or to the scale of the matrix; None where one has no meaning
+    difference: float | None  # largest, relative to ours or to the scale of the matrix; None without a meaning
     verdict: str
 
 
@@ -46,7 +46,7 @@ def print_json(tables: Tables) -> None:
 
 
 def format_value(value: Shown | None) -> str:
-    """Return a value as text, short and for people."""
+    """Return a value as a short text."""
     if isinstance(value, int):
         return str(value)
-    return "-" if value is None else value if isinstance(value, str) else f"{value:.3g}"
+    return "-" if value is None else value if isinstance(value, str) else f"{value + 0.0:.3g}"

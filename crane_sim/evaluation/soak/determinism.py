@@ -1,4 +1,4 @@
-"""One scene, one state_sha256, however its nodes are put together and loaded: `crane soak determinism`."""
+"""One scene, one state_sha256, independent of processes, executors and load: `crane soak determinism`."""
 
 import json
 import os
@@ -27,7 +27,7 @@ _OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREF
 
 
 class Setup(NamedTuple):
-    """How a run is put together."""
+    """Processes, executor and interpreters of a run."""
 
     processes: int = 2  # 3: with a recorder
     executor: str = "events"
@@ -41,18 +41,18 @@ class Setup(NamedTuple):
 
 
 def setups(kilted: str = KILTED) -> list[Setup]:
-    """Return every way to put a run together, with nodes of another interpreter where there is one."""
+    """Return all combinations of processes and executors, and of another interpreter if there is one."""
     executors = ("events", "single")
-    ways = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
+    combinations = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
     if kilted:
         pairs = ((kilted, sys.executable), (sys.executable, kilted), (kilted, kilted))
-        ways += [Setup(2, executor, *pair) for pair, executor in product(pairs, executors)]
-    return ways
+        combinations += [Setup(2, executor, *pair) for pair, executor in product(pairs, executors)]
+    return combinations
 
 
 @contextmanager
 def busy(loops: int) -> Iterator[None]:
-    """Keep so many cores busy with something else."""
+    """Keep `loops` cores busy."""
     processes = [
         subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=set_parent_death_signal())
         for _ in range(loops)
@@ -71,10 +71,10 @@ def determinism_scene(duration: float = DURATION) -> Scene:
 
 
 def state_sha256(setup: Setup, scene: Scene) -> str:
-    """Run plant, controller and, if asked for, recorder as processes without a supervisor; return the run's hash.
+    """Run plant, controller and, if set up, recorder as processes without a supervisor; return the run's hash.
 
     Raises:
-        RuntimeError: the run failed; the plant's own words.
+        RuntimeError: the run failed; the plant's message.
     """
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as name, reserve_domain() as domain:
         folder, file, recorders = Path(name), Path(name, "scene.yaml"), setup.processes - 2
@@ -116,16 +116,16 @@ def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
 
 
 def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
-    """Return the environment of a node; another interpreter must not find this one's ROS."""
+    """Return the environment of a node; without this one's ROS for another interpreter."""
     environment = node_environment(domain, folder)
     omitted = () if python == sys.executable else _OF_THIS_ONE
     return {key: value for key, value in environment.items() if key not in omitted}
 
 
 def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
-    """Run so many times, every other time beside a busy process; return figures, and the data behind them."""
-    scene, ways = determinism_scene(), setups()
-    planned = [(ways[i // 2 % len(ways)], i % 2) for i in range(count)]
+    """Do `count` runs, every other one beside a busy process; return (figures, data)."""
+    scene, combinations = determinism_scene(), setups()
+    planned = [(combinations[i // 2 % len(combinations)], i % 2) for i in range(count)]
     hashes, took = [], []
     for setup, loops in planned:
         began = time.perf_counter()
@@ -139,7 +139,7 @@ def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
         Figure("runs beside a busy process", sum(loops for _, loops in planned)),
         Figure("runs with a node of another ROS distribution", sum(KILTED in setup for setup, _ in planned)),
         equal("different state_sha256", len(set(hashes)), 1),
-        equal("runs unlike the one in a single process", sum(each != alone for each in hashes), 0),
+        equal("runs unlike the one in a single process", sum(hash_ != alone for hash_ in hashes), 0),
         Figure("a run with the start of its nodes, median", quantiles(took)["p50"], "s"),
     ]
     return figures, {"state_sha256": sorted(set(hashes)), "took_s": took}

@@ -1,8 +1,8 @@
-"""Whether a rate changes over a run, asked so that a busy moment of the machine does not answer.
+"""Drift of a rate over a run, robust against short disturbances of the machine.
 
-The run is cut into stretches of equal length, of which each counts with its median rate: a short disturbance drops out,
-and what is left of neighbouring ones is nearly independent. The slope is the median of the slopes between all pairs of
-stretches (Theil and Sen), with the interval that holds it with a confidence of 95 %.
+The run is cut into segments of equal length, each with its median rate: a short disturbance drops out, and
+neighbouring medians are nearly independent. The slope is the median of the slopes between all pairs of
+segments (Theil and Sen), with the interval that holds it with a confidence of 95 %.
 """
 
 from collections.abc import Sequence
@@ -13,12 +13,12 @@ from scipy.stats import theilslopes
 
 from crane_sim.evaluation.soak.figures import Figure, at_least
 
-FALL = 5.0  # %, that a rate may have lost at the end of a run
-_STRETCHES = 30
+MAX_FALL = 5.0  # %, that a rate may have lost at the end of a run
+_SEGMENTS = 30
 
 
 class Drift(NamedTuple):
-    """How a rate changed from the begin of a run to its end, % of its median."""
+    """Change of a rate from the begin of a run to its end, % of its median."""
 
     change: float
     low: float
@@ -26,18 +26,18 @@ class Drift(NamedTuple):
 
 
 def drift(rates: Sequence[float]) -> Drift:
-    """Return the change of a rate that was looked at in regular intervals, at least three times."""
-    stretches = [float(np.median(part)) for part in np.array_split(np.asarray(rates), min(_STRETCHES, len(rates)))]
-    slopes = theilslopes(stretches, alpha=0.95)
-    scale = 100.0 * (len(stretches) - 1) / float(np.median(stretches))
+    """Return the change of a rate, sampled in regular intervals at least three times."""
+    segments = [float(np.median(samples)) for samples in np.array_split(np.asarray(rates), min(_SEGMENTS, len(rates)))]
+    slopes = theilslopes(segments, alpha=0.95)
+    scale = 100.0 * (len(segments) - 1) / float(np.median(segments))
     return Drift(*(scale * np.array([slopes[0], slopes[2], slopes[3]], dtype=float)).tolist())
 
 
 def drift_figures(rates: Sequence[float], of: str = "") -> list[Figure]:
-    """Return what was promised of a rate, that it does not fall, and the resolution of the measurement."""
+    """Return the figures of a rate, with the promise that it does not fall, and of the measurement's resolution."""
     trend = drift(rates)
     return [
         Figure(f"{of}rate, median", float(np.median(rates)), "steps/s"),
-        at_least(f"{of}rate, change from begin to end", trend.change, -FALL, "%"),
+        at_least(f"{of}rate, change from begin to end", trend.change, -MAX_FALL, "%"),
         Figure(f"{of}half the change's 95 % interval", (trend.high - trend.low) / 2.0, "%"),
     ]

@@ -7,17 +7,17 @@ import numpy as np
 
 
 class Figure(NamedTuple):
-    """One thing that was measured."""
+    """One measured quantity."""
 
     what: str
     value: Any
     unit: str = ""
-    promise: str = ""  # what it should be, in words; empty where nothing was promised
+    promise: str = ""  # in words; empty without a promise
     kept: bool = True
 
     def format_value(self) -> str:
         """Return the value with its unit, in a few digits."""
-        if self.value is None:  # what a file has where a number was not finite
+        if self.value is None:  # a non-finite number in a file
             return "—"
         value = f"{self.value:.4g}" if isinstance(self.value, float) else str(self.value)
         return f"{value} {self.unit}".strip()
@@ -33,9 +33,9 @@ def at_least(what: str, value: float, limit: float, unit: str = "") -> Figure:
     return Figure(what, value, unit, f"at least {limit:g} {unit}".strip(), value >= limit)
 
 
-def equal(what: str, value: Any, wanted: Any, unit: str = "") -> Figure:
+def equal(what: str, value: Any, expected: Any, unit: str = "") -> Figure:
     """Return a figure that was promised to be exactly this."""
-    return Figure(what, value, unit, f"{wanted}", value == wanted)
+    return Figure(what, value, unit, f"{expected}", value == expected)
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float]:

@@ -14,26 +14,26 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 
-BLOCKS = 25  # looks at memory and rate; what the first shows is the warm-up
+BLOCKS = 25  # samples of memory and rate; the first one is the warm-up
 GROWTH = 5.0  # MB
 
 
 def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
-    """Take so many steps in each of the two ways; return figures, and the data behind them."""
+    """Take `steps` steps by each of the two methods; return (figures, data)."""
     block = max(steps // BLOCKS, 1)
-    ways: dict[str, Callable[[Scene, int], Iterator[None]]] = {
+    methods: dict[str, Callable[[Scene, int], Iterator[None]]] = {
         "Plant.advance": _advance_plant,
-        "simulate": _simulate_again,
+        "simulate": _simulate_repeatedly,
     }
     figures, data = [], dict[str, Any]()
-    for way, blocks in ways.items():
+    for method, blocks in methods.items():
         memory, rates = _measure_blocks(blocks(load_scene(name), block), block)
         ends = [block * (i + 1) for i in range(BLOCKS)]
-        data[way] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
+        data[method] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
         figures += [
-            Figure(f"{way}, steps", ends[-1]),
-            at_most(f"{way}, growth of resident memory", memory[-1] - memory[0], GROWTH, "MB"),
-            *drift_figures(rates[1:], f"{way}, "),
+            Figure(f"{method}, steps", ends[-1]),
+            at_most(f"{method}, growth of resident memory", memory[-1] - memory[0], GROWTH, "MB"),
+            *drift_figures(rates[1:], f"{method}, "),
         ]
     return figures, data
 
@@ -50,7 +50,7 @@ def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], li
 
 
 def _advance_plant(scene: Scene, block: int) -> Iterator[None]:
-    """Step one plant with its law, without an end."""
+    """Step one plant with its law, block by block."""
     plant, law = Plant(scene), scene.law
     if law is None:
         raise RuntimeError(f"scene {scene.name} has no law")
@@ -60,8 +60,8 @@ def _advance_plant(scene: Scene, block: int) -> Iterator[None]:
         yield
 
 
-def _simulate_again(scene: Scene, block: int) -> Iterator[None]:
-    """Simulate the same run again and again."""
+def _simulate_repeatedly(scene: Scene, block: int) -> Iterator[None]:
+    """Simulate the same run repeatedly, a block each."""
     run = replace(scene, duration=block * scene.period)
     for _ in range(BLOCKS):
         simulate(run)

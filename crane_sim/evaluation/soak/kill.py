@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.memory import resident
-from crane_sim.evaluation.bench.realtime import run_bare_loop
+from crane_sim.evaluation.bench.realtime import run_sleep_process
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import steps_in
 from crane_sim.evaluation.soak.monitor import Messages, Received, monitor, wait_for_discovery
@@ -21,9 +21,9 @@ from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
 
 VICTIMS = ("controller", "recorder")
-HALF, ALL = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
+MEDIAN_LIMIT, MAX_LIMIT = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
 _GAP = (0.5, 2.5)  # s between two kills, uniform
-_POLL = 0.01  # s between two looks for a process to kill
+_POLL = 0.01  # s between two polls for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
 _GROWTH = 5.0  # MB that the plant may grow
 _CALL = 20.0  # ms that a call may take
@@ -54,7 +54,7 @@ class _Killer(threading.Thread):
         self._all_filled, self._killed = threading.Event(), list[tuple[str, int]]()
 
     def on_filled(self, name: str, pid: int) -> None:
-        """Note the process that fills a role from now on."""
+        """Record the new process of a role."""
         wait_for_discovery(name, pid)
         self._pids[name] = pid
         self._filled.append((name, time.time_ns()))
@@ -84,7 +84,7 @@ class _Killer(threading.Thread):
 
 
 def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
-    """Kill so many times; return figures, and the data behind them."""
+    """Kill `count` times; return (figures, data)."""
     draw = random.Random(seed)
     gaps = [draw.uniform(*_GAP) for _ in range(count)]
     loaded = load_scene(scene, {"duration": round(_BEFORE + sum(gaps) + _BEHIND)})
@@ -95,7 +95,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         monitor(loaded, domain) as monitored,
         ThreadPoolExecutor(1) as pool,
     ):
-        bare = pool.submit(run_bare_loop, _BARE, round(loaded.duration / _BARE))
+        bare = pool.submit(run_sleep_process, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
         summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.on_filled, **options)
@@ -112,7 +112,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
 
 
 def back_after(kill: Kill, received: Messages) -> float:
-    """Return after how many s the plant applied a command that the next controller had sent; inf: never."""
+    """Return the time [s] until the plant applied a command of the next controller; inf: never."""
     commands = {h.effort for h in received["c"] if kill.filled and h.sent >= kill.filled}
     applied = (h.sent for h in received["e"] if h.sent >= kill.filled and h.effort in commands)
     return (next(applied, float("inf")) - kill.at) / _SECOND
@@ -121,9 +121,9 @@ def back_after(kill: Kill, received: Messages) -> float:
 def _control(back: list[float]) -> list[Figure]:
     times = quantiles(back)
     return [
-        at_most("control back, median", times["p50"], HALF, "s"),
+        at_most("control back, median", times["p50"], MEDIAN_LIMIT, "s"),
         Figure("control back, 99 %", times["p99"], "s"),
-        at_most("control back, longest", times["max"], ALL, "s"),
+        at_most("control back, longest", times["max"], MAX_LIMIT, "s"),
     ]
 
 
@@ -140,7 +140,7 @@ def _survival(steps: int, summary: dict[str, Any], received: Messages, recorded:
 
 
 def _publishing(summary: dict[str, Any], stall: float) -> list[Figure]:
-    """Return how long publish calls took; no promise is beyond the machine: `stall` [ms] of a bare loop."""
+    """Return the durations of publish calls; their promise is at least `stall` [ms] of a bare loop."""
     *usual, (name, longest) = ((name, value / 1e3) for name, value in summary["publish_us"].items())
     promise = f"at most {_CALL:g} ms, or that stall"
     return [

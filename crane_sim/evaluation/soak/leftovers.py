@@ -1,4 +1,4 @@
-"""Complaints about the files and processes that an interrupted run has left."""
+"""Complaints about files and processes that remain after an interrupted run."""
 
 import os
 import signal
@@ -7,11 +7,11 @@ from pathlib import Path
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 
 RECORDING, BAG = "run.rrd", "run.mcap"
-MARK = "CRANE_SIM_SOAK"  # environment variable by which the processes of a run are recognised
+MARK = "CRANE_SIM_SOAK"  # environment variable that marks the processes of a run
 
 
 def of_run(folder: Path, received: int) -> list[str]:
-    """Return complaints about the files of a run of which a subscriber has received so many steps."""
+    """Return complaints about the files of a run of which a subscriber has received `received` steps."""
     others = [f"left: {file.name}" for file in sorted(folder.iterdir()) if file.name not in (RECORDING, BAG)]
     return others + _of_recording(folder / RECORDING, received) + _of_bag(folder / BAG, folder / RECORDING)
 
@@ -41,8 +41,8 @@ def _of_recording(path: Path, received: int) -> list[str]:
     summary = read_summary(path)
     counted = summary["recorded_steps"]
     steps = steps_in(path) if counted else []
-    whole = steps == list(range(1, counted + 1)) and not summary["lost_steps"] and counted >= received
-    return [] if whole else [f"recording: {len(steps)} steps, its summary says {counted}, received {received}"]
+    complete = steps == list(range(1, counted + 1)) and not summary["lost_steps"] and counted >= received
+    return [] if complete else [f"recording: {len(steps)} steps, its summary says {counted}, received {received}"]
 
 
 def _of_bag(path: Path, recording: Path) -> list[str]:
@@ -54,5 +54,5 @@ def _of_bag(path: Path, recording: Path) -> list[str]:
     with Reader(path) as bag:
         counts = {connection.topic.rpartition("/")[2]: connection.msgcount for connection in bag.connections}
     steps = read_summary(recording)["recorded_steps"]
-    whole = counts["joint_states"] > steps and counts["applied_effort"] >= steps
-    return [] if whole or not steps else [f"bag: {counts} messages, the recording has {steps} steps"]
+    complete = counts["joint_states"] > steps and counts["applied_effort"] >= steps
+    return [] if complete or not steps else [f"bag: {counts} messages, the recording has {steps} steps"]

@@ -13,7 +13,7 @@ _WARM_UP = 60.0  # s, in short soaks a third of the time
 
 
 def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
-    """Run for so long; return figures, and the data behind them."""
+    """Run for `seconds`; return (figures, data)."""
     warm_up = min(_WARM_UP, seconds / 3.0)
     measured = memory.measure(seconds=seconds, warm_up=warm_up)
     figures = [Figure("wall time", measured["sample_times_s"][-1], "s"), Figure("steps", measured["steps"])]
@@ -31,6 +31,6 @@ def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
 
 
 def _step_rates(measured: dict[str, Any]) -> tuple[list[float], list[float]]:
-    """Return the ends [s] of the intervals between two looks at a run, and its steps per second in them."""
+    """Return the ends [s] of the intervals between two samples of a run, and its steps per second in them."""
     times, steps = np.array(measured["sample_times_s"]), np.array(measured["sample_steps"])
     return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist()

@@ -15,9 +15,9 @@ _LIMIT = 60.0  # s for it to start
 _DISCOVERY = 1.0  # s, several times what nodes on one machine take to find each other
 
 
-def wait_for_discovery(place: str, _pid: int) -> None:
+def wait_for_discovery(role: str, _pid: int) -> None:
     """Give a monitor time to discover the plant before its first step: for `on_filled` of a run."""
-    if place == "plant":
+    if role == "plant":
         time.sleep(_DISCOVERY)
 
 
@@ -26,7 +26,7 @@ class Received(NamedTuple):
 
     sent: int  # ns of the system's clock
     stamp: int  # ns
-    effort: tuple[str, ...]  # as they were written, bit for bit
+    effort: tuple[str, ...]  # unparsed texts, bit for bit
 
 
 Messages = dict[str, list[Received]]
@@ -34,21 +34,21 @@ Messages = dict[str, list[Received]]
 
 
 class MonitorFile:
-    """The file that a monitor writes, read on from where it was last read."""
+    """The file that a monitor writes, read incrementally."""
 
     def __init__(self, file: Path) -> None:
         """Begin at its start."""
         self._file, self._at = file, 0
 
     def read(self) -> Messages:
-        """Return the messages since the last time."""
+        """Return the messages since the last call."""
         messages: Messages = {"s": [], "e": [], "c": []}
         with self._file.open() as file:
             file.seek(self._at)
             text = file.read()
-        whole = text[: text.rfind("\n") + 1]
-        self._at += len(whole)
-        for line in whole.splitlines():
+        complete_lines = text[: text.rfind("\n") + 1]
+        self._at += len(complete_lines)
+        for line in complete_lines.splitlines():
             letter, sent, stamp, *effort = line.split()
             messages[letter].append(Received(int(sent), int(stamp), tuple(effort)))
         return messages
@@ -68,7 +68,7 @@ def monitor(scene: Scene, domain: int) -> Iterator[MonitorFile]:
         file, scene_file = Path(folder, "monitor.txt"), Path(folder, "scene.yaml")
         scene.dump(scene_file)
         settings = {"scene": str(scene_file), "file": str(file)}
-        child = group.start("witness", "crane_sim.ros.monitor_node", scene.crane, settings)
+        child = group.start("monitor", "crane_sim.ros.monitor_node", scene.crane, settings)
         while not child.ready:
             if not group.listen(_LIMIT) or child.fault:
                 raise RuntimeError(f"monitor: {child.fault or 'it did not start'}")

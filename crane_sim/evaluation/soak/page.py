@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.bench.measurement import in_words
+from crane_sim.evaluation.bench.measurement import describe_machine
 from crane_sim.evaluation.soak import plots
 from crane_sim.evaluation.soak.figures import Figure
 
@@ -105,7 +105,7 @@ def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
         "",
         part.procedure,
         "",
-        f"`{document['command']}` on {in_words(document['machine'])}.",
+        f"`{document['command']}` on {describe_machine(document['machine'])}.",
         "",
     ]
     if drawn:

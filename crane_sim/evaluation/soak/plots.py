@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.evaluation.plotting import BLUE, GREEN, GREY, RED
-from crane_sim.evaluation.soak.kill import ALL, HALF
+from crane_sim.evaluation.soak.kill import MAX_LIMIT, MEDIAN_LIMIT
 from crane_sim.evaluation.soak.signals import LIMIT
 
 COLOURS = (RED, BLUE, GREEN)
@@ -34,29 +34,29 @@ def draw_inprocess(figure: Any, data: dict[str, Any]) -> None:
 
 
 def draw_kill(figure: Any, data: dict[str, Any]) -> None:
-    """Draw the share of kills behind which control was back within so many seconds."""
+    """Draw the share of kills by the time until control was back."""
     back = np.sort([np.inf if value is None else value for value in data["back_s"]])
     share = 100.0 * np.arange(1, len(back) + 1) / len(back)
     (axes,) = _add_panels(figure, 1, "s from the kill until the next controller's command is applied")
     finite = np.isfinite(back)
     axes.step([0.0, *back[finite]], [0.0, *share[finite]], where="post", color=COLOURS[1])
-    axes.axvline(HALF, color=PROMISED, linewidth=0.8, linestyle=":", label="promised for half of them")
-    axes.axvline(ALL, color=PROMISED, linewidth=0.8, linestyle="--", label="promised for all")
+    axes.axvline(MEDIAN_LIMIT, color=PROMISED, linewidth=0.8, linestyle=":", label="promised for half of them")
+    axes.axvline(MAX_LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised for all")
     axes.set_xlim(left=0.0)
     _finish_panels((axes, "% of the controllers"))
 
 
 def draw_signals(figure: Any, data: dict[str, Any]) -> None:
-    """Draw how long each run took to end over the instant at which it was interrupted."""
+    """Draw the time until the end of each run over the instant of its interruption."""
     (axes,) = _add_panels(figure, 1, "s from the start of the command until the signal")
     at, took, fresh = (np.array(data[name]) for name in ("at", "took", "fresh"))
     late = np.array(data["code"]) == 0  # it had ended before
-    for colour, chosen, label in (
+    for colour, selected, label in (
         (COLOURS[1], ~fresh & ~late, "interrupted"),
         (COLOURS[0], fresh & ~late, "nothing compiled yet"),
     ):
-        if chosen.any():
-            axes.plot(at[chosen], took[chosen], "o", color=colour, markersize=3.5, label=label)
+        if selected.any():
+            axes.plot(at[selected], took[selected], "o", color=colour, markersize=3.5, label=label)
     axes.axhline(LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised")
     _finish_panels((axes, "s until the end"))
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim import load_scene
-from crane_sim.evaluation.bench.realtime import run_bare_loop
+from crane_sim.evaluation.bench.realtime import run_sleep_process
 from crane_sim.evaluation.soak.figures import Figure, at_most
 from crane_sim.evaluation.soak.monitor import Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
@@ -23,13 +23,13 @@ _MARGIN = (
 
 
 def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
-    """Run for `seconds`, in rounds; return figures, and the data behind them."""
+    """Run for `seconds`, in rounds; return (figures, data)."""
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
     data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "unclear", "rates")}
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         for _ in range(rounds):
-            data["bare"].append(run_bare_loop(PERIOD, scene.steps))
+            data["bare"].append(run_sleep_process(PERIOD, scene.steps))
             summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=wait_for_discovery)
             if "error" in summary:
                 raise RuntimeError(summary["error"])
@@ -64,16 +64,21 @@ def _figures(
     deviation = max(abs(rate - 1.0 / PERIOD) for rate in rates)
     p99 = [(p["period_error_us"]["p99"], b["period_error_us"]["p99"]) for p, b in zip(plant, bare, strict=True)]
     ratio = float(np.median([of_plant / of_bare for of_plant, of_bare in p99]))
-    own, steps = [summary["deadline_misses"] for summary in plant], sum(summary["steps"] for summary in plant)
+    plant_counts, steps = [summary["deadline_misses"] for summary in plant], sum(summary["steps"] for summary in plant)
     return [
         Figure("rounds", len(plant)),
         Figure("mean rate, heard", float(np.mean(rates)), "Hz"),
         at_most("mean rate of a round, farthest off", deviation, _RATE, "Hz"),
         Figure("overruns of the bare loop", sum(round_["deadline_misses"] for round_ in bare)),
-        Figure("overruns, the plant's own count", sum(own)),
+        Figure("overruns, the plant's own count", sum(plant_counts)),
         Figure("overruns, the subscriber's count", sum(counted)),
         Figure("steps too close to their deadline to be counted", sum(unclear)),
-        at_most("their difference, of all steps", 100.0 * abs(sum(own) - sum(counted)) / steps, _MAX_DIFFERENCE, "%"),
+        at_most(
+            "their difference, of all steps",
+            100.0 * abs(sum(plant_counts) - sum(counted)) / steps,
+            _MAX_DIFFERENCE,
+            "%",
+        ),
         Figure("period error p99, plant", float(np.median([of_plant for of_plant, _ in p99])), "us"),
         Figure("period error p99, bare loop", float(np.median([of_bare for _, of_bare in p99])), "us"),
         at_most("their ratio, median of the rounds", ratio, _RATIO),

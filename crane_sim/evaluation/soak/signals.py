@@ -22,28 +22,28 @@ from crane_sim.process_signals import set_parent_death_signal
 SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
-_POLL = 0.02  # s between two looks at the messages received
+_POLL = 0.02  # s between two polls of received messages
 _PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
 _BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
 
 
-class Way(NamedTuple):
+class RunKind(NamedTuple):
     """A kind of run."""
 
     duration: float  # simulated s: each takes about 2 s of wall time
     options: tuple[str, ...]  # of the command
 
 
-WAYS = {
-    "realtime": Way(DURATION, ("--mode", "realtime")),
-    "lockstep": Way(100.0 * DURATION, ()),
-    "restart": Way(DURATION, ("--mode", "realtime", "--restart")),
-    "mcap": Way(DURATION, ("--mode", "realtime", "--mcap", "run.mcap")),
+RUN_KINDS = {
+    "realtime": RunKind(DURATION, ("--mode", "realtime")),
+    "lockstep": RunKind(100.0 * DURATION, ()),
+    "restart": RunKind(DURATION, ("--mode", "realtime", "--restart")),
+    "mcap": RunKind(DURATION, ("--mode", "realtime", "--mcap", "run.mcap")),
 }
 
 
 class Interruption(NamedTuple):
-    """What is sent to one run."""
+    """The signals to one run."""
 
     number: signal.Signals
     at: float  # s after its start
@@ -54,16 +54,16 @@ class Interruption(NamedTuple):
 
 
 class End(NamedTuple):
-    """How that run ended."""
+    """The end of that run."""
 
     took: float  # s from the first signal, 0 where it had ended before
     code: int
-    complaints: tuple[str, ...]  # what was not as it should be
+    complaints: tuple[str, ...]  # deviations from the promises
 
 
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:
-    """Return so many interruptions of runs that usually take `usual` seconds."""
-    draw, ways = random.Random(seed), list(WAYS)
+    """Return `count` interruptions of runs that usually take `usual` seconds."""
+    draw, kinds = random.Random(seed), list(RUN_KINDS)
     interruptions = []
     for i in range(count):
         fresh = i % 10 == 3
@@ -71,13 +71,13 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
         again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
         number = draw.choice((signal.SIGINT, signal.SIGTERM))
         interruptions.append(
-            Interruption(number, draw.uniform(0.0, span), again, fresh, ways[(i + i // 10) % len(ways)])
+            Interruption(number, draw.uniform(0.0, span), again, fresh, kinds[(i + i // 10) % len(kinds)])
         )
     return interruptions
 
 
 def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
-    """Interrupt so many runs; return figures, and the data behind them."""
+    """Interrupt `count` runs; return (figures, data)."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
@@ -85,11 +85,11 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         if undisturbed.complaints:
             raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
         planned = plan(count, seed, time.monotonic() - began)
-        ends = [interrupt_run(each, domain, monitored) for each in planned]
+        ends = [interrupt_run(interruption, domain, monitored) for interruption in planned]
         files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
-    complaints = [f"{how.way}, {how.at:.3f} s: {why}" for how, end in pairs for why in end.complaints]
+    complaints = [f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.complaints]
     figures = [
         Figure("runs interrupted", count),
         Figure("of them after their end", sum(not end.took for end in ends)),
@@ -100,25 +100,25 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
         equal("complaints", len(complaints), 0),
         *(Figure("complaint", why) for why in complaints),
     ]
-    data = {name: [getattr(each, name) for each in planned] for name in Interruption._fields}
+    data = {name: [getattr(interruption, name) for interruption in planned] for name in Interruption._fields}
     return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
-def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile) -> End:
-    """Start a run, interrupt it, and look at what is left."""
-    mark, way = str(uuid.uuid4()), WAYS[how.way if how else "realtime"]
+def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:
+    """Start a run, interrupt it, and check what remains."""
+    mark, way = str(uuid.uuid4()), RUN_KINDS[interruption.way if interruption else "realtime"]
     monitored.read()
     received: Messages = {"s": [], "e": []}
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
     ):
-        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if how and how.fresh else {})
+        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
         command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
-            took = _send_signals(process, how, monitored, received)
+            took = _send_signals(process, interruption, monitored, received)
             _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
         time.sleep(0.1)  # ten times the interval at which the monitor writes
         _read_messages(monitored, received)
@@ -129,25 +129,26 @@ def interrupt_run(how: Interruption | None, domain: int, monitored: MonitorFile)
             *_last_effort(received, steps),
         ]
     complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
-    complaints += _exit_code(how, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
+    complaints += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
     return End(took, process.returncode, tuple(complaints))
 
 
-def _exit_code(how: Interruption | None, code: int, cut: bool) -> list[str]:
-    """Return a complaint where a run that was cut short did not say so, or one that was not said that it was."""
-    in_shell = how is not None and how.at < _EARLY and code == -how.number  # the start script's own end
-    right = code == 1 if cut else code in ((0,) if how is None else (0, 1))
+def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[str]:
+    """Return a complaint about an exit code that does not match whether the run was cut short."""
+    # the start script's own end
+    in_shell = interruption is not None and interruption.at < _EARLY and code == -interruption.number
+    right = code == 1 if cut else code in ((0,) if interruption is None else (0, 1))
     return [] if right or in_shell else [f"exit code {code}"]
 
 
 def _read_messages(monitored: MonitorFile, received: Messages) -> None:
-    for letter, news in monitored.read().items():
+    for letter, new_messages in monitored.read().items():
         if letter in received:
-            received[letter] += news
+            received[letter] += new_messages
 
 
 def _count_steps(received: Messages, steps: int) -> int:
-    """Return how many steps of a run were received; the last effort of one that is cut short belongs to none."""
+    """Return the number of received steps; the last effort of a run that is cut short belongs to none."""
     stamps = len({effort.stamp for effort in received["e"]})
     return stamps if stamps == steps else max(stamps - 1, 0)
 
@@ -160,28 +161,28 @@ def _crane() -> str:
 
 def _send_signals(
     process: subprocess.Popen[str],
-    how: Interruption | None,
+    interruption: Interruption | None,
     monitored: MonitorFile,
     received: Messages,
 ) -> float:
-    """Send the signals and wait for the end; return how long it took."""
-    if how is None:
+    """Send the signals and wait for the end; return the time it took [s]."""
+    if interruption is None:
         return 0.0
     limit = time.monotonic() + _BEGUN
-    while how.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
+    while interruption.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
         time.sleep(_POLL)
         _read_messages(monitored, received)
     try:
-        process.wait(how.at)
+        process.wait(interruption.at)
         return 0.0
     except subprocess.TimeoutExpired:
-        process.send_signal(how.number)
+        process.send_signal(interruption.number)
     began = time.monotonic()
-    if how.again is not None:
+    if interruption.again is not None:
         try:
-            process.wait(how.again)
+            process.wait(interruption.again)
         except subprocess.TimeoutExpired:
-            process.send_signal(how.number)
+            process.send_signal(interruption.number)
     try:
         process.wait(_PATIENCE)
     except subprocess.TimeoutExpired:

@@ -20,7 +20,7 @@ def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapp
 
     Args:
         part: the test's name.
-        command: the line by which it can be repeated.
+        command: the command line that repeats it.
         figures: the results.
         data: the measurements, from which the page's plot is drawn.
         folder: the page's folder.
@@ -62,14 +62,14 @@ def write_page(folder: Path) -> None:
 def thin_lists(value: Any) -> Any:
     """Return a document with long lists thinned, lists of equal length at the same indices."""
     if isinstance(value, dict):
-        return {key: thin_lists(part) for key, part in value.items()}
+        return {key: thin_lists(entry) for key, entry in value.items()}
     if not isinstance(value, list | tuple) or len(value) <= _MAX_SAMPLES:
         return value
     return [value[round(i * (len(value) - 1) / (_MAX_SAMPLES - 1))] for i in range(_MAX_SAMPLES)]
 
 
 def _read_part(folder: Path, part: str) -> dict[str, Any]:
-    """Return the document of a part, empty where it was not measured."""
+    """Return the document of a part, empty if it was not measured."""
     file = folder / "soak" / f"{part}.json"
     try:
         document = json.loads(file.read_text())

@@ -32,7 +32,7 @@ class Bag:
     """Writer of serialized messages, each at its stamp, or at the newest state's where it has none.
 
     Attributes:
-        broken: one line on why the file could not be written, empty while it can; messages are then ignored.
+        write_error: one line on why the file could not be written, empty while it can; messages are then ignored.
         last_step: the newest one of which all states and efforts are on the disk.
         passes: resets of the plant.
     """
@@ -58,7 +58,7 @@ class Bag:
         self._file = self._new_file()
         self._now, self.passes = (after + 1) * period_ns, passes
         self._last_message = self._saved = time.monotonic()
-        self.broken, self.last_step, self._after = "", after, after
+        self.write_error, self.last_step, self._after = "", after, after
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
@@ -72,17 +72,19 @@ class Bag:
 
     def save(self) -> None:
         """Save all buffered messages."""
-        if not self.broken:
+        if not self.write_error:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
-        if not self.broken:
-            whole = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort belongs to no step
-            self.last_step = max(whole // self._period_ns, self.last_step)
+        if not self.write_error:
+            complete_stamp = min(
+                self._states.stamp - self._period_ns, self._efforts.stamp
+            )  # a last effort belongs to no step
+            self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
         silence = time.monotonic() - self._last_message
-        if self.broken or silence > _MESSAGE_TIMEOUT:
+        if self.write_error or silence > _MESSAGE_TIMEOUT:
             return True
         if steps is None or silence < _SETTLING_TIME:
             return False
@@ -90,18 +92,18 @@ class Bag:
         return self._states.stamp >= last + self._period_ns and self._efforts.stamp >= last
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
-        """Complete the file; return what it adds to the run's summary: `mcap`, and `error` where some is missing."""
-        if not self.broken:
+        """Complete the file; return its entries of the run's summary: `mcap`, and `error` if messages are missing."""
+        if not self.write_error:
             self._attempt(self._file.close)
         steps = summary.get("steps", self.last_step) - self._after
-        if self.broken:
-            before = (
+        if self.write_error:
+            steps_before = (
                 f" since the last reset, and {self._steps_before_reset} from before it"
                 if self._steps_before_reset
                 else ""
             )
-            counts = f"it has {self.last_step - self._after} of {steps} steps{before}"
-            return {"mcap": str(self._file.part), "error": f"recorder: {self.broken}; {counts}"}
+            counts = f"it has {self.last_step - self._after} of {steps} steps{steps_before}"
+            return {"mcap": str(self._file.part), "error": f"recorder: {self.write_error}; {counts}"}
         added = {"mcap": str(self._path)}
         written = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
         if written < steps:
@@ -119,7 +121,7 @@ class Bag:
             if stamp < self._now:
                 self._start_over()
             self._now = stamp
-        if self.broken:
+        if self.write_error:
             return
         if track.topic.latched:
             track.newest = data
@@ -127,17 +129,17 @@ class Bag:
         self._attempt(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
 
     def _start_over(self) -> None:
-        """The plant was reset: keep the run so far in a file of its own, and begin a new one with what still holds.
+        """The plant was reset: keep the run so far in a file of its own, and begin a new one with the latched messages.
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        done = self.last_step - self._after
+        recorded = self.last_step - self._after
         self.passes += 1
         self._now, self.last_step, self._after = self._period_ns, 0, 0
-        if not self.broken:
+        if not self.write_error:
             self._attempt(self._set_aside)
-        if self.broken:
-            self._steps_before_reset += done
+        if self.write_error:
+            self._steps_before_reset += recorded
             return
         for track in self._topic_states.values():
             track.count = track.stamp = 0
@@ -156,4 +158,4 @@ class Bag:
         try:
             work(*arguments)
         except OSError as error:
-            self.broken = f"{self._file.part}: {error.strerror}"
+            self.write_error = f"{self._file.part}: {error.strerror}"

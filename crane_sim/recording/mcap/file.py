@@ -1,4 +1,4 @@
-"""An MCAP file in the making: chunks in a folder beside it, one file where the user asked for it when complete."""
+"""An unfinished MCAP file: chunks in a folder beside it, joined into one file at the requested path when complete."""
 
 import errno
 import logging
@@ -29,7 +29,7 @@ class McapFile:
     """
 
     def __init__(self, path: Path, topics: Sequence[Topic]) -> None:
-        """Start a file of these topics, after recovering what a killed recorder left in its place.
+        """Start a file of these topics, after recovering a killed recorder's file of that name.
 
         Raises:
             FileExistsError: another recorder is writing it.
@@ -58,7 +58,7 @@ class McapFile:
             storage.bio.flush()
 
     def close(self) -> None:
-        """Write the index and put the file into its place; what was there before is replaced."""
+        """Write the index and move the file to its path, replacing an existing one."""
         self._writer.close()
         (self.part / f"{self.part.name}.mcap").replace(self.path)
         self._remove()
@@ -80,8 +80,8 @@ def _make_room(part: Path) -> None:
     recovered = repair_folder(part)
     if part.exists():
         raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it")
-    what = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
-    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, what)
+    result = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
+    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, result)
 
 
 def _qos(topic: Topic) -> Qos:

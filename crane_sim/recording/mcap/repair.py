@@ -97,7 +97,7 @@ def index_and_footer(file: BinaryIO, end: int, chunks: list[Chunk], time_left: C
     The chunks are not compressed, and one of them has messages; one is read at a time.
 
     Raises:
-        TimeoutError: before all are read, `time_left` says that there are no seconds left.
+        TimeoutError: `time_left` is zero before all are read.
     """
     definitions = {SCHEMA: dict[int, bytes](), CHANNEL: dict[int, bytes]()}
     counts = Counter[int]()
@@ -137,9 +137,9 @@ def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], 
 
 
 def _chunk_index(chunk: Chunk) -> bytes:
-    place = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
+    index_entry = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
     sizes = _LENGTH.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)
-    return _pack_record(CHUNK_INDEX, place + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
+    return _pack_record(CHUNK_INDEX, index_entry + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
 
 
 def _map(values: dict[int, int]) -> bytes:
@@ -159,8 +159,8 @@ def repair_folder(part: Path, time_left: Callable[[], float] = lambda: inf) -> P
     Raises:
         OSError: the disk is full or gone, or no time is left.
     """
-    with lock_file(part) as ours:
-        if not ours:
+    with lock_file(part) as acquired:
+        if not acquired:
             return None
         target = None
         for file in sorted(part.glob("*.mcap")):

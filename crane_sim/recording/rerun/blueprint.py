@@ -100,7 +100,7 @@ def _details(layout: Layout) -> rrb.Container:
     views = []
     if layout.actuated and layout.has_targets:
         views.append(_plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
-    views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.is_crowded else "plots/v"))
+    views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.has_hidden_coordinates else "plots/v"))
     if layout.actuated and layout.commanded:
         views.append(_plot(f"Demanded effort [{_units(layout.effort_units)}]", "plots/effort_demanded"))
     views += [_payload(layout), _energy_view(layout)]

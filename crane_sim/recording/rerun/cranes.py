@@ -1,10 +1,10 @@
-"""What every crane on the stage has in common: frames, levers, the turn of a rope.
+"""Common parts of all crane visuals: frames, effort arrows, the rotation of a rope.
 
 Solids of a description as static entities of a recording: one for boxes, one for cylinders.
 
-A crane whose joints place all of it: its URDF moves in the recording.
+A crane whose joints fix its posture: its URDF moves in the recording.
 
-An overhead crane that the nodes of its cable place: solids on rails, one line for the cable, one entity for nodes.
+An overhead crane with a cable of nodes: solids on rails, one line for the cable, one entity for nodes.
 
 Rails and legs are as long as the motion needs. They are static, and what is static can be logged anew: the picture
 grows with a run, and is fitted to all of it in the end.
@@ -45,7 +45,7 @@ STRAND = 0.0035  # radius of a rope, of the crane's size
 
 
 class EffortArrow(NamedTuple):
-    """Where an effort pushes: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
+    """The arrow of an effort: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
 
     frame: str
     origin: Vector
@@ -56,7 +56,7 @@ class CraneVisual(Protocol):
     """A crane that is drawn."""
 
     def effort_arrow(self, joint: str) -> EffortArrow:
-        """Return where the effort of an actuated joint pushes."""
+        """Return the arrow of the effort of an actuated joint."""
         ...
 
     def set_size(self, size: float) -> None:
@@ -89,40 +89,40 @@ def turn_from_z(direction: Numbers) -> NDArray[np.float64]:
 
 
 def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequence[Shape]) -> None:
-    """Log boxes and cylinders that stand in a frame, in place of those that this entity had before."""
+    """Log the boxes and cylinders of a frame, which replace those of this entity."""
     for kind, solids in (("boxes", _boxes(shapes)), ("cylinders", _cylinders(shapes))):
         if solids is not None:
             rec.log(f"{entity}/{kind}", rr.CoordinateFrame(frame), solids, static=True)
 
 
 def _boxes(shapes: Sequence[Shape]) -> rr.Boxes3D | None:
-    chosen = [shape for shape in shapes if len(shape.size) == 3]
-    if not chosen:
+    selected = [shape for shape in shapes if len(shape.size) == 3]
+    if not selected:
         return None
     return rr.Boxes3D(
-        half_sizes=[[0.5 * edge for edge in shape.size] for shape in chosen],
-        centers=[shape.at for shape in chosen],
-        rotation_axis_angles=[_turn_about_x(shape) for shape in chosen],
-        colors=[_color(shape) for shape in chosen],
+        half_sizes=[[0.5 * edge for edge in shape.size] for shape in selected],
+        centers=[shape.at for shape in selected],
+        rotation_axis_angles=[_rotation_about_x(shape) for shape in selected],
+        colors=[_color(shape) for shape in selected],
         fill_mode="solid",
     )
 
 
 def _cylinders(shapes: Sequence[Shape]) -> rr.Cylinders3D | None:
-    chosen = [shape for shape in shapes if len(shape.size) == 2]
-    if not chosen:
+    selected = [shape for shape in shapes if len(shape.size) == 2]
+    if not selected:
         return None
     return rr.Cylinders3D(
-        radii=[shape.size[0] for shape in chosen],
-        lengths=[shape.size[1] for shape in chosen],
-        centers=[shape.at for shape in chosen],
-        rotation_axis_angles=[_turn_about_x(shape) for shape in chosen],
-        colors=[_color(shape) for shape in chosen],
+        radii=[shape.size[0] for shape in selected],
+        lengths=[shape.size[1] for shape in selected],
+        centers=[shape.at for shape in selected],
+        rotation_axis_angles=[_rotation_about_x(shape) for shape in selected],
+        colors=[_color(shape) for shape in selected],
         fill_mode="solid",
     )
 
 
-def _turn_about_x(shape: Shape) -> rr.RotationAxisAngle:
+def _rotation_about_x(shape: Shape) -> rr.RotationAxisAngle:
     """Return a shape's turn about x, the only one that an overhead crane's solids have."""
     return rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=shape.rpy[0])
 
@@ -131,7 +131,7 @@ def _color(shape: Shape) -> tuple[int, ...]:
     return tuple(round(255.0 * float(part)) for part in shape.color.split())
 
 
-ARM = 0.15  # of the crane's size: where the push is drawn that a torque makes
+ARM = 0.15  # of the crane's size: distance from the axis of a torque's arrow
 
 
 class RobotVisual:
@@ -168,8 +168,8 @@ class RobotVisual:
             if joint.joint_type == "fixed":
                 continue
             mimic = joint.mimic
-            own = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
-            columns = joint.compute_transform_columns(own.tolist(), clamp=False)
+            joint_value = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
+            columns = joint.compute_transform_columns(joint_value.tolist(), clamp=False)
             self._rec.send_columns(f"tf/{joint.name}", time, columns)
         self._hang(time, nodes[:, self._layout.tip :])
 
@@ -225,7 +225,7 @@ class GantryVisual:
         self._build(suspension.room)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
-        """Return a place beside the trolley, where it hides nothing."""
+        """Return a free position beside the trolley."""
         return LEVERS[joint]
 
     def set_size(self, size: float) -> None:

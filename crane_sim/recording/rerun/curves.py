@@ -1,11 +1,11 @@
-"""The curves of a recording: which entity holds them, their names and colours, and how a block yields their values.
+"""The curves of a recording: their entities, names and colours, and their values from a block.
 
 `plots/*` keeps every quantity in SI at the full rate. `shown/*` repeats what the overview plots, one unit per entity
 and angles in degrees, because a plot has one axis and people read degrees.
 
 What a curve of a recording is: its entity, its name and colour, and how a block yields its values.
 
-The curves of an overhead crane's cable, computed from its nodes, whatever its coordinates are.
+The curves of an overhead crane's cable, computed from its nodes, independent of its coordinates.
 """
 
 from __future__ import annotations
@@ -63,10 +63,10 @@ BLUE_GREEN, XZ = (PALETTE[0], PALETTE[2]), (0, 2)
 
 
 def cable_channels(cable: Suspension) -> list[Channel]:
-    """Return them: the energies, the payload's way, swings that are no joints, the length of an elastic cable."""
-    parts = ("kinetic [J]", "potential [J]")
+    """Return the energies, the payload's trajectory, swings that are no joints, the length of an elastic cable."""
+    names = ("kinetic [J]", "potential [J]")
     listed = [
-        Channel("plots/energy_parts", parts, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),
+        Channel("plots/energy_parts", names, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),
         *(_planar(cable) if cable.planar else _spatial()),
     ]
     if cable.elastic:
@@ -160,12 +160,17 @@ def _stored_curves(layout: Layout) -> list[Channel]:
 
 def _shown_curves(layout: Layout) -> list[Channel]:
     torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
-    ways = [(way.entity, [layout.joints.index(name) for name in way.joints]) for way in layout.length_plots]
+    length_plots = [(plot.entity, [layout.joints.index(name) for name in plot.joints]) for plot in layout.length_plots]
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
-        *(curves for entity, which in ways for curves in _with_targets(layout, entity, which, np.asarray)),
+        *(curves for entity, which in length_plots for curves in _with_targets(layout, entity, which, np.asarray)),
         *_swings(layout),
-        _of(layout, "shown/rate", layout.moving if layout.is_crowded else [], lambda b: b.v[:, layout.moving]),
+        _of(
+            layout,
+            "shown/rate",
+            layout.moving if layout.has_hidden_coordinates else [],
+            lambda b: b.v[:, layout.moving],
+        ),
         _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
     ]
 
@@ -180,9 +185,11 @@ def _swings(layout: Layout) -> list[Channel]:
     return [joints, total]
 
 
-def _with_targets(layout: Layout, entity: str, which: list[int], shown: Callable[[Numbers], Numbers]) -> list[Channel]:
+def _with_targets(
+    layout: Layout, entity: str, which: list[int], convert: Callable[[Numbers], Numbers]
+) -> list[Channel]:
     """Return the curves of coordinates and, for those that are actuated, of their targets."""
-    curves = _of(layout, entity, which, lambda b: shown(b.q[:, which]))
+    curves = _of(layout, entity, which, lambda b: convert(b.q[:, which]))
     driven = [i for i in which if i in layout.driven]
     columns = [layout.driven.index(i) for i in driven]
     names = tuple(f"{label(layout.joints[i])} target" for i in driven)
@@ -191,7 +198,7 @@ def _with_targets(layout: Layout, entity: str, which: list[int], shown: Callable
         f"{entity}_target",
         names,
         colors,
-        lambda b: None if b.reference is None else shown(b.reference[:, columns]),
+        lambda b: None if b.reference is None else convert(b.reference[:, columns]),
         1.2,
     )
     return [target, curves]

@@ -26,7 +26,7 @@ class Recorder:
     """Recorder of a run's messages, in any order between topics, that writes complete steps in blocks.
 
     Attributes:
-        broken: one line on why the recording could not be written, empty while it can; messages are then ignored.
+        write_error: one line on why the recording could not be written, empty while it can; messages are then ignored.
         last_step: the newest one on the disk.
         passes: resets of the plant.
         on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
@@ -38,8 +38,8 @@ class Recorder:
         path: Path,
         live_port: int | None = None,
         run_id: str = "",
-        whole: Path | None = None,
-        before: Previous | None = None,
+        complete_file: Path | None = None,
+        previous: Previous | None = None,
     ) -> None:
         """Start the file.
 
@@ -48,24 +48,24 @@ class Recorder:
             path: the complete file, or the part of it that this recorder writes.
             live_port: port on which viewers can follow the run.
             run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for each file.
-            whole: the complete file, where others wrote parts of it.
-            before: files and counts of earlier recorders.
+            complete_file: path of the joined file, if other recorders wrote parts of it.
+            previous: files and counts of earlier recorders.
 
         Raises:
             RecordingError: the file cannot be written.
         """
-        before = before or Previous()
-        self._scene, self._path = scene, whole or path
+        previous = previous or Previous()
+        self._scene, self._path = scene, complete_file or path
         warm_up(scene)
-        self._parts = Parts(self._path, before)
-        self._run_id, self.passes = run_id, before.passes
-        self._session = Session(scene, path, live_port, self._pass_id, repairs=whole is None)
-        self._session.recorded = before.recorded
-        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, before.after)
+        self._parts = Parts(self._path, previous)
+        self._run_id, self.passes = run_id, previous.passes
+        self._session = Session(scene, path, live_port, self._pass_id, repairs=complete_file is None)
+        self._session.recorded = previous.recorded
+        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
         self._mode = ""
-        self.last_step, self._last_time = before.after, 0.0  # written, s of wall time
+        self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
         self._last_message = time.monotonic()
-        self.broken = ""
+        self.write_error = ""
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
@@ -98,7 +98,7 @@ class Recorder:
 
     def mode(self, name: str) -> None:
         """Take the simulation's mode."""
-        if name != self._mode and not self.broken:
+        if name != self._mode and not self.write_error:
             self._session.mode(self.last_step + self._assembler.waiting + 1, name)
         self._mode = name
 
@@ -122,7 +122,7 @@ class Recorder:
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
-        if self.broken or time.monotonic() - self._last_message > (
+        if self.write_error or time.monotonic() - self._last_message > (
             _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
         ):
             return True
@@ -132,22 +132,26 @@ class Recorder:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
-        could not be joined within so many seconds stay as they are, and are named as `parts`.
+        could not be joined within `within` seconds stay as they are, and are named as `parts`.
         """
         began = time.monotonic()
         self.save()
         steps = summary.get("steps", self.last_step)
-        lost = max(self.last_step, steps) - self._session.recorded
-        closed = None if self.broken else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost))
+        lost_steps = max(self.last_step, steps) - self._session.recorded
+        closed = (
+            None
+            if self.write_error
+            else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost_steps))
+        )
         if closed is None:
-            own, files = (
-                self._session.broken(self.broken, lost, self._steps_before_reset),
+            entries, files = (
+                self._session.failed_summary(self.write_error, lost_steps, self._steps_before_reset),
                 self._parts.all(self._session.part),
             )
         else:
             time_left = within - (time.monotonic() - began)
-            own, files = closed, self._parts.join(Path(closed["recording"]), time_left)
-        return own | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
+            entries, files = closed, self._parts.join(Path(closed["recording"]), time_left)
+        return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _write_if_due(self) -> None:
         waiting = self._assembler.waiting
@@ -157,20 +161,20 @@ class Recorder:
 
     def _write(self, final: bool) -> None:
         rows = self._assembler.take(final)
-        if rows and not self.broken:
+        if rows and not self.write_error:
             self._attempt(lambda: self._session.write(rows))
-        if not rows or self.broken:
+        if not rows or self.write_error:
             return
-        step, now = rows[-1].step, time.monotonic()
+        step, written_at = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
-        self._session.pace(step, simulated / max(now - self._last_time, 1e-9))
-        self.last_step, self._last_time = step, now
+        self._session.pace(step, simulated / max(written_at - self._last_time, 1e-9))
+        self.last_step, self._last_time = step, written_at
 
     def _attempt(self, work: Callable[[], Any]) -> Any:
         try:
             return work()
         except RecordingError as error:
-            self.broken = str(error)
+            self.write_error = str(error)
             return None
 
     def _start_over(self) -> None:
@@ -178,20 +182,21 @@ class Recorder:
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        done = self.finish({"scene": self._scene.name, "ended_by": "reset"})
+        finished = self.finish({"scene": self._scene.name, "ended_by": "reset"})
         self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
         self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
         recorded, self._session.recorded = self._session.recorded, 0
-        if self.broken:
+        if self.write_error:
             self._steps_before_reset += recorded
             return
         set_aside(
-            [Path(file) for file in done.get("parts", [done["recording"]])], before_reset(self._path, self.passes)
+            [Path(file) for file in finished.get("parts", [finished["recording"]])],
+            before_reset(self._path, self.passes),
         )
         self._parts = Parts(self._path, Previous())
         self.on_reset()
-        fresh = self._attempt(lambda: Session(self._scene, self._path, run_id=self._pass_id))
-        self._session = fresh or self._session
+        session = self._attempt(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        self._session = session or self._session
 
 
 def warm_up(scene: Scene) -> None:

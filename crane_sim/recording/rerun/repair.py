@@ -45,34 +45,34 @@ def repair(part: Path, time_left: Callable[[], float] | None = None) -> Path | N
     Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
     are no seconds `time_left`; without that, `LIMIT`.
     """
-    with lock_file(part) as ours:
-        if not ours:
+    with lock_file(part) as acquired:
+        if not acquired:
             return None
         target = free_name(part)
-        fresh = temporary_name(target)
-        if not optimize_recordings([part], fresh, time_left or countdown(LIMIT)):
+        temporary = temporary_name(target)
+        if not optimize_recordings([part], temporary, time_left or countdown(LIMIT)):
             return None
-        fresh.replace(target)
+        temporary.replace(target)
         part.unlink()
     logging.getLogger(__name__).warning("%s was left by a killed run: recovered as %s", part, target)
     return target
 
 
 def countdown(seconds: float) -> Callable[[], float]:
-    """Return a function that returns how many of these seconds are left."""
+    """Return a function that returns the remaining seconds."""
     until = time.monotonic() + seconds
     return lambda: until - time.monotonic()
 
 
-def optimize_recordings(parts: Sequence[Path], whole: Path, time_left: Callable[[], float]) -> bool:
-    """Whether recordings, which may be unfinished, have become the `whole`; else there is none.
+def optimize_recordings(parts: Sequence[Path], complete_file: Path, time_left: Callable[[], float]) -> bool:
+    """Whether recordings, which may be unfinished, have been joined into `complete_file`; else there is none.
 
     It is given up as soon as `time_left` [s] is 0; that is called repeatedly, since a deadline may be set meanwhile.
-    The program that does it ends with this process, however that ends.
+    The program that does it ends with this process in any case.
     """
     if time_left() <= 0.0:
         return False
-    command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(whole)]
+    command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(complete_file)]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(
         command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
@@ -81,58 +81,57 @@ def optimize_recordings(parts: Sequence[Path], whole: Path, time_left: Callable[
             with suppress(subprocess.TimeoutExpired):
                 program.wait(_LOOK)
         program.kill()  # if it still runs
-    if not program.returncode and whole.is_file():
+    if not program.returncode and complete_file.is_file():
         return True
-    whole.unlink(missing_ok=True)
+    complete_file.unlink(missing_ok=True)
     return False
 
 
 def viewer_program() -> Path:
-    """Return the Rerun program itself; its Python wrapper would leave it behind when killed."""
+    """Return the Rerun program itself; its Python wrapper would not end it when killed."""
     return Path(rerun_cli.__file__).with_name("rerun")
 
 
-_MARGIN = 0.3  # s less than there are, so that the outcome can still be reported
+_MARGIN = 0.3  # s before the deadline, so that the outcome can still be reported
 
 
 class Previous(NamedTuple):
-    """What earlier recorders of the same run have left."""
+    """Files of earlier recorders of the same run."""
 
-    after: int = 0  # the last step that is known to be on the disk
-    recorded: int = 0  # steps that are
+    after: int = 0  # last step known to be on the disk
+    recorded: int = 0  # number of steps on the disk
     parts: tuple[Path, ...] = ()  # their files, in order, most of them unfinished
-    passes: int = 0  # resets of the plant that they have taken in
+    passes: int = 0  # resets of the plant in them
 
 
 class Parts:
     """The earlier files of a run, hidden from searches for leftovers."""
 
-    def __init__(self, whole: Path, before: Previous) -> None:
-        """Take over what is there; `whole` is what all become in the end."""
-        self._whole = whole
-        self._parts = [part for part in before.parts if part.exists()]
+    def __init__(self, complete_file: Path, previous: Previous) -> None:
+        """Lock the existing files; all are joined into `complete_file` in the end."""
+        self._complete_file = complete_file
+        self._parts = [part for part in previous.parts if part.exists()]
         self._locks = [acquire_lock(part) for part in self._parts]
 
     def all(self, last: Path) -> list[Path]:
         """Return the earlier files and the `last` one."""
         return [*self._parts, last]
 
-    def join(self, last: Path, within: float) -> list[Path]:
-        """Join the earlier files and the `last` one, which is complete; return the files that there are then.
+    def join(self, last: Path, time_limit: float) -> list[Path]:
+        """Join the earlier files and the `last` one, which is complete; return the resulting files.
 
-        That is the whole or, where it could not be made because the disk is full or gone or it would take longer than
-        `within` seconds, every part of it.
+        That is the complete file or, after an error of the disk or beyond `time_limit` seconds, every part of it.
         """
         if not self._parts:
             return self.all(last)
-        fresh = temporary_name(self._whole)
-        if not optimize_recordings([*self._parts, last], fresh, countdown(within - _MARGIN)):
+        temporary = temporary_name(self._complete_file)
+        if not optimize_recordings([*self._parts, last], temporary, countdown(time_limit - _MARGIN)):
             return self.all(last)
-        fresh.replace(self._whole)
-        for part in {*self._parts, last} - {self._whole}:
+        temporary.replace(self._complete_file)
+        for part in {*self._parts, last} - {self._complete_file}:
             part.unlink()
         for lock in self._locks:
             if lock is not None:
                 os.close(lock)
         self._parts = []
-        return [self._whole]
+        return [self._complete_file]

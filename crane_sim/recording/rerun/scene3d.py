@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.layout import WORLD, base_turns, to_base
+from crane_sim.recording.layout import WORLD, base_rotations, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 
@@ -59,7 +59,7 @@ class Scene3D:
         frames = len(base)
         columns = rr.Transform3D.columns(
             translation=base[:, :3],
-            quaternion=base_turns(base).as_quat(),
+            quaternion=base_rotations(base).as_quat(),
             parent_frame=[WORLD] * frames,
             child_frame=[self._layout.stand] * frames,
         )
@@ -113,9 +113,9 @@ class Scene3D:
             self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))
 
     def _trail(self, time: list[rr.TimeColumn], payload: Numbers) -> None:
-        before = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
+        previous = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
         self._last = payload[-1:]
-        strips = np.stack([before, payload], axis=1).astype(np.float32)
+        strips = np.stack([previous, payload], axis=1).astype(np.float32)
         self._rec.send_columns("payload/trail", time, rr.LineStrips3D.columns(strips=strips))
 
     def _aim(self, time: list[rr.TimeColumn], target: Numbers) -> None:

@@ -30,7 +30,7 @@ LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machi
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
 NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
 _LOOK = 0.1  # s between two questions
-DRAW_SECONDS = 1.0  # the viewer does not say when it has drawn a new time
+DRAW_SECONDS = 1.0  # the viewer does not report that it has drawn a new time
 
 
 Answer = TypeVar("Answer")
@@ -46,7 +46,7 @@ def picture(recording: Path, output: Path, at: float | None = None) -> list[str]
     Args:
         recording: a complete `.rrd` file.
         output: the PNG to write, 1920 x 1080.
-        at: scene time [s]; the end of the run when not given.
+        at: scene time [s]; default: the end of the run.
 
     Returns:
         What the views complain about, one line each; empty for a healthy recording.
@@ -57,13 +57,13 @@ def picture(recording: Path, output: Path, at: float | None = None) -> list[str]
     if not recording.is_file():
         raise PictureError(f"{recording}: no such file")
     with _viewer() as viewer:
-        viewer.ask(lambda client: client.open(str(recording.resolve())))
+        viewer.request(lambda client: client.open(str(recording.resolve())))
         end = _end_of_run(_load_recording(viewer, recording), recording)
-        shown = end if at is None else at
-        viewer.ask(lambda client: client.set_time("sim_time", duration=shown, play_state="paused"))
+        instant = end if at is None else at
+        viewer.request(lambda client: client.set_time("sim_time", duration=instant, play_state="paused"))
         time.sleep(DRAW_SECONDS)
-        viewer.ask(lambda client: client.save_screenshot(str(output.resolve())))
-        state = viewer.ask(lambda client: client.get_state())
+        viewer.request(lambda client: client.save_screenshot(str(output.resolve())))
+        state = viewer.request(lambda client: client.get_state())
         return [f"{view.name}: {report.summary}" for view in state.views for report in view.reports]
 
 
@@ -75,10 +75,10 @@ class _Viewer:
         self._process, self._url = process, f"rerun+http://127.0.0.1:{port}/proxy"
         self._client: ViewerClient | None = None
 
-    def ask(self, question: Callable[[ViewerClient], Answer]) -> Answer:
-        """Return the answer to a question that may be asked twice.
+    def request(self, call: Callable[[ViewerClient], Answer]) -> Answer:
+        """Return the response to a request that may be sent twice.
 
-        On a busy machine a viewer needs a while to start, and loses a connection now and then: it is asked again.
+        On a busy machine a viewer needs a while to start, and may lose a connection: the request is sent again.
 
         Raises:
             PictureError: it has ended, or does not answer within `LOAD_SECONDS`.
@@ -87,7 +87,7 @@ class _Viewer:
         while True:
             try:
                 self._client = self._client or ViewerClient.connect(self._url)
-                return question(self._client)
+                return call(self._client)
             except (RuntimeError, OSError) as error:
                 self._client = None
                 if self._process.poll() is not None:
@@ -120,7 +120,7 @@ def _viewer() -> Iterator[_Viewer]:
 def _load_recording(viewer: _Viewer, recording: Path) -> ViewerState:
     deadline = time.monotonic() + LOAD_SECONDS
     while time.monotonic() < deadline:
-        state = viewer.ask(lambda client: client.get_state())
+        state = viewer.request(lambda client: client.get_state())
         if state.active_recording and not state.loading:
             return state
         time.sleep(_LOOK)

@@ -84,14 +84,14 @@ class Session:
         Raises:
             RecordingError: the end of the file did not reach the disk.
         """
-        own = {"recording": str(self._writer.path), "recorded_steps": self.recorded, "lost_steps": lost}
-        self._writer.close({**summary, **own})
-        return own
+        entries = {"recording": str(self._writer.path), "recorded_steps": self.recorded, "lost_steps": lost}
+        self._writer.close({**summary, **entries})
+        return entries
 
-    def broken(self, why: str, lost: int, older: int = 0) -> dict[str, Any]:
-        """Return what the recorder adds to the summary of a file that failed; `older` steps are of before a reset."""
-        before = f" since the last reset, and {older} from before it" if older else ""
-        error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps{before}"
+    def failed_summary(self, why: str, lost: int, older: int = 0) -> dict[str, Any]:
+        """Return the summary's entries on a file that failed; `older` steps are of before a reset."""
+        suffix = f" since the last reset, and {older} from before it" if older else ""
+        error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps{suffix}"
         return {"recorded_steps": self.recorded, "lost_steps": lost, "error": error}
 
 
@@ -147,11 +147,11 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     """
     if scene.crane == "overhead":
         return to_world(hanging_still(scene.actuated, reference, nodes), base)
-    rest = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
-    rest[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
+    neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
+    neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     if "link_1_z" in scene.joint_names:
-        rest[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down
-    return derive(scene, t, rest, np.zeros_like(rest), np.zeros_like(reference)).nodes
+        neutral_q[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down
+    return derive(scene, t, neutral_q, np.zeros_like(neutral_q), np.zeros_like(reference)).nodes
 
 
 def _lyapunov(scene: Scene, t: Numbers, rows: Sequence[Row]) -> Numbers | None:

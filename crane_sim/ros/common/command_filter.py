@@ -51,14 +51,14 @@ def _required_efforts(scene: Scene) -> _RequiredEfforts:
     joints = [scene.joint_names.index(joint) for joint in scene.actuated]
     n = len(joints)
     q, v = np.tile(scene.initial_q, (4, n, 1)), np.zeros((4, n, len(scene.joint_names)))
-    each = range(n)
-    q[0, each, joints] += _HALF_DIFFERENCE
-    q[1, each, joints] -= _HALF_DIFFERENCE
-    v[2, each, joints] = 1.0
+    indices = range(n)
+    q[0, indices, joints] += _HALF_DIFFERENCE
+    q[1, indices, joints] -= _HALF_DIFFERENCE
+    v[2, indices, joints] = 1.0
     derived = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
     up, down, _, _ = derived.potential_relative.reshape(4, n)
-    _, _, moving, still = derived.kinetic_relative.reshape(4, n)
-    return _RequiredEfforts(2.0 * np.abs(moving - still), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
+    _, _, moving, at_rest = derived.kinetic_relative.reshape(4, n)
+    return _RequiredEfforts(2.0 * np.abs(moving - at_rest), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
 
 
 class Refusal(StrEnum):
@@ -132,7 +132,7 @@ class CommandValidator:
         return ordered
 
     def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
-        """Return the efforts (nu,) of a command in joint order, or None when it is refused, whatever its stamp."""
+        """Return the efforts (nu,) of a command with any stamp in joint order, or None when it is refused."""
         return self._check_efforts(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
 
     def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:

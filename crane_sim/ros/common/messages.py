@@ -37,8 +37,8 @@ LEASE = 2.0
 def take_message(subscription: Subscription, kind: Any) -> bytes:
     """Take a serialized message from a subscription without the executor; return it, empty where there is none."""
     with subscription.handle:
-        taken = subscription.handle.take_message(kind, True)
-    return taken[0] if taken else b""
+        message = subscription.handle.take_message(kind, True)
+    return message[0] if message else b""
 
 
 def decode_simulation_state(data: bytes) -> int | None:

@@ -76,7 +76,7 @@ class NodeHost:
     """
 
     def __init__(self, node: Node, pipes: Pipes, executor: str = "events") -> None:
-        """Serve `node` with an `executor` as of the parameter; from here on SIGINT and SIGTERM ask it to end."""
+        """Serve `node` with the `executor` of that parameter; from now on SIGINT and SIGTERM request its end."""
         self.node, self.pipes = node, pipes
         self.started = not pipes.attached
         self.resume_state = self.brake_reason = self.stop_reason = ""

@@ -5,7 +5,7 @@ caches, and lockstep does both twice per step. Here a message of the expected la
 `struct.Struct` (CDR, little endian, as every ROS 2 middleware sends it); any other is read field by field.
 
 Reading field by field checks every length against the bytes that are there, and raises ValueError: the generated
-classes allocate whatever a length says, and one that is garbage may ask for gigabytes.
+classes allocate any encoded length, and a corrupt one may be gigabytes.
 """
 
 import struct
@@ -48,7 +48,7 @@ class CdrReader:
         return [self.string() for _ in range(self._count(4))]
 
     def _count(self, least: int) -> int:
-        """Return the length of a sequence whose elements have at least so many bytes each."""
+        """Return the length of a sequence whose elements have at least `size` bytes each."""
         (number,) = self.integers("I")
         if number * least > len(self._data) - self._offset:
             raise ValueError(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._offset}")

@@ -26,7 +26,7 @@ class OutputTopic(NamedTuple):
 
 
 class Diagnostics(NamedTuple):
-    """What a node reports beside the execution time of its law."""
+    """A node's reports beside the execution time of its law."""
 
     warning: str = ""
     values: Mapping[str, object] = {}

@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.schema.reference import PLACES
+from crane_sim.scenes.schema.reference import COORDINATES
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
 from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import (
@@ -44,8 +44,8 @@ class TrajectoryInput:
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
     def _on_message(self, message: JointTrajectory) -> None:
-        own = self._own_reference
-        if (message.joint_names, message.points) != (own.joint_names, own.points):
+        own_reference = self._own_reference
+        if (message.joint_names, message.points) != (own_reference.joint_names, own_reference.points):
             self._pending = message
 
     def apply_to(self, law: Any, t: float) -> Any:
@@ -82,4 +82,4 @@ class TrajectoryInput:
 
 def _coordinate_names(path: Trajectory, scene: Scene) -> tuple[str, ...]:
     """Return the names of a path's coordinates."""
-    return scene.actuated if path.of_joints else PLACES[: to_piecewise_polynomial(path).coefficients.shape[1]]
+    return scene.actuated if path.of_joints else COORDINATES[: to_piecewise_polynomial(path).coefficients.shape[1]]

@@ -28,7 +28,7 @@ class Responder(Protocol):
         ...
 
     def finish(self) -> dict[str, Any]:
-        """Return what the node adds to the run's summary."""
+        """Return the node's entries of the run's summary."""
         ...
 
 

@@ -66,8 +66,12 @@ class Setpoints:
 
     def warning(self, half: SlowHalf) -> str:
         """Return one line where demands fail to come, empty while they do."""
-        held = self._held / messages.SECOND
-        return f"no demand for {held:.3g} s: the last one holds" if held > _WARNING_INTERVALS * half.interval else ""
+        holding_time = self._held / messages.SECOND
+        return (
+            f"no demand for {holding_time:.3g} s: the last one holds"
+            if holding_time > _WARNING_INTERVALS * half.interval
+            else ""
+        )
 
     def figures(self) -> dict[str, Any]:
         """Return the entries of a run's summary: numbers of demands and of late ones, the longest hold [s]."""
@@ -93,7 +97,7 @@ class Setpoints:
         points = cast(Sequence[JointTrajectoryPoint], message.points)
         if list(message.joint_names) != self._names or len(points) != 1:
             return None
-        parts = (points[0].positions, points[0].velocities, points[0].accelerations)
-        numbers = tuple(number for part in parts for number in part)
-        fits = all(len(part) == len(self._names) for part in parts) and all(map(isfinite, numbers))
+        vectors = (points[0].positions, points[0].velocities, points[0].accelerations)
+        numbers = tuple(number for part in vectors for number in part)
+        fits = all(len(part) == len(self._names) for part in vectors) and all(map(isfinite, numbers))
         return numbers if fits else None

@@ -26,7 +26,7 @@ class State(NamedTuple):
 
 
 class StateReader:
-    """Decoder of the topic `joint_states`, whatever the order of joints in its messages."""
+    """Decoder of the topic `joint_states`, with joints in any order."""
 
     def __init__(self, node: Node, scene: Scene) -> None:
         """Expect the joints of a scene; `node` logs messages that do not fit."""

@@ -20,7 +20,7 @@ from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.plant.sender_subscription import SenderSubscription, publishers
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
-_BATCH = 1000  # messages taken at a time, so that other work of the node is not held up
+_BATCH = 1000  # messages received at a time, so that other work of the node is not held up
 _QOS = QoSProfile(depth=1000)  # of subscriptions with senders: one publisher must not push out another one's messages
 _UPDATE_PERIOD = 0.1  # s between two updates of the publishers
 _WARNING_TIME = 2.0  # s for which a refused publisher is warned of
@@ -44,11 +44,11 @@ class CommandLease:
         return sender == self.owner or not self.owner or now - self._renewed > self._duration
 
     def acquire(self, sender: bytes, now: float) -> None:
-        """Make the sender of a valid command at `now` [s] the owner, and begin its lease anew."""
+        """Make the sender of a valid command at `now` [s] the owner, and restart its lease."""
         self.owner, self._renewed = sender, now
 
     def renew(self, now: float) -> None:
-        """Begin the owner's lease anew at `now` [s], if that is later than it began."""
+        """Restart the owner's lease at `now` [s], if that is later than its start."""
         self._renewed = max(self._renewed, now)
 
 
@@ -71,7 +71,7 @@ class CommandArbiter:
         simulation: SimulationRun,
         topics: Mapping[str, CommandTopic],
         lease: float,
-        lease_suspended: Callable[[], bool],
+        lease_expiry_suspended: Callable[[], bool],
     ) -> None:
         """Subscribe.
 
@@ -80,10 +80,10 @@ class CommandArbiter:
             simulation: counts refusals, and publishes warnings of them.
             topics: by name; an invalid command makes no publisher the owner.
             lease: time without a valid command after which the owner loses the crane, s.
-            lease_suspended: whether the owner has a good reason to send none.
+            lease_expiry_suspended: whether the lease cannot expire now: the owner has a reason to send no command.
         """
         self._node, self._simulation, self._topics, self._lease = host.node, simulation, topics, CommandLease(lease)
-        self._lease_duration, self._lease_suspended = lease, lease_suspended
+        self._lease_duration, self._lease_expiry_suspended = lease, lease_expiry_suspended
         self._subscriptions: dict[str, Subscription] = {
             name: host.node.create_subscription(
                 topic.kind, name, partial(self._on_message, topic.on_message), messages.STREAM, raw=True
@@ -123,23 +123,23 @@ class CommandArbiter:
         return False
 
     def wait(self, seconds: float) -> None:
-        """Wait for a message on the first topic, while there are several publishers, or for so many seconds."""
+        """Wait for a message on the first topic, while there are several publishers, or for `seconds`."""
         next(iter(self._with_sender.values())).wait(seconds)
 
     def take_all(self) -> bool:
         """Take all messages with their senders: pass the owner's on, refuse the rest; False where there is none."""
-        taken = False
+        received = False
         for name, subscription in self._with_sender.items():
             for _ in range(_BATCH):
                 if (message := subscription.take()) is None:
                     break
-                taken = True
+                received = True
                 now = time.monotonic()
                 if not self._lease.accepts(message.sender, now):
                     self._refuse(message.sender)
                 elif self._topics[name].on_message(message.data):
                     self._lease.acquire(message.sender, now)
-        return taken
+        return received
 
     def start(self) -> None:
         """Update the publishers at the start of the run."""
@@ -147,12 +147,12 @@ class CommandArbiter:
         self.update()
 
     def update(self) -> None:
-        """Update the publishers, ten times a second, and renew the owner's lease where it is suspended."""
+        """Update the publishers, ten times a second, and renew the owner's lease while its expiry is suspended."""
         now = time.monotonic()
         if now - self._last_update >= _UPDATE_PERIOD:
             self._last_update = now
             self._update_publishers(now)
-        if self._with_sender and self._lease_suspended():
+        if self._with_sender and self._lease_expiry_suspended():
             self._lease.renew(now)
 
     def _update_publishers(self, now: float) -> None:
@@ -184,7 +184,7 @@ class CommandArbiter:
 
     def _on_message(self, callback: Callback, data: bytes) -> None:
         if self._with_sender:
-            return  # it is also taken with its sender
+            return  # it is also received with its sender
         if self.count_publishers() > 1:
             self._open()  # the sender of this message is unknown; it is lost unless it is sent again
             return
@@ -205,7 +205,7 @@ class CommandArbiter:
     def _close(self) -> None:
         for name, subscription in self._subscriptions.items():
             while messages.take_message(subscription, self._topics[name].kind):
-                pass  # it is also taken with its sender
+                pass  # it is also received with its sender
         self.take_all()
         for subscription in self._with_sender.values():
             subscription.close()

@@ -35,7 +35,7 @@ class Lockstep:
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
-        self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_suspended)
+        self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
         self._acknowledgements = AcknowledgementMonitor(lease)
 
     def missing(self) -> str:
@@ -158,7 +158,7 @@ class Lockstep:
         self._simulation.publish_state()
         self._last_sent = time.monotonic()
 
-    def _is_lease_suspended(self) -> bool:
+    def _is_lease_expiry_suspended(self) -> bool:
         """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""
         self._update_acknowledgements()
         nothing_to_answer = self._simulation.paused or self._effort is not None

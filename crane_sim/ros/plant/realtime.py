@@ -127,7 +127,7 @@ class Realtime:
         return _POLL
 
     def _wait_for_answer(self, commands: CommandArbiter) -> None:
-        """Take the commands that are there; where none has come since the last step, wait for one for a period."""
+        """Take the pending commands; if none has come since the last step, wait for one for a period."""
         deadline = time.monotonic() + self._period
         commands.update()
         for _ in range(_BATCH):

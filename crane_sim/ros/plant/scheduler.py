@@ -41,11 +41,11 @@ class StepScheduler(Protocol):
         ...
 
     def reset(self) -> None:
-        """Drop the pending commands: the run begins anew."""
+        """Drop the pending commands: the run restarts."""
         ...
 
     def figures(self) -> dict[str, Any]:
-        """Return what the scheduler adds to the run's summary."""
+        """Return the scheduler's entries of the run's summary."""
         ...
 
 

@@ -73,7 +73,7 @@ class SenderSubscription:
     """A subscription that takes the messages of one topic with their senders."""
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
-        """Subscribe; arguments as of `Node.create_subscription`."""
+        """Subscribe; arguments: see `Node.create_subscription`."""
         check_for_type_support(kind)  # loads it, too
         with node.handle:
             self._handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())
@@ -97,7 +97,7 @@ class SenderSubscription:
         ctypes.CDLL("librcutils.so").rcutils_uint8_array_fini(ctypes.byref(self._message))
 
     def wait(self, seconds: float) -> None:
-        """Return as soon as there is a message, or after so many seconds."""
+        """Return as soon as there is a message, or after `seconds`."""
         self._wait_set.clear_entities()
         self._wait_set.add_subscription(self._handle)
         self._wait_set.wait(int(seconds * 1e9))

@@ -13,7 +13,7 @@ from crane_sim.simulation.plant import Plant
 
 
 class FaultServices:
-    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it, whatever its schedule."""
+    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it; its schedule is ignored."""
 
     def __init__(self, node: Node, plant: Plant) -> None:
         """Offer the services."""
@@ -65,9 +65,9 @@ class PlantServices:
     def _take_steps(self, number: int) -> str:
         """Take steps; returns why there were fewer than this number, empty where there were not."""
         simulation = self._simulation
-        for taken in range(number):
+        for done in range(number):
             if obstacle := self._take_step():
-                return f"{taken} of {number} steps: {obstacle}" if number > 1 else obstacle
+                return f"{done} of {number} steps: {obstacle}" if number > 1 else obstacle
             simulation.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
             simulation.heartbeat()
         return simulation.fault

@@ -90,7 +90,7 @@ class SimulationRun:
         self._publish_diagnostics(time.monotonic())
 
     def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
-        """Return to the scene's initial state, or to another one, with new counters; arguments as of `Plant.reset`."""
+        """Return to the scene's initial state, or to another one, with new counters; arguments: see `Plant.reset`."""
         self.plant.reset(q, v)
         self.validator = CommandValidator(self.scene.actuated, self._largest)
         self.deadline_misses = 0
@@ -124,7 +124,7 @@ class SimulationRun:
         self._publish_clock_and_payload()
 
     def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
-        """Wait for a recorder every `block` steps, unless `should_stop`: publishers keep only so many messages."""
+        """Wait for a recorder every `block` steps, unless `should_stop`: the publishers' queues are limited."""
         if self.plant.k % block == 0 and self._topics.effort_subscribed:
             self._topics.flush(should_stop)
 

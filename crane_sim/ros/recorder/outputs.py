@@ -24,11 +24,11 @@ class Output(Protocol):
     """A file being written.
 
     Attributes:
-        broken: why it cannot be written any more, one line, or empty.
+        write_error: why it cannot be written any more, one line, or empty.
         passes: resets of the plant that it has recorded.
     """
 
-    broken: str
+    write_error: str
     passes: int
 
     def idle(self) -> None:
@@ -82,7 +82,7 @@ class Outputs:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
-        """Return the last step on the disk, the number of them, the last one whose messages are there, and resets."""
+        """Return the last step on the disk, the number of steps, the last step with all messages, and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
         passes = max(output.passes for output in self.files)
         return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "passes": passes}
@@ -132,10 +132,12 @@ def _open_recorder(
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
     previous = Previous(resume.after, resume.recorded, parts, resume.passes)
-    whole = Path(settings.path) if resume.number > 1 else None
+    complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:
-        recorder = Recorder(scene, part_of(settings.path, resume.number), port, settings.recording_id, whole, previous)
+        recorder = Recorder(
+            scene, part_of(settings.path, resume.number), port, settings.recording_id, complete_file, previous
+        )
     except RecordingError as error:
         keep_alive.append(error)
         if bag:

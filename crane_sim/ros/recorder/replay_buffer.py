@@ -82,7 +82,7 @@ class ReplayBuffer:
         if message.name in _LASTING:
             self._lasting[message.name] = message
 
-    def _pass_on(self, name: str, data: bytes, wanted: Iterable[bool] = repeat(True)) -> None:
-        for callbacks, wants in zip(self._outputs, wanted, strict=False):
-            if wants and name in callbacks:
+    def _pass_on(self, name: str, data: bytes, selected: Iterable[bool] = repeat(True)) -> None:
+        for callbacks, enabled in zip(self._outputs, selected, strict=False):
+            if enabled and name in callbacks:
                 callbacks[name](data)

@@ -135,8 +135,8 @@ class PolledSubscription:
     def take_all(self) -> Iterator[_Message]:
         """Take and yield all messages."""
         with self._handle:
-            while taken := self._handle.take_message(self._kind, True):
-                data, info = taken
+            while message := self._handle.take_message(self._kind, True):
+                data, info = message
                 self._sent = max(self._sent, info["source_timestamp"])  # a clock set back reorders no topic
                 if self._stamped and not has_stamp(data):
                     continue  # a topic may carry anything: these bytes are no such message

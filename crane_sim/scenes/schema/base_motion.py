@@ -1,6 +1,6 @@
 """The group `base_motion` of a scene file: how the base of a crane moves.
 
-A base motion that was recorded: read from a CSV file, freed from noise where asked, made smooth by a spline.
+A base motion that was recorded: read from a CSV file, filtered if requested, smoothed by a spline.
 """
 
 from math import factorial
@@ -18,7 +18,7 @@ from crane_sim.scenes.schema.base_smoothing import MAX_ROWS, smooth
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
 from crane_sim.trajectories.waves import (
-    BREAKING,
+    BREAKING_STEEPNESS,
     Response,
     Sea,
     Waves,
@@ -50,10 +50,10 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     Args:
         file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad].
         duration: s, of the run that it has to cover.
-        cut_off: Hz, of the low pass that the rows go through first, as of `smooth`; None: none.
+        cut_off: Hz, of the low pass of the rows, see `smooth`; None: none.
 
     Raises:
-        SceneError: the file cannot be read, or does not say what it must.
+        SceneError: the file cannot be read, or has no valid content.
     """
     from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
 
@@ -96,8 +96,8 @@ def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]
     """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
     times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * PIECE_SAMPLES
     s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
-    within = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
-    s, times, rows = s[within], np.clip(times, 0.0, duration)[within], base.coefficients[:, within]
+    during_run = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
+    s, times, rows = s[during_run], np.clip(times, 0.0, duration)[during_run], base.coefficients[:, during_run]
     seconds = np.zeros((len(AXES), *s.shape))
     for k in range(2, rows.shape[2]):
         seconds += k * (k - 1) * rows[:, :, k, None] * s ** (k - 2)
@@ -139,8 +139,8 @@ def _check_times(where: str, times: Array, lines: list[int], duration: float) ->
     brief = np.flatnonzero(np.diff(times) < MIN_INTERVAL)
     if len(brief):
         at = int(brief[0]) + 1
-        said = f"row {lines[at]}, time = {times[at]:g}"
-        raise SceneError(f"{where}: {said}: must be {MIN_INTERVAL:g} s after the row before")
+        location = f"row {lines[at]}, time = {times[at]:g}"
+        raise SceneError(f"{where}: {location}: must be {MIN_INTERVAL:g} s after the row before")
     if times[0] > 0.0 or times[-1] < duration:
         raise SceneError(f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
 
@@ -195,7 +195,7 @@ Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_as_list), Field(max_length=
 
 
 class Answer(Group):
-    """How a motion of the vessel answers a wave, over frequency; a number stands for the same at all of them."""
+    """Response of a motion of the vessel to a wave, over frequency; a number is a constant response."""
 
     frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
     amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of wave; of roll, pitch,
@@ -227,7 +227,7 @@ Answered = Annotated[Answer | None, BeforeValidator(_constant)]
 
 
 class Answers(Group):
-    """How the vessel answers a wave, axis by axis; absent axes do not move."""
+    """Response of the vessel to a wave, by axis; absent axes do not move."""
 
     surge: Answered = None  # how it answers; left out: it does not move
     sway: Answered = None  # how it answers; left out: it does not move
@@ -276,8 +276,8 @@ class SeaGroup(Group):
         if self.gamma is not None and not peaked:
             raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
         sea = Sea(self.significant_height, self.peak_period, 1.0 if not peaked else self.gamma or PEAKED)
-        if steepness(sea) > BREAKING:
-            most = sea.significant_height * BREAKING / steepness(sea)
+        if steepness(sea) > BREAKING_STEEPNESS:
+            most = sea.significant_height * BREAKING_STEEPNESS / steepness(sea)
             raise SceneError(
                 f"base_motion.sea.significant_height = {sea.significant_height:g}: such waves break; at a peak period "
                 f"of {sea.peak_period:g} s at most {most:.3g} m are possible, a seventh of the wave's length"
@@ -298,7 +298,7 @@ class SeaGroup(Group):
 
 
 class BaseMotion(Group):
-    """How the base moves in the world: sinusoids along and about its axes, a sea, both together, or a file.
+    """Motion of the base in the world: sinusoids along and about its axes, a sea, both together, or a file.
 
     Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the plane take surge,
     heave and pitch.
@@ -343,9 +343,9 @@ class BaseMotion(Group):
         width = max(len(getattr(self, name)) + len(sea.get(name, none).amplitudes) for name in AXES)
         table, offsets = np.zeros((3, 6, width)), np.zeros(6)
         for i, name in enumerate(AXES):
-            own, waves = getattr(self, name), sea.get(name, none)
-            offsets[i] = sum(part.offset for part in own)
+            axis_motion, waves = getattr(self, name), sea.get(name, none)
+            offsets[i] = sum(part.offset for part in axis_motion)
             for row, key in enumerate(("amplitude", "frequency", "phase")):
-                column = [*(getattr(part, key) for part in own), *waves[row]]
+                column = [*(getattr(part, key) for part in axis_motion), *waves[row]]
                 table[row, i, : len(column)] = column
         return Base(offsets, *table)

@@ -1,4 +1,4 @@
-"""The groups of a scene file that every crane shares: what they may hold."""
+"""Groups of a scene file that are common to all cranes."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -24,7 +24,7 @@ class Group(BaseModel):
 
 
 WORDS = {"from": "begin", "to": "end"}
-"""Words of a file that Python keeps for itself, and the fields of NamedTuples that stand for them."""
+"""Reserved words of Python as keys of a file, and the fields of NamedTuples in their place."""
 
 
 def _words_of(fields: tuple[str, ...]) -> dict[str, str]:
@@ -47,15 +47,15 @@ def _read_group(kind: Any, values: dict[str, Any]) -> Any:
         raise
 
 
-class Picker:
-    """Reads `{key: name, ...}` as the NamedTuple that `choices` has under that name.
+class TaggedUnion:
+    """A tagged union: reads `{key: name, ...}` as the NamedTuple that `choices` has under that name.
 
     Attributes:
         choice: (the key, the NamedTuples by name).
     """
 
     def __init__(self, key: str, choices: dict[str, Any], optional: bool) -> None:
-        """Take the key and its choices; `optional`: nothing is possible, too."""
+        """Take the key and its choices; `optional`: null is possible, too."""
         self.choice, self._optional = (key, choices), optional
 
     def __call__(self, value: Any) -> Any:
@@ -84,28 +84,28 @@ class Picker:
         return group
 
 
-def make_picker(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
+def tagged_union_validator(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
     """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
-    return BeforeValidator(Picker(key, choices, optional))
+    return BeforeValidator(TaggedUnion(key, choices, optional))
 
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
-Friction = Annotated[Any, make_picker("model", _FRICTION, optional=True)]
+Friction = Annotated[Any, tagged_union_validator("model", _FRICTION, optional=True)]
 _METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3, "rodas": Rodas}
-Method = Annotated[Any, make_picker("method", _METHODS)]
+Method = Annotated[Any, tagged_union_validator("method", _METHODS)]
 Channel = Annotated[
-    Any, make_picker("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})
+    Any, tagged_union_validator("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})
 ]
 
 
-class Inline(NamedTuple):
-    """Marks a field whose keys stand among the group's own: those of the kind that one key names."""
+class InlineUnion(NamedTuple):
+    """Marks a field of a tagged union whose keys are inlined into the group."""
 
     choice: tuple[str, dict[str, Any]]
 
 
 class PayloadForceGroup(Group):
-    """A given force on the payload [N], along the axes of the world; silent axes are zero."""
+    """A given force on the payload [N], along the axes of the world; absent axes are zero."""
 
     x: Channel = Constant(0.0)  # N, over time
     y: Channel = Constant(0.0)  # N, over time
@@ -127,16 +127,17 @@ def _period(value: Any) -> Any:
 
 Profile = Annotated[
     Any,
-    make_picker("kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True),
+    tagged_union_validator(
+        "kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True
+    ),
 ]
 
 
 class Control(Group):
-    """The law, how often it is evaluated, and what it is to believe; further keys are the law's own, see Laws."""
+    """The law, its period, and its nominal model; further keys are the law's own, see Laws."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True)
     law: str  # its name: one of those below, or one that another package has installed
     period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, between commands; or `continuous`: the law is
     # evaluated inside the equations
-    nominal: dict[str, Any] = {}  # what the law believes instead of the scene, as groups of a scene file; it is merged
-    # over the scene
+    nominal: dict[str, Any] = {}  # the law's nominal model, as groups of a scene file that are merged over the scene

@@ -6,10 +6,10 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.types import NonNegative, Positive, Real, reject_bool
-from crane_sim.scenes.schema.groups import Group, make_picker
+from crane_sim.scenes.schema.groups import Group, tagged_union_validator
 
 ALL = "all"
-"""Stands for every joint in place of a joint's name."""
+"""Key for every joint in place of a joint's name."""
 _NAME = re.compile("[a-z][a-z0-9]*(_[a-z0-9]+)*")
 MAX_PERIODS = 100_000  # of a delay, or between two samples
 JointGroup = TypeVar("JointGroup", bound=Group)
@@ -56,8 +56,8 @@ class SensorGroup(Group):
     noise: Sizes = (0.0, 0.0)  # joint's unit, standard deviation, of position and velocity; drawn for every sample
     bias: Reals = (0.0, 0.0)  # joint's unit, what is added to every sample
     quantisation: Sizes = (0.0, 0.0)  # joint's unit, step to which a sample is rounded; 0 for none
-    delay: NonNegative = 0.0  # s, age of a sample when it is shown; rounded to whole periods, which the summary says
-    # (`rounded`)
+    delay: NonNegative = 0.0  # s, age of a sample when it is published; rounded to whole periods (`rounded` of the
+    # summary)
     rate: Positive | None = None  # Hz, of samples, which hold until the next one; rounded to whole periods; left out:
     # every period
     dropout: Probability = 0.0  # -, chance that a sample is lost; the last one stays
@@ -83,7 +83,7 @@ class BrakeGroup(Group):
 
     An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo its present position.
     The static load is that on a base at the mean of its motion. A payload that swings up to the angle A pulls its
-    trolley with at most its weight × max sin a (3 cos a - 2 cos A), whatever the trolley weighs: 0.6 × the weight up to
+    trolley with at most its weight × max sin a (3 cos a - 2 cos A), for any mass of the trolley: 0.6 × the weight up to
     45 degrees, 1.5 × up to 90; give that as `capacity`. The default of a trolley whose payload hangs at first, 2 m/s² ×
     (trolley + payload), holds 12 degrees under any trolley, and 45 where the trolley weighs twice its payload.
     """
@@ -110,7 +110,7 @@ class SensorStuck(NamedTuple):
     until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
-        """Return what is wrong with the times, or an empty line."""
+        """Return an error of the times, or an empty line."""
         return _times_complaint(self.at, self.until)
 
 
@@ -131,7 +131,7 @@ class EffortLoss(NamedTuple):
     until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
-        """Return what is wrong with the times, or an empty line."""
+        """Return an error of the times, or an empty line."""
         return _times_complaint(self.at, self.until)
 
 
@@ -143,7 +143,7 @@ class PayloadChange(NamedTuple):
     until: NonNegative | None = None  # s, when it ends; left out: never
 
     def complaint(self) -> str:
-        """Return what is wrong with the times, or an empty line."""
+        """Return an error of the times, or an empty line."""
         return _times_complaint(self.at, self.until)
 
 
@@ -155,7 +155,7 @@ FAULTS: dict[str, Any] = {
     "payload": PayloadChange,
 }
 """Kinds of faults, in the order of `hardware.faults.KINDS`."""
-Fault = Annotated[Any, make_picker("kind", FAULTS)]
+Fault = Annotated[Any, tagged_union_validator("kind", FAULTS)]
 
 
 class HardwareGroups(Group):

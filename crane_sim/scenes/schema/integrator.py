@@ -1,4 +1,4 @@
-"""Which integrator a scene runs with: its own, checked against the stiffest motion, or one that is chosen for it."""
+"""Integration method of a scene: its own, checked against the stiffest motion, or an automatic choice."""
 
 from typing import Any, NamedTuple
 
@@ -10,37 +10,37 @@ from crane_sim.integrators.rodas import Rodas
 
 
 class Auto(NamedTuple):
-    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary says which, and why."""
+    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason."""
 
 
 class Demands(NamedTuple):
-    """What a scene asks of its method."""
+    """A scene's requirements on its integration method."""
 
     frequency: float | None  # rad/s, of the stiffest motion; None: not known
-    turns: float  # rad, of the slowest swing over the run
+    swing_angle: float  # rad, of the slowest swing over the run
     elastic: bool
     smooth: bool  # nothing switches and nothing is sampled
     duration: float  # s
     continuous: bool = False  # a law drives it that the equations evaluate
 
 
-STIFF = 2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
-LONG = 1e4  # rad, of swinging, from which an error of the energy that does not grow is worth more than speed
-GENTLE = 0.08
+STIFF_FREQUENCY = 2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
+LONG_HORIZON = 1e4  # rad, of swinging, from which a bounded energy error matters more than speed
+GAUSS_STEP_FACTOR = 0.08
 """Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce hardcases`)."""
 
-COARSEST = 0.1  # relative tolerance, beyond which digits mean nothing
-FINEST = 2.3e-14  # relative tolerance, a hundred times the rounding of a double: below, rounding passes for an error
-SHORTEST_STEP = 1e-9  # s, the resolution of stamps
+MAX_RTOL = 0.1  # relative tolerance, beyond which no digit is right
+MIN_RTOL = 2.3e-14  # relative tolerance, a hundred roundings of a double: below, error estimates are rounding
+MIN_STEP = 1e-9  # s, the resolution of stamps
 
 
-def asks_frequency(method: Any) -> bool:
-    """Return whether the stiffest motion decides on the method: others choose their steps themselves."""
+def needs_frequency(method: Any) -> bool:
+    """Return whether the method depends on the stiffest motion: others choose their steps themselves."""
     return isinstance(method, Auto) or hasattr(method, "safe_step")
 
 
 def choose_method(method: Any, demands: Demands) -> tuple[Any, str | None]:
-    """Return (the method, and why when it was chosen here).
+    """Return (method, reason of an automatic choice or None).
 
     Raises:
         SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
@@ -49,7 +49,7 @@ def choose_method(method: Any, demands: Demands) -> tuple[Any, str | None]:
     if isinstance(method, Auto):
         return _choice(demands)
     largest = getattr(method, "safe_step", None)
-    if largest is None or not demands.frequency:  # what does not move bears any step
+    if largest is None or not demands.frequency:  # without motion any step is safe
         return method, None
     safe = largest(demands.frequency)
     if method.step > safe:
@@ -76,22 +76,22 @@ def check_fit(method: Any, model: Any, continuous: bool) -> None:
 
 
 def _check_range(method: Any) -> None:
-    rtol, step = getattr(method, "rtol", COARSEST), getattr(method, "step", SHORTEST_STEP)
-    if rtol > COARSEST:
-        raise SceneError(f"integrator.rtol = {rtol:g}: must be at most {COARSEST:g}")
-    if rtol < FINEST:
-        raise SceneError(f"integrator.rtol = {rtol:g}: must be at least {FINEST:g}: a double has 16 digits")
+    rtol, step = getattr(method, "rtol", MAX_RTOL), getattr(method, "step", MIN_STEP)
+    if rtol > MAX_RTOL:
+        raise SceneError(f"integrator.rtol = {rtol:g}: must be at most {MAX_RTOL:g}")
+    if rtol < MIN_RTOL:
+        raise SceneError(f"integrator.rtol = {rtol:g}: must be at least {MIN_RTOL:g}: a double has 16 digits")
     if getattr(method, "atol", 1.0) == 0.0:
         raise SceneError("integrator.atol = 0: must be greater than 0: what is zero has no relative error")
-    if step < SHORTEST_STEP:
-        raise SceneError(f"integrator.step = {step:g}: must be at least {SHORTEST_STEP:g} s")
+    if step < MIN_STEP:
+        raise SceneError(f"integrator.step = {step:g}: must be at least {MIN_STEP:g} s")
 
 
 def _choice(demands: Demands) -> tuple[Any, str]:
     frequency = demands.frequency
-    if frequency is not None and demands.elastic and frequency > STIFF and not demands.continuous:
+    if frequency is not None and demands.elastic and frequency > STIFF_FREQUENCY and not demands.continuous:
         return Rodas(), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
-    if frequency and demands.smooth and demands.turns > LONG and not demands.elastic:
-        step = GENTLE / frequency
+    if frequency and demands.smooth and demands.swing_angle > LONG_HORIZON and not demands.elastic:
+        step = GAUSS_STEP_FACTOR / frequency
         return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({demands.duration:g} s)"
     return DOP853(), "dop853: nothing stiff, no long horizon"

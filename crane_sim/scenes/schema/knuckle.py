@@ -22,7 +22,7 @@ from crane_sim.trajectories.trajectory import Trajectory
 
 
 class Rope(Group):
-    """How the winch moves the rope."""
+    """Drive of the rope by the winch."""
 
     drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
     # out; the rope's acceleration [m/s²]; or nothing, the length stays
@@ -50,7 +50,7 @@ class Initial(Group):
 
 
 class Reference(ReferenceGroup):
-    """Where the actuated joints should go."""
+    """Target of the actuated joints."""
 
     q: tuple[Angle, Angle, Angle, Positive] | None = None  # rad, where slew, boom, jib and rope [m] should end
 
@@ -112,7 +112,7 @@ class KnuckleFile(SceneFile):
 
     @property
     def target(self) -> tuple[float, ...] | None:
-        """Where the actuated joints should go."""
+        """Target of the actuated joints."""
         return self.reference.q[: len(self.effort_units)] if self.reference and self.reference.q else None
 
     @property

@@ -20,7 +20,7 @@ def check_rods(boom: Rod, jib: Rod) -> None:
 
 
 def _check_mass(boom: Rod, jib: Rod) -> None:
-    """Refuse rods whose inertia matrix is singular: at once, or where boom and jib are in line."""
+    """Reject rods whose inertia matrix is singular: always, or with boom and jib in line."""
     if jib.mass == 0.0 and jib.inertia == 0.0:
         raise SceneError("jib.mass = 0: nothing resists the jib's effort; give it a mass or an inertia")
     if boom.mass == 0.0 and boom.inertia == 0.0 and 0.0 in (jib.mass, jib.inertia):

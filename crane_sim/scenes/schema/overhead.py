@@ -43,7 +43,7 @@ class OverheadFile(OverheadCrane):
 
     @property
     def target(self) -> tuple[float, ...] | None:
-        """Where the actuated joints should go.
+        """Target of the actuated joints.
 
         Raises:
             SceneError: it has another number of values.
@@ -68,7 +68,7 @@ class OverheadFile(OverheadCrane):
 
     @property
     def notes(self) -> dict[str, Any]:
-        """What was chosen for the scene."""
+        """Automatic settings of the scene."""
         notes: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
         if self.cable_model == "straight" and len(self.parts.masses) > 1:
             notes["model_error_estimate"] = bending_error(self)
@@ -79,7 +79,7 @@ class OverheadFile(OverheadCrane):
         return compile_path(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
-        """Return what the scene asks of its method."""
+        """Return the scene's requirements on its integration method."""
         return demands_of(self, sampled)
 
     def model(self) -> Any:

@@ -12,7 +12,7 @@ from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 from crane_sim.trajectories.profiles import Shape
 
 Vector = tuple[float, ...]
-HEAVY = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
+STRAIGHT_MASS_RATIO = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
 UNIT_TOLERANCE = 1e-6  # deviation of a unit vector's length from 1, and of its rate from perpendicular
 MIN_SEPARATION = 1e-9  # of a link's ends, relative to its length; a closer pair has no direction
 
@@ -125,12 +125,12 @@ def _merge_links(cable: Cable) -> Cable:
 
 def choose_cable_model(file: "OverheadCrane") -> str:
     """Return the cable's model; `auto` takes a rod for a light straight cable in the plane, else rigid links."""
-    wanted, cable = file.cable.model, file.parts
-    if wanted != "auto":
-        return wanted
-    others = file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion
-    plain = file.dimensions == 2 and not others
-    light = max(cable.masses[:-1], default=0.0) * HEAVY <= cable.masses[-1]
+    requested, cable = file.cable.model, file.parts
+    if requested != "auto":
+        return requested
+    other_groups = file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion
+    plain = file.dimensions == 2 and not other_groups
+    light = max(cable.masses[:-1], default=0.0) * STRAIGHT_MASS_RATIO <= cable.masses[-1]
     return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
 
 
@@ -203,7 +203,7 @@ def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
         if np.linalg.norm(np.subtract(points[k + 1], points[k])) < MIN_SEPARATION * length:
             upper = f"node {k}" if k else "the trolley"
             raise SceneError(
-                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the place of {upper}; "
+                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the position of {upper}; "
                 "the link between them needs a direction"
             )
 

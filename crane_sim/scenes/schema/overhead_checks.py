@@ -9,8 +9,8 @@ from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup
 from crane_sim.scenes.schema.overhead_models import check_straight
 
-SAME_LENGTH = 1e-9  # relative; how far the first link may be from where its hoist's profile starts
-LARGEST_FRICTION = 1e12  # N, N s/m
+LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's length from the start of its hoist's profile
+MAX_FRICTION = 1e12  # N, N s/m
 
 
 def check_groups(file: OverheadCrane) -> None:
@@ -34,12 +34,12 @@ def check_start(file: OverheadCrane) -> None:
     length, first = q[len(file.axes)], file.parts.lengths[0]
     if file.hoist.profile is not None and length <= 0.0:
         raise SceneError(f"hoist.profile: starts at {length:g} m, must start greater than 0")
-    if file.hoist.profile is not None and abs(length - first) > SAME_LENGTH * first:
+    if file.hoist.profile is not None and abs(length - first) > LENGTH_TOLERANCE * first:
         raise SceneError(f"cable.lengths[0] = {first}: hoist.profile starts at {length!r} m; both must be the same")
 
 
 def _check_plane(file: OverheadCrane) -> None:
-    """Refuse what 2 dimensions do not have."""
+    """Reject groups that do not exist in 2 dimensions."""
     if file.dimensions == 3:
         return
     if file.bridge is not None:
@@ -54,21 +54,21 @@ def _check_plane(file: OverheadCrane) -> None:
 
 
 def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
-    """Refuse what an axis that no force drives cannot have."""
-    place, speed = ("x", "v") if name == "trolley" else ("y", "vy")
+    """Reject settings of an axis that is not driven by a force."""
+    position, speed = ("x", "v") if name == "trolley" else ("y", "vy")
     start, drive = file.initial, group.drive
     carried = name == "trolley" and file.bridge is not None and file.bridge.drive == "force"
     if group.mass is not None and drive != "force" and not carried:
         raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")
     if drive == "fixed" and getattr(start, speed) != 0.0:
         raise SceneError(f"initial.{speed} = {getattr(start, speed)}: a fixed {name} is at rest; must be 0")
-    for key in (place, speed):
+    for key in (position, speed):
         if drive == "prescribed" and key in start.model_fields_set:
             raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
     friction = getattr(file.friction, name) if file.friction is not None else None
     for key in ("coulomb", "static", "viscous") if friction is not None else ():
-        if getattr(friction, key) > LARGEST_FRICTION:
-            raise SceneError(f"friction.{name}.{key} = {getattr(friction, key)}: must be at most {LARGEST_FRICTION:g}")
+        if getattr(friction, key) > MAX_FRICTION:
+            raise SceneError(f"friction.{name}.{key} = {getattr(friction, key)}: must be at most {MAX_FRICTION:g}")
     _check_finite(f"{name}.motion", group.motion)
 
 
@@ -80,7 +80,7 @@ def _check_finite(name: str, shape: Any) -> None:
 
 
 def _check_cable(file: OverheadCrane) -> None:
-    """Refuse two groups of joints, and lists of the start without entries."""
+    """Reject two groups of joints, and empty lists of the initial state."""
     if file.joints is not None and file.cable.joints is not None:
         raise SceneError("joints: stand also in cable.joints; leave out one of the two")
     for name in ("angles", "directions", "positions", "velocities"):
@@ -89,26 +89,26 @@ def _check_cable(file: OverheadCrane) -> None:
 
 
 def _check_massless(file: OverheadCrane) -> None:
-    """Refuse merging links where something counts them."""
+    """Reject links of zero mass, which are merged, together with settings by link."""
     users = {
         "hoist": file.hoist,
         "forces": file.forces or None,
         "joints": file.joints or file.cable.joints,
         "cable.inertia": file.cable.inertia,
     }
-    taken = [name for name, group in users.items() if group is not None]
+    used = [name for name, group in users.items() if group is not None]
     group = file.cable
     n = group.links or max(len(group.lengths), len(group.node_masses))
-    above = fill_list(group.node_masses, n, "cable.node_masses")[:-1]
-    massless = next((k for k, mass in enumerate(above, 1) if mass == 0.0), 0)
-    if taken and massless:
+    upper_masses = fill_list(group.node_masses, n, "cable.node_masses")[:-1]
+    massless = next((k for k, mass in enumerate(upper_masses, 1) if mass == 0.0), 0)
+    if used and massless:
         raise SceneError(
-            f"cable.node_masses: node {massless} has no mass, which is not possible with {taken[0]}; give it a mass"
+            f"cable.node_masses: node {massless} has no mass, which is not possible with {used[0]}; give it a mass"
         )
 
 
 def _check_nodes(file: OverheadCrane) -> None:
-    """Refuse positions of nodes where links have angles or directions, and the other way round."""
+    """Reject positions of nodes if links have angles or directions, and the other way round."""
     start = file.initial
     for name in ("positions", "velocities"):
         if getattr(start, name) is not None and file.cable_model != "elastic":
@@ -119,7 +119,7 @@ def _check_nodes(file: OverheadCrane) -> None:
 
 
 def _check_hoist(file: OverheadCrane) -> None:
-    """Refuse a start of a hoist that no force drives."""
+    """Reject an initial state of a hoist that is not driven by a force."""
     drive = file.hoist.drive if file.hoist is not None else None
     for name in ("length", "length_rate"):
         if name in file.initial.model_fields_set and getattr(file.initial, name) is not None and drive != "force":
@@ -134,7 +134,7 @@ def _check_hoist(file: OverheadCrane) -> None:
 
 
 def _check_inputs(file: OverheadCrane) -> None:
-    """Refuse inputs that drive nothing."""
+    """Reject inputs without effect."""
     for name in ("trolley", "bridge", "hoist"):
         if file.inputs is not None and name in file.inputs.model_fields_set and name not in file.actuated:
             known = ", ".join(file.actuated) or "none"

@@ -1,4 +1,4 @@
-"""The groups of a scene file with an overhead crane: what they may hold."""
+"""The groups of a scene file with an overhead crane."""
 
 from typing import Annotated, Any, Literal
 
@@ -31,21 +31,21 @@ def _check_bound(value: float) -> float:
 SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of several stay numbers of the machine
 Size = Annotated[Positive, AfterValidator(_check_size)]
 SizeOrZero = Annotated[NonNegative, AfterValidator(_check_size)]
-Place = Annotated[Real, AfterValidator(_check_bound)]
+BoundedReal = Annotated[Real, AfterValidator(_check_bound)]
 MAX_LINKS = 500
 _Some = (BeforeValidator(_as_list), Field(min_length=1, max_length=MAX_LINKS))
 Lengths = Annotated[tuple[Size, ...], *_Some]
 Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
-Vector = tuple[Place, Place, Place]
+Vector = tuple[BoundedReal, BoundedReal, BoundedReal]
 
 
 class AxisGroup(Group):
-    """How the trolley (along x) or the bridge (along y) moves."""
+    """Motion of the trolley (along x) or the bridge (along y)."""
 
     drive: Literal["force", "prescribed", "fixed"] = "force"  # by a force, which needs a `mass`; by a given `motion`;
     # or not at all
     mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley
-    motion: Profile = None  # m, place over time, of a prescribed drive
+    motion: Profile = None  # m, position over time, of a prescribed drive
     limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
 
 
@@ -83,7 +83,7 @@ class PayloadGroup(Group):
 
 
 class HoistGroup(Group):
-    """How the first link's length changes. A force-driven hoist without inertia is the massless winch."""
+    """Drive of the first link's length. A force-driven hoist without inertia is the massless winch."""
 
     drive: Literal["prescribed", "force"]  # by a given `profile`, or by a force on the length, positive pays out
     profile: Profile = None  # m, length over time, of a prescribed hoist
@@ -97,23 +97,23 @@ class HoistGroup(Group):
 class Start(Group):
     """Positions and velocities at t = 0: angles (2D), directions (3D) or, elastic, positions of the nodes."""
 
-    x: Place = 0.0  # m, of the trolley
-    v: Place = 0.0  # m/s, of the trolley
-    y: Place = 0.0  # m, of the bridge
-    vy: Place = 0.0  # m/s, of the bridge
+    x: BoundedReal = 0.0  # m, of the trolley
+    v: BoundedReal = 0.0  # m/s, of the trolley
+    y: BoundedReal = 0.0  # m, of the bridge
+    vy: BoundedReal = 0.0  # m/s, of the bridge
     length: Size | None = None  # m, of a force-driven hoist; left out: its link's
-    length_rate: Place = 0.0  # m/s, of a force-driven hoist
+    length_rate: BoundedReal = 0.0  # m/s, of a force-driven hoist
     angles: Annotated[tuple[Tilt, ...], BeforeValidator(_as_list)] | None = None  # rad, of the links from the downward
     # vertical (2D); left out: they hang
     rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
     directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang
-    positions: tuple[tuple[Place, ...], ...] | None = None  # m, of an elastic cable's nodes, [x, z] or [x, y, z], in
-    # place of angles or directions
-    velocities: tuple[tuple[Place, ...], ...] | None = None  # m/s, of the same nodes; left out: at rest
+    positions: tuple[tuple[BoundedReal, ...], ...] | None = None  # m, of an elastic cable's nodes, [x, z] or
+    # [x, y, z], in place of angles or directions
+    velocities: tuple[tuple[BoundedReal, ...], ...] | None = None  # m/s, of the same nodes; left out: at rest
 
 
 class Change(Group):
-    """What an event changes."""
+    """Change of an event."""
 
     payload: PayloadGroup  # its new mass
 
@@ -141,7 +141,7 @@ class ForceGroup(Group):
 
 
 class Inputs(Group):
-    """Open-loop inputs of the actuated joints; silent ones are zero."""
+    """Open-loop inputs of the actuated joints; absent ones are zero."""
 
     trolley: Channel = Constant(0.0)  # N, force along x
     bridge: Channel = Constant(0.0)  # N, force along y

@@ -18,7 +18,7 @@ from crane_sim.models.overhead.spring import Spring, SpringCrane
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
-from crane_sim.scenes.schema.integrator import Demands, asks_frequency, implicit
+from crane_sim.scenes.schema.integrator import Demands, implicit, needs_frequency
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.scenes.schema.overhead_stiffness import stiffest
@@ -222,7 +222,7 @@ def forces_of(file: OverheadCrane) -> NodeForces | None:
 
 
 def switches_of(file: OverheadCrane) -> Switches | None:
-    """Return what can switch or end the run, None when nothing can."""
+    """Return the conditions that switch the model or end the run, None without any."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
     has_friction = file.friction is not None and (file.friction.trolley or file.friction.bridge)
@@ -276,9 +276,9 @@ def check_straight(file: OverheadCrane) -> None:
 
 
 def demands_of(file: OverheadCrane, sampled: bool) -> Demands:
-    """Return what the scene asks of its method."""
+    """Return the scene's requirements on its integration method."""
     smooth = not sampled and switches_of(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
-    frequency = stiffest(file) if asks_frequency(file.integrator) else None
-    turns = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
-    return Demands(frequency, turns, file.cable_model == "elastic", smooth, file.duration, continuous)
+    frequency = stiffest(file) if needs_frequency(file.integrator) else None
+    swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
+    return Demands(frequency, swing_angle, file.cable_model == "elastic", smooth, file.duration, continuous)

@@ -27,7 +27,7 @@ def stiffest(file: OverheadCrane) -> float:
         damping = np.array(fill_list(file.cable.damping or (0.0,), len(lengths), "cable.damping"))
         frequencies += [_largest(file, stiffness), _largest(file, damping) ** 2]
     joints = file.joints or file.cable.joints
-    if joints is not None:  # a bound: no node feels more than four times two neighbours' moments
+    if joints is not None:  # a bound: at most four times two neighbours' moments act on a node
         turned = np.min(masses) * np.min(lengths) ** 2
         frequencies.append(float(np.hypot(frequencies[1], 4.0 * np.sqrt(max(joints.stiffness) / turned))))
         frequencies.append(float(16.0 * max(joints.damping) / turned))

@@ -24,7 +24,7 @@ UNIT_TOLERANCE = 1e-6  # how far from 1 the length of a unit vector may be
 
 
 class Suspension(Group):
-    """How the suspension point is driven: where it goes does not depend on the payload."""
+    """Drive of the suspension point, whose motion does not depend on the payload."""
 
     drive: Literal["acceleration", "servo"] = "acceleration"  # what the input is: the point's acceleration relative to
     # the base [m/s²], or with `servo` where the point should be [m]
@@ -62,7 +62,7 @@ class Rope(Group):
 class Initial(Group):
     """The suspension point and the direction of the rope at t = 0, relative to the base."""
 
-    tip: Vector = (0.0, 0.0, 0.0)  # m, place of the suspension point
+    tip: Vector = (0.0, 0.0, 0.0)  # m, position of the suspension point
     tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s, its velocity
     direction: Vector = (0.0, 0.0, -1.0)  # -, unit vector from the point to the payload
     direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
@@ -137,7 +137,7 @@ class PendulumFile(SceneFile):
 
     @property
     def target(self) -> tuple[float, ...] | None:
-        """Where the suspension point should go.
+        """Target of the suspension point.
 
         Raises:
             SceneError: it has another number of coordinates than are driven.
@@ -169,12 +169,12 @@ class PendulumFile(SceneFile):
         return compile_path(self.reference, self)
 
     def demands(self, sampled: bool) -> Demands:
-        """Return what the scene asks of its method."""
+        """Return the scene's requirements on its integration method."""
         smooth = not sampled and self._stops() is None
         return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:
-        """Return what ends a run, None where nothing does."""
+        """Return the conditions that end a run, None without any."""
         taut = self.rope.slack == "stop"
         return Stops(taut=float(taut)) if taut or self.limits else None
 

@@ -1,4 +1,4 @@
-"""The group `reference` of a scene file: where the driven joints should end, and the path on the way there."""
+"""The group `reference` of a scene file: target of the actuated joints, and the path to it."""
 
 from math import sqrt
 from typing import Annotated, Any, Literal, Protocol, Self
@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, TypeAdapter, model_validator
 
 from crane_sim.files.errors import SceneError, no_group
 from crane_sim.files.types import Real
-from crane_sim.scenes.schema.groups import Group, Inline, make_picker
+from crane_sim.scenes.schema.groups import Group, InlineUnion, tagged_union_validator
 from crane_sim.trajectories.joint_trajectory import Waypoints, read_trajectory
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
@@ -28,18 +28,18 @@ KINDS: dict[str, Any] = {
     "trajectory": Waypoints,
 }
 """The kinds of path, and their keys."""
-_SHAPE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, make_picker("kind", KINDS)])
-_SHARED = ("of", "shaping")  # keys of a path of any kind, which stand beside the kind's own
-SAME_PLACE = 1e-6  # m, rad, relative to large ones: how far from the target a path of the joints may end
-PLACES = ("x", "y", "z")  # of the payload, in the base frame
+_PROFILE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, tagged_union_validator("kind", KINDS)])
+_COMMON_KEYS = ("of", "shaping")  # keys of a path of any kind, beside the kind's own
+TARGET_TOLERANCE = 1e-6  # m, rad, relative to large ones: of a path's end from the target of the joints
+COORDINATES = ("x", "y", "z")  # of the payload, in the base frame
 
 
 class PathGroup(Group):
-    """How the payload, or the actuated joints, get to their end: the keys of any path, beside those of its kind."""
+    """Path of the payload or of the actuated joints: the keys of any path, beside those of its kind."""
 
     of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
     # the base) or the actuated joints'
-    shape: Annotated[Any, Inline(("kind", KINDS))]  # which path; its own keys stand beside `kind`
+    profile: Annotated[Any, InlineUnion(("kind", KINDS))]  # which path; its own keys stand beside `kind`
     shaping: Shaping | None = None  # input shaping against swing; left out: the path as it is
 
 
@@ -49,7 +49,7 @@ def _path(value: Any) -> Any:
         return value
     if not isinstance(value, dict):
         raise ValueError(f"{no_group()}, with kind: {' | '.join(KINDS)}")
-    own = {key: entry for key, entry in value.items() if key not in _SHARED}
+    own = {key: entry for key, entry in value.items() if key not in _COMMON_KEYS}
     if own.get("kind") == "trajectory" and "file" in own:
         duplicates = [key for key in ("joint_names", "points") if key in own]
         if duplicates:
@@ -57,15 +57,15 @@ def _path(value: Any) -> Any:
         if not isinstance(own["file"], str):
             raise ValueError(f"file = {own['file']!r}: must be text")
         own |= read_trajectory(own.pop("file"))
-    return {key: value[key] for key in _SHARED if key in value} | {"shape": _SHAPE.validate_python(own)}
+    return {key: value[key] for key in _COMMON_KEYS if key in value} | {"profile": _PROFILE.validate_python(own)}
 
 
 class ReferenceGroup(Group):
-    """Where the actuated joints should end, and the path that joints or payload should follow; at least one of them."""
+    """Target of the actuated joints, and path of joints or payload; at least one of them."""
 
-    q: tuple[Real, ...] | None = None  # joint's unit, where the actuated joints should end, in their order; left out:
-    # where a path of the joints ends
-    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # how they, or the payload, get there
+    q: tuple[Real, ...] | None = None  # joint's unit, target of the actuated joints, in their order; left out: the
+    # end of a path of the joints
+    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # of the actuated joints or the payload
 
     @model_validator(mode="after")
     def _check_not_empty(self) -> Self:
@@ -75,7 +75,7 @@ class ReferenceGroup(Group):
 
 
 def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tuple[float, ...] | None:
-    """Return where the actuated joints should end, None without `reference.q`.
+    """Return the target of the actuated joints, None without `reference.q`.
 
     Raises:
         SceneError: it has another number of values than joints are actuated.
@@ -88,7 +88,7 @@ def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tu
 
 
 def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) -> tuple[float, ...] | None:
-    """Return where the actuated joints should end: the target, or where their path ends if there is none.
+    """Return the target of the actuated joints: that of the scene, or without one the end of their path.
 
     Raises:
         SceneError: the path ends elsewhere.
@@ -98,7 +98,7 @@ def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) ->
     end = tuple(float(x) for x in to_piecewise_polynomial(path).coefficients[-1, :, 0])
     if target is None:
         return end
-    if any(abs(x - y) > SAME_PLACE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)):
+    if any(abs(x - y) > TARGET_TOLERANCE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)):
         raise SceneError(f"reference.q = {list(target)}: the path of the joints ends at {list(end)}; leave out q")
     return target
 
@@ -132,32 +132,34 @@ def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Traject
     if group is None:
         return None
     try:
-        with np.errstate(all="ignore"):  # results that are not finite are refused below
+        with np.errstate(all="ignore"):  # non-finite results are rejected below
             pieces = _pieces(group, file)
     except (ValueError, OverflowError) as error:
         raise SceneError(f"reference.path: {error}") from None
     if not all(np.all(np.isfinite(part)) for part in pieces):
         raise SceneError("reference.path: is not finite: its numbers are too large or too small")
     if np.any(np.diff(pieces.starts) <= 0.0):
-        raise SceneError(f"reference.path.start = {group.shape.start:g}: so large that the motion takes no time there")
+        raise SceneError(
+            f"reference.path.start = {group.profile.start:g}: so large that the motion takes no time there"
+        )
     return compile_trajectory(pieces, group.of == "joints")
 
 
 def _pieces(group: PathGroup, file: PathContext) -> PiecewisePolynomial:
-    """Return the motion, shaped where it should be."""
-    pieces = _in_order(group, file.actuated if group.of == "joints" else PLACES)
+    """Return the motion, with input shaping if there is some."""
+    pieces = _reordered_pieces(group, file.actuated if group.of == "joints" else COORDINATES)
     if group.shaping is None:
         return pieces
     return apply_input_shaper(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
 
 
-def _in_order(group: PathGroup, names: tuple[str, ...]) -> PiecewisePolynomial:
+def _reordered_pieces(group: PathGroup, names: tuple[str, ...]) -> PiecewisePolynomial:
     """Return the motion with its coordinates in the order of `names`: all of the joints, the first of the payload's."""
-    pieces = group.shape.to_polynomials()
+    pieces = group.profile.to_polynomials()
     n = pieces.coefficients.shape[1]
     if n > len(names) or (group.of == "joints" and n < len(names)):
         raise ValueError(f"has {n} coordinates, {group.of} of this crane: {', '.join(names)}")
-    order = getattr(group.shape, "joint_names", names[:n])
+    order = getattr(group.profile, "joint_names", names[:n])
     if sorted(order) != sorted(names[:n]):
         raise ValueError(f"joint_names = {', '.join(order)}: must be {', '.join(names[:n])}, in any order")
     return reorder(pieces, [order.index(name) for name in names[:n]])

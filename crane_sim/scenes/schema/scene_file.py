@@ -85,7 +85,7 @@ class SceneFile(HardwareGroups, ABC):
     @property
     @abstractmethod
     def target(self) -> tuple[float, ...] | None:
-        """Where the actuated joints should end (nu,), None where `reference.q` is left out.
+        """Target of the actuated joints (nu,), None without `reference.q`.
 
         Raises:
             SceneError: it has another number of values.

@@ -7,10 +7,10 @@ typedef struct {
 
 static inline void derivative(const Crane *p, const double *x, double *dx)
 {
-    const double *given[1] = {x};
-    double *wanted[1] = {dx};
+    const double *inputs[1] = {x};
+    double *outputs[1] = {dx};
     (void)p;
-    rhs(given, wanted, 0, 0, 0);
+    rhs(inputs, outputs, 0, 0, 0);
 }
 
 #include "loop.h"

@@ -1,8 +1,8 @@
 /* A chain of LINKS >= 2 rigid massless links with point masses, under a free trolley.
  *
  * State, in two halves of WIDE numbers: the first link's angle from the vertical and the bends from link to link, then
- * the trolley; after them the links' angular velocities (absolute), then the trolley's velocity. Sines and cosines of
- * bends are all that the equations ask for, and they need no neighbour.
+ * the trolley; after them the links' angular velocities (absolute), then the trolley's velocity. The equations need
+ * sines and cosines of bends only.
  *
  * The tensions solve a tridiagonal system, made symmetric with a unit diagonal by the parameters. It is eliminated from
  * both ends to the middle, without division: a pivot is the ratio of successive leading determinants, and those obey
@@ -20,10 +20,10 @@ enum { WIDE = (LINKS + 8) / 8 * 8, SIZE = 2 * WIDE, MIDDLE = LINKS / 2 };
 
 typedef struct {
     double coupling[WIDE]; /* times the bend's cosine: minus the system's entry between the link and the one above */
-    double reach[WIDE];    /* times the squared rate: what a link's tension has to supply */
+    double reach[WIDE];    /* times the squared rate: centripetal term of a link */
     double under[WIDE];    /* times the sine of the bend below and the tension there: angular acceleration */
     double over[WIDE];     /* the same of the bend and the tension above */
-    double heft, weight, drop, cart, first; /* what gravity and the trolley do to the first link */
+    double mass_ratio, gravity_term, gravity_rate, trolley_coupling, inv_first_length; /* of the first link */
 } Crane;
 
 /* Fill the scaled tensions t from c, the system's off-diagonal, and b, its right-hand side. */
@@ -73,19 +73,20 @@ FITTING void derivative(const Crane *restrict p, const double *restrict x, doubl
         for (int k = 0; k < WIDE; k++) reduced_series(x[k], &s[k], &c[k]);
     const double cosine = c[0], sine = s[0];
     for (int k = 0; k < WIDE; k++) c[k] *= p->coupling[k], b[k] = p->reach[k] * w[k] * w[k];
-    b[0] += p->weight * cosine;
-    solve(1.0 + p->heft * sine * sine, c, b, t);
-    const double pushed = p->cart * sine * t[0];
-    double *restrict turning = dx + WIDE;
+    b[0] += p->gravity_term * cosine;
+    solve(1.0 + p->mass_ratio * sine * sine, c, b, t);
+    const double trolley_acceleration = p->trolley_coupling * sine * t[0];
+    double *restrict angular_acceleration = dx + WIDE;
     dx[0] = w[0];
     for (int k = 1; k < LINKS; k++) dx[k] = w[k] - w[k - 1];
     for (int k = LINKS; k < WIDE; k++) dx[k] = w[k];
-    turning[0] = p->under[0] * (s[1] * t[1]) - p->drop * sine - p->first * cosine * pushed;
+    angular_acceleration[0] =
+        p->under[0] * (s[1] * t[1]) - p->gravity_rate * sine - p->inv_first_length * cosine * trolley_acceleration;
     for (int k = 1; k < LINKS - 1; k++)
-        turning[k] = p->under[k] * (s[k + 1] * t[k + 1]) - p->over[k] * (s[k] * t[k - 1]);
-    turning[LINKS - 1] = -p->over[LINKS - 1] * (s[LINKS - 1] * t[LINKS - 2]);
-    turning[LINKS] = pushed;
-    for (int k = LINKS + 1; k < WIDE; k++) turning[k] = 0.0;
+        angular_acceleration[k] = p->under[k] * (s[k + 1] * t[k + 1]) - p->over[k] * (s[k] * t[k - 1]);
+    angular_acceleration[LINKS - 1] = -p->over[LINKS - 1] * (s[LINKS - 1] * t[LINKS - 2]);
+    angular_acceleration[LINKS] = trolley_acceleration;
+    for (int k = LINKS + 1; k < WIDE; k++) angular_acceleration[k] = 0.0;
 }
 
 #include "loop.h"

@@ -1,5 +1,5 @@
 /* Störmer and Verlet's method: one evaluation a step, and stable up to twice 1/frequency, which no Runge-Kutta method is
- * at the price. Rates run half a step ahead of coordinates; where the accelerations depend on rates they are given ones
+ * at the price. Rates run half a step ahead of coordinates; where the accelerations depend on rates they get ones
  * extrapolated by half a step. `drift(x, w, h)` moves the coordinates by h times the rates w. */
 
 enum { HALF = SIZE / 2 };

@@ -6,7 +6,7 @@
 #include "dop853.h"
 
 #define EACH(i) for (int i = 0; i < SIZE; i++)
-/* The compiler must believe that anything may have changed, or it would do the work once. */
+/* The compiler must assume that anything may have changed, or it would do the work once. */
 #define FORGET(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 
 static inline __attribute__((always_inline)) void rk4_step(const Crane *restrict p, double *restrict x, double h)

@@ -7,7 +7,8 @@
 enum { SIZE = 6 };
 
 typedef struct {
-    double give, weight, stiffness, length, gravity; /* 1/kg of the trolley, 1/kg of the payload, N/m, m, m/s^2 */
+    double inv_trolley, inv_payload; /* 1/kg */
+    double stiffness, length, gravity; /* N/m, m, m/s^2 */
 } Crane;
 
 static inline __attribute__((always_inline)) void derivative(const Crane *p, const double *x, double *dx)
@@ -15,9 +16,9 @@ static inline __attribute__((always_inline)) void derivative(const Crane *p, con
     const double rx = x[1] - x[0], rz = x[2];
     const double pull = p->stiffness - p->stiffness * p->length / sqrt(rx * rx + rz * rz);
     dx[0] = x[3], dx[1] = x[4], dx[2] = x[5];
-    dx[3] = pull * (p->give * rx);
-    dx[4] = -pull * (p->weight * rx);
-    dx[5] = -pull * (p->weight * rz) - p->gravity;
+    dx[3] = pull * (p->inv_trolley * rx);
+    dx[4] = -pull * (p->inv_payload * rx);
+    dx[5] = -pull * (p->inv_payload * rz) - p->gravity;
 }
 
 #include "loop.h"

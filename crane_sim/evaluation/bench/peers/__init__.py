@@ -1,25 +1,25 @@
 """Other engines, one file each, behind the interface of `engine`."""
 
-from crane_sim.evaluation.bench.engine import Engine, Missing
+from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable
 from crane_sim.evaluation.bench.peers.casadi_c import CasadiC
 from crane_sim.evaluation.bench.peers.drake_engine import Drake
-from crane_sim.evaluation.bench.peers.floor import Floor
+from crane_sim.evaluation.bench.peers.hand_c import HandC
 from crane_sim.evaluation.bench.peers.mujoco_engine import MuJoCo
 from crane_sim.evaluation.bench.peers.pinocchio_engine import Pinocchio
 from crane_sim.evaluation.bench.peers.scipy_ivp import Scipy
 
-FLOOR, PEERS = (Floor,), (Floor, CasadiC, Pinocchio, MuJoCo, Drake, Scipy)
+HAND_C, PEERS = (HandC,), (HandC, CasadiC, Pinocchio, MuJoCo, Drake, Scipy)
 GENERAL = ("Pinocchio", "MuJoCo", "Drake")
 """General multibody engines."""
 
 
 def engines(every: bool) -> tuple[list[Engine], dict[str, str]]:
-    """Return (the engines that are there, why the others are not, by name): every one, or only the hand-written C."""
-    present: list[Engine] = []
-    missing: dict[str, str] = {}
-    for kind in PEERS if every else FLOOR:
+    """Return (available engines, reasons of the unavailable ones by name); only the hand-written C unless `every`."""
+    available: list[Engine] = []
+    unavailable: dict[str, str] = {}
+    for kind in PEERS if every else HAND_C:
         try:
-            present.append(kind())
-        except Missing as error:
-            missing[kind.name] = str(error)
-    return present, missing
+            available.append(kind())
+        except EngineUnavailable as error:
+            unavailable[kind.name] = str(error)
+    return available, unavailable

@@ -1,7 +1,7 @@
 """Drake: a continuous MultibodyPlant in its own Simulator, with the integrators that come with it.
 
-Left out: `cenic`, made for contacts, which is of first order, stays above a centimetre and takes no sliding joint
-behind a massless body; and Radau methods with fixed steps, slower than those with error control.
+Left out: `cenic`, made for contacts, which is of first order, stays above a centimetre and takes no prismatic joint
+below a massless body; and Radau methods with fixed steps, slower than those with error control.
 """
 
 from collections.abc import Callable
@@ -11,8 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.evaluation.bench.engine import Missing, Outcome, Run, sweep_values
-from crane_sim.evaluation.bench.peers.joints import Joint, centre, fastest, model_joints, steps, tension
+from crane_sim.evaluation.bench.engine import EngineUnavailable, Run, RunResult, sweep_values
+from crane_sim.evaluation.bench.peers.joints import (
+    Joint,
+    highest_frequency,
+    model_joints,
+    payload_position,
+    step_sizes,
+    tension,
+)
 from crane_sim.evaluation.bench.problem import Problem
 
 
@@ -52,38 +59,38 @@ class Drake:
         """Import its parts.
 
         Raises:
-            Missing: it is not installed.
+            EngineUnavailable: it is not installed.
         """
         try:
             self._analysis = import_module("pydrake.systems.analysis")
             self.version = version("drake")
         except (ImportError, PackageNotFoundError) as error:
-            raise Missing(f"Drake is not installed: {error}") from None
+            raise EngineUnavailable(f"Drake is not installed: {error}") from None
 
-    def refuses(self, problem: Problem) -> str | None:
-        """Refuse nothing."""
+    def unsupported_reason(self, problem: Problem) -> str | None:
+        """Return None: every problem is supported."""
         return None
 
     def runs(self, problem: Problem) -> list[Run]:
         """Return the sweeps of steps, and those of accuracies where a method controls its error."""
-        row = model_joints(problem)
-        plant = _plant(row, problem.gravity)
-        return [run for method in _METHODS for run in self._sweep(problem, row, plant, method)]
+        joints = model_joints(problem)
+        plant = _plant(joints, problem.gravity)
+        return [run for method in _METHODS for run in self._sweep(problem, joints, plant, method)]
 
-    def _sweep(self, problem: Problem, row: list[Joint], plant: Any, method: _Method) -> list[Run]:
+    def _sweep(self, problem: Problem, joints: list[Joint], plant: Any, method: _Method) -> list[Run]:
         bounds = method.first, method.last, method.per_decade
-        settings = steps(problem, *bounds) if method.fixed else sweep_values(*bounds)
+        settings = step_sizes(problem, *bounds) if method.fixed else sweep_values(*bounds)
         name = f"{method.scheme}, {'fixed step' if method.fixed else 'error control'}"
-        begin = 0.1 / fastest(problem)
+        first_step = 0.1 / highest_frequency(problem)
         return [
-            Run(self.name, name, setting, self._goer(row, plant, problem.duration, method, setting, begin))
+            Run(self.name, name, setting, self._make_run(joints, plant, problem.duration, method, setting, first_step))
             for setting in settings
         ]
 
-    def _goer(
-        self, row: list[Joint], plant: Any, duration: float, method: _Method, setting: float, begin: float
-    ) -> Callable[[int], Outcome]:
-        analysis, start = self._analysis, np.array([joint.start for joint in row] + [0.0] * len(row))
+    def _make_run(
+        self, joints: list[Joint], plant: Any, duration: float, method: _Method, setting: float, first_step: float
+    ) -> Callable[[int], RunResult]:
+        analysis, start = self._analysis, np.array([joint.initial for joint in joints] + [0.0] * len(joints))
         simulator = analysis.Simulator(plant)
         context, config = simulator.get_mutable_context(), analysis.SimulatorConfig()
         config.integration_scheme, config.use_error_control = method.scheme, not method.fixed
@@ -91,40 +98,42 @@ class Drake:
         if not method.fixed:
             config.accuracy = setting
 
-        def go(times: int) -> Outcome:
-            for _ in range(times):
-                analysis.ApplySimulatorConfig(config, simulator)  # a new integrator: the old one knows the end's steps
+        def execute(repetitions: int) -> RunResult:
+            for _ in range(repetitions):
+                analysis.ApplySimulatorConfig(config, simulator)  # a new integrator, without the last step size
                 if not method.fixed:  # a first step that is far too long hangs Runge-Kutta of order 5
-                    simulator.get_mutable_integrator().request_initial_step_size_target(begin)
+                    simulator.get_mutable_integrator().request_initial_step_size_target(first_step)
                 context.SetTime(0.0)
                 context.SetContinuousState(start)
                 try:
                     simulator.Initialize()
                     simulator.AdvanceTo(duration)
                 except RuntimeError:  # the step has become too small, or the state is no number any more
-                    return Outcome(np.full(3, np.nan), None, None)
+                    return RunResult(np.full(3, np.nan), None, None)
             integrator, q = simulator.get_integrator(), plant.GetPositions(context)
             counts = integrator.get_num_derivative_evaluations(), integrator.get_num_steps_taken()
-            return Outcome(centre(row, q), *counts, tension(row, q))
+            return RunResult(payload_position(joints, q), *counts, tension(joints, q))
 
-        return go
+        return execute
 
 
-def _plant(row: list[Joint], gravity: float) -> Any:
-    """Return the plant of a row of joints, its springs as force elements."""
-    tree, place = import_module("pydrake.multibody.tree"), import_module("pydrake.math").RigidTransform
+def _plant(joints: list[Joint], gravity: float) -> Any:
+    """Return the plant of a chain of joints, its springs as force elements."""
+    tree, transform = import_module("pydrake.multibody.tree"), import_module("pydrake.math").RigidTransform
     plant = import_module("pydrake.multibody.plant").MultibodyPlant(0.0)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -gravity])
-    turning, sliding = (tree.RevoluteJoint, tree.RevoluteSpring), (tree.PrismaticJoint, tree.PrismaticSpring)
-    before = plant.world_body()
-    for i, joint in enumerate(row):
+    revolute, prismatic = (tree.RevoluteJoint, tree.RevoluteSpring), (tree.PrismaticJoint, tree.PrismaticSpring)
+    parent = plant.world_body()
+    for i, joint in enumerate(joints):
         body = plant.AddRigidBody(f"body {i}", _inertia(tree, joint))
-        at = plant.AddFrame(tree.FixedOffsetFrame(f"at {i}", before.body_frame(), place(np.array(joint.offset))))
-        kind, spring = sliding if joint.slides else turning
-        made = plant.AddJoint(kind(f"joint {i}", at, body.body_frame(), np.eye(3)[joint.axis]))
+        frame = plant.AddFrame(
+            tree.FixedOffsetFrame(f"frame {i}", parent.body_frame(), transform(np.array(joint.offset)))
+        )
+        kind, spring = prismatic if joint.prismatic else revolute
+        added = plant.AddJoint(kind(f"joint {i}", frame, body.body_frame(), np.eye(3)[joint.axis]))
         if joint.spring:
-            plant.AddForceElement(spring(made, joint.spring.rest, joint.spring.stiffness))
-        before = body
+            plant.AddForceElement(spring(added, joint.spring.neutral, joint.spring.stiffness))
+        parent = body
     plant.Finalize()
     return plant
 
@@ -132,5 +141,5 @@ def _plant(row: list[Joint], gravity: float) -> Any:
 def _inertia(tree: Any, joint: Joint) -> Any:
     if joint.mass == 0.0:
         return tree.SpatialInertia.Zero()
-    turning = tree.RotationalInertia(*joint.inertia)
-    return tree.SpatialInertia.MakeFromCentralInertia(joint.mass, joint.centre, turning)
+    inertia = tree.RotationalInertia(*joint.inertia)
+    return tree.SpatialInertia.MakeFromCentralInertia(joint.mass, joint.com, inertia)

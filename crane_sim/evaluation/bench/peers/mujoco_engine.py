@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.engine import Missing, Outcome, Run
-from crane_sim.evaluation.bench.peers.joints import Joint, centre, model_joints, steps, tension
+from crane_sim.evaluation.bench.engine import EngineUnavailable, Run, RunResult
+from crane_sim.evaluation.bench.peers.joints import Joint, model_joints, payload_position, step_sizes, tension
 from crane_sim.evaluation.bench.problem import Problem
 
 Array = npt.NDArray[np.float64]
@@ -23,7 +23,7 @@ SENSOR MIDPHASE EULERDAMP AUTORESET NATIVECCD ISLAND""".split()
 
 
 class _Method(NamedTuple):
-    """One of MuJoCo's integrators and the steps worth trying, relative to the fastest motion."""
+    """One of MuJoCo's integrators and its sweep of step sizes, relative to 1 / highest frequency."""
 
     name: str
     evaluations: int  # of the equations, per step
@@ -55,7 +55,7 @@ class MuJoCo:
         """Find the package.
 
         Raises:
-            Missing: it is not installed.
+            EngineUnavailable: it is not installed.
         """
         self._mujoco = _package()
         self.version: str = self._mujoco.__version__
@@ -63,8 +63,8 @@ class MuJoCo:
         quiet.logto_file = quiet.logto_console = False  # a run that diverges stays in the table, not in a log file
         self._mujoco.MjLogConfig.set(quiet)
 
-    def refuses(self, problem: Problem) -> str | None:
-        """Refuse nothing."""
+    def unsupported_reason(self, problem: Problem) -> str | None:
+        """Return None: every problem is supported."""
         return None
 
     def runs(self, problem: Problem) -> list[Run]:
@@ -72,47 +72,51 @@ class MuJoCo:
         return [run for method in _METHODS for run in self._sweep(problem, method)]
 
     def _sweep(self, problem: Problem, method: _Method) -> list[Run]:
-        row = model_joints(problem)
-        model = compile_model(self._mujoco, row, problem.gravity, method.name)
-        chosen = steps(problem, method.first, method.last, method.per_decade)
-        return [Run(self.name, method.name, step, self._goer(problem, row, model, method, step)) for step in chosen]
+        joints = model_joints(problem)
+        model = compile_model(self._mujoco, joints, problem.gravity, method.name)
+        sizes = step_sizes(problem, method.first, method.last, method.per_decade)
+        return [
+            Run(self.name, method.name, step, self._make_run(problem, joints, model, method, step)) for step in sizes
+        ]
 
-    def _goer(
-        self, problem: Problem, row: list[Joint], model: Any, method: _Method, step: float
-    ) -> Callable[[int], Outcome]:
+    def _make_run(
+        self, problem: Problem, joints: list[Joint], model: Any, method: _Method, step: float
+    ) -> Callable[[int], RunResult]:
         data, advance = self._mujoco.MjData(model), self._mujoco.mj_step
-        start, count = np.array([joint.start for joint in row]), round(problem.duration / step)
+        start, count = np.array([joint.initial for joint in joints]), round(problem.duration / step)
 
-        def go(times: int) -> Outcome:
+        def execute(repetitions: int) -> RunResult:
             model.opt.timestep = step
-            for _ in range(times):
+            for _ in range(repetitions):
                 data.qpos[:], data.qvel[:], data.time = start, 0.0, 0.0
                 advance(model, data, count)
-            return Outcome(centre(row, data.qpos), method.evaluations * count, count, tension(row, data.qpos))
+            return RunResult(
+                payload_position(joints, data.qpos), method.evaluations * count, count, tension(joints, data.qpos)
+            )
 
-        return go
+        return execute
 
 
 def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> tuple[Array, float]:
-    """Pass the time of many cranes by RK4 in `mujoco.rollout`, its own pool of threads.
+    """Integrate many cranes by RK4 in `mujoco.rollout`, its own pool of threads.
 
     Args:
-        problem: what they have in common.
-        starts: (n, nq) joint coordinates of `model_joints(problem)` at the start, or how many times the problem's own.
+        problem: common to all.
+        starts: (n, nq) initial coordinates of `model_joints(problem)`, or the number of copies of the problem's own.
         step: s.
-        threads: how many work.
+        threads: size of the pool.
 
     Returns:
-        (where the payloads end (n, 3) [m], world; wall time [s]).
+        (final payload positions (n, 3) [m], world; wall time [s]).
 
     Raises:
-        Missing: the package is not installed.
+        EngineUnavailable: the package is not installed.
     """
     mujoco, rollout = _package(), import_module("mujoco.rollout")
-    row, count = model_joints(problem), round(problem.duration / step)
-    own, n = np.array([joint.start for joint in row]), len(row)
-    q = np.tile(own, (starts, 1)) if isinstance(starts, int) else starts
-    model = compile_model(mujoco, row, problem.gravity, "RK4")
+    joints, count = model_joints(problem), round(problem.duration / step)
+    initial, n = np.array([joint.initial for joint in joints]), len(joints)
+    q = np.tile(initial, (starts, 1)) if isinstance(starts, int) else starts
+    model = compile_model(mujoco, joints, problem.gravity, "RK4")
     model.opt.timestep = problem.duration / count
     state = np.zeros((len(q), mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)))
     state[:, 1 : 1 + n] = q  # the time stands first, the velocities behind
@@ -121,22 +125,22 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
     with rollout.Rollout(nthread=threads) as pool:
         ends = _roll_out(pool, model, data, state, count)
     seconds = time.perf_counter() - began
-    return np.array([centre(row, end[1 : 1 + n]) for end in ends]), seconds
+    return np.array([payload_position(joints, end[1 : 1 + n]) for end in ends]), seconds
 
 
 def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
-    """Return the states after `count` steps; a rollout keeps all states between, so it is done piece by piece."""
+    """Return the states after `count` steps; a rollout keeps all intermediate states, so it is done in pieces."""
     while count:
-        kept, _ = pool.rollout(model, data, state, nstep=min(piece, count))
-        state, count = kept[:, -1], count - kept.shape[1]
+        states, _ = pool.rollout(model, data, state, nstep=min(piece, count))
+        state, count = states[:, -1], count - states.shape[1]
     return state
 
 
-def compile_model(mujoco: Any, row: list[Joint], gravity: float, method: str) -> Any:
-    """Return the compiled model of a row of joints, all that it does not need switched off."""
+def compile_model(mujoco: Any, joints: list[Joint], gravity: float, method: str) -> Any:
+    """Return the compiled model of a chain of joints, all that it does not need switched off."""
     bodies: list[str] = []
     moving: list[Joint] = []
-    for joint in row:
+    for joint in joints:
         moving.append(joint)
         if joint.mass:  # else the next joint moves the same body: MuJoCo has no massless ones
             bodies.append(_body(moving))
@@ -153,13 +157,13 @@ def _body(moving: list[Joint]) -> str:
     """Return the opening of a body that several joints move, only the first of them with an offset."""
     last = moving[-1]
     inertia = _format_numbers(max(value, _POINT) for value in last.inertia)
-    inertial = f'<inertial pos="{_format_numbers(last.centre)}" mass="{last.mass!r}" diaginertia="{inertia}"/>'
+    inertial = f'<inertial pos="{_format_numbers(last.com)}" mass="{last.mass!r}" diaginertia="{inertia}"/>'
     return f'<body pos="{_format_numbers(moving[0].offset)}">' + "".join(map(_joint, moving)) + inertial
 
 
 def _joint(joint: Joint) -> str:
-    kind, axis = "slide" if joint.slides else "hinge", _format_numbers(float(i == joint.axis) for i in range(3))
-    spring = f' stiffness="{joint.spring.stiffness!r}" springref="{joint.spring.rest!r}"' if joint.spring else ""
+    kind, axis = "slide" if joint.prismatic else "hinge", _format_numbers(float(i == joint.axis) for i in range(3))
+    spring = f' stiffness="{joint.spring.stiffness!r}" springref="{joint.spring.neutral!r}"' if joint.spring else ""
     return f'<joint type="{kind}" axis="{axis}"{spring}/>'
 
 
@@ -171,4 +175,4 @@ def _package() -> Any:
     try:
         return import_module("mujoco")
     except ImportError as error:
-        raise Missing(f"MuJoCo is not installed: {error}") from None
+        raise EngineUnavailable(f"MuJoCo is not installed: {error}") from None

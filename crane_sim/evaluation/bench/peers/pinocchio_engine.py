@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.engine import Missing, Outcome, Run
-from crane_sim.evaluation.bench.peers.joints import Joint, centre, model_joints, steps, tension
+from crane_sim.evaluation.bench.engine import EngineUnavailable, Run, RunResult
+from crane_sim.evaluation.bench.peers.joints import Joint, model_joints, payload_position, step_sizes, tension
 from crane_sim.evaluation.bench.problem import Problem
 from crane_sim.integrators import dop853, rk4
 from crane_sim.integrators.runge_kutta import dense
@@ -51,7 +51,7 @@ class Pinocchio:
         """Find headers and compiler, and compile the loop.
 
         Raises:
-            Missing: one of them is not there, or the compiler does not accept it.
+            EngineUnavailable: one of them is missing, or the compiler does not accept the loop.
         """
         include = _headers()
         self.version = _version(include)
@@ -61,16 +61,16 @@ class Pinocchio:
         arguments = [_POINTER, ctypes.c_int, _POINTER, _REAL, _LONG, _LONG, _POINTER]
         self._library.crane_pass.argtypes, self._library.crane_pass.restype = arguments, None
 
-    def refuses(self, problem: Problem) -> str | None:
-        """Refuse nothing."""
+    def unsupported_reason(self, problem: Problem) -> str | None:
+        """Return None: every problem is supported."""
         return None
 
     def runs(self, problem: Problem) -> list[Run]:
         """Return the sweeps of steps with the orders 4 and 8."""
         crane = _Crane(self._library, model_joints(problem), problem.gravity)
-        settings = [(order, step) for order, sweep in SWEEPS.items() for step in steps(problem, *sweep)]
+        settings = [(order, step) for order, sweep in SWEEPS.items() for step in step_sizes(problem, *sweep)]
         return [
-            Run(self.name, f"aba, rk{order}", step, crane.goer(order, step, round(problem.duration / step)))
+            Run(self.name, f"aba, rk{order}", step, crane.make_run(order, step, round(problem.duration / step)))
             for order, step in settings
         ]
 
@@ -78,28 +78,30 @@ class Pinocchio:
 class _Crane:
     """A crane in the C++ library."""
 
-    def __init__(self, library: ctypes.CDLL, row: list[Joint], gravity: float) -> None:
-        self.row, self._pass = row, library.crane_pass
-        self.start, self.end = np.array([joint.start for joint in row]), np.empty(len(row))
-        numbers = pack_joints(row)  # a name keeps it alive through the call
-        self.made = library.crane_new(numbers.ctypes.data, len(row), gravity)
-        weakref.finalize(self, library.crane_delete, self.made)
+    def __init__(self, library: ctypes.CDLL, joints: list[Joint], gravity: float) -> None:
+        self.joints, self._pass = joints, library.crane_pass
+        self.start, self.end = np.array([joint.initial for joint in joints]), np.empty(len(joints))
+        numbers = pack_joints(joints)  # kept alive through the call by its name
+        self.crane = library.crane_new(numbers.ctypes.data, len(joints), gravity)
+        weakref.finalize(self, library.crane_delete, self.crane)
 
-    def goer(self, order: int, step: float, count: int) -> Callable[[int], Outcome]:
-        """Return what passes the time in so many steps."""
+    def make_run(self, order: int, step: float, count: int) -> Callable[[int], RunResult]:
+        """Return a function that integrates the duration in `count` steps."""
         stages = len({4: rk4, 8: dop853}[order].B)
 
-        def go(times: int) -> Outcome:
+        def execute(repetitions: int) -> RunResult:
             start, end = self.start.ctypes.data, self.end.ctypes.data
-            self._pass(self.made, order, start, step, count, times, end)
-            return Outcome(centre(self.row, self.end), stages * count, count, tension(self.row, self.end))
+            self._pass(self.crane, order, start, step, count, repetitions, end)
+            return RunResult(
+                payload_position(self.joints, self.end), stages * count, count, tension(self.joints, self.end)
+            )
 
-        return go
+        return execute
 
 
-def pack_joints(row: Sequence[Joint]) -> Array:
+def pack_joints(joints: Sequence[Joint]) -> Array:
     """Return the joints (n, 14) as the C++ struct of that name."""
-    numbers = ((j.slides, j.axis, *j.offset, j.mass, *j.centre, *j.inertia, *(j.spring or (0.0, 0.0))) for j in row)
+    numbers = ((j.prismatic, j.axis, *j.offset, j.mass, *j.com, *j.inertia, *(j.spring or (0.0, 0.0))) for j in joints)
     return np.array(list(numbers), float)
 
 
@@ -129,20 +131,20 @@ def _parents(package: str) -> Iterator[Path]:
 
 def _headers() -> list[Path]:
     """Return the include folders of Pinocchio with Boost, and of Eigen."""
-    around = [folder / "include" for folder in _parents("pinocchio")]
-    own = next((folder for folder in around if (folder / "pinocchio").is_dir()), None)
-    if own is None:
-        raise Missing("pinocchio is not installed, or without its C++ headers")
-    if not (own / "boost").is_dir():
-        raise Missing(f"pinocchio's headers need Boost's, which are not in {own}")
+    candidates = [folder / "include" for folder in _parents("pinocchio")]
+    include_folder = next((folder for folder in candidates if (folder / "pinocchio").is_dir()), None)
+    if include_folder is None:
+        raise EngineUnavailable("pinocchio is not installed, or without its C++ headers")
+    if not (include_folder / "boost").is_dir():
+        raise EngineUnavailable(f"pinocchio's headers need Boost's, which are not in {include_folder}")
     others = [folder / "include" for folder in _parents("casadi")]
-    places = [folder / "eigen3" for folder in (own, *others, Path("/usr/include"))]
-    eigen = next((folder for folder in places if (folder / "Eigen/Core").is_file()), None)
+    folders = [folder / "eigen3" for folder in (include_folder, *others, Path("/usr/include"))]
+    eigen = next((folder for folder in folders if (folder / "Eigen/Core").is_file()), None)
     if eigen is None:
-        raise Missing(
+        raise EngineUnavailable(
             "pinocchio's headers need Eigen's, which are neither beside them nor in casadi nor in /usr/include"
         )
-    return [own, eigen]
+    return [include_folder, eigen]
 
 
 def _version(include: list[Path]) -> str:
@@ -151,17 +153,17 @@ def _version(include: list[Path]) -> str:
 
 
 def _compile_loop(include: list[Path]) -> Path:
-    """Return the compiled loop; its name tells what it was made of."""
+    """Return the compiled loop; its name is a hash of all that it is compiled from."""
     compiler = shutil.which("g++") or shutil.which("clang++")
     if compiler is None:
-        raise Missing("pinocchio's loop needs a C++ compiler (g++ or clang++)")
+        raise EngineUnavailable("pinocchio's loop needs a C++ compiler (g++ or clang++)")
     command, header = [compiler, *FLAGS, *(f"-I{folder}" for folder in include)], tableaus()
     # the predefined macros identify the compiler's version and the processor's features
     predefined = subprocess.run(
         [*command, "-dM", "-E", "-x", "c++", os.devnull], capture_output=True, check=False
     ).stdout
-    made_of = f"{command} {_version(include)} {header}".encode() + predefined + SOURCE.read_bytes()
-    target = cache_folder() / f"pinocchio_{hashlib.sha256(made_of).hexdigest()[:16]}.so"
+    hash_input = f"{command} {_version(include)} {header}".encode() + predefined + SOURCE.read_bytes()
+    target = cache_folder() / f"pinocchio_{hashlib.sha256(hash_input).hexdigest()[:16]}.so"
     if not target.exists():
         target.parent.mkdir(parents=True, exist_ok=True)
         _compile(command, header, target)
@@ -170,11 +172,11 @@ def _compile_loop(include: list[Path]) -> Path:
 
 def _compile(command: list[str], header: str, target: Path) -> None:
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:  # beside the target: it is moved into place whole
-        (made := Path(folder, "loop.so")).with_name("tableaus.h").write_text(header)
-        done = subprocess.run(
-            [*command, f"-I{folder}", str(SOURCE), "-o", str(made)], capture_output=True, text=True, check=False
+        (compiled := Path(folder, "loop.so")).with_name("tableaus.h").write_text(header)
+        result = subprocess.run(
+            [*command, f"-I{folder}", str(SOURCE), "-o", str(compiled)], capture_output=True, text=True, check=False
         )
-        if done.returncode != 0:
-            why = next((line for line in done.stderr.splitlines() if " error: " in line), "it does not say why")
-            raise Missing(f"{command[0]} does not compile {SOURCE.name}: {why}")
-        made.replace(target)
+        if result.returncode != 0:
+            why = next((line for line in result.stderr.splitlines() if " error: " in line), "it does not say why")
+            raise EngineUnavailable(f"{command[0]} does not compile {SOURCE.name}: {why}")
+        compiled.replace(target)

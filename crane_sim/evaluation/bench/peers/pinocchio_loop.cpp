@@ -110,7 +110,7 @@ Crane *crane_new(const Joint *joints, int n, double gravity) { return new Crane(
 
 void crane_delete(Crane *crane) { delete crane; }
 
-// Takes `steps` steps of size h from rest at q0 and writes where the joints end to q, so many times over.
+// Takes `steps` steps of size h from rest at q0 and writes the final joints to q, `times` times over.
 void crane_pass(Crane *crane, int order, const double *q0, double h, long steps, long times, double *q)
 {
     const int n = crane->model.nv;

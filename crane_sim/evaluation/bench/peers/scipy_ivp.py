@@ -1,4 +1,4 @@
-"""scipy's `solve_ivp` with right-hand sides as a good numpy user writes them: vectors for chains, `math` otherwise."""
+"""scipy's `solve_ivp` with right-hand sides in plain numpy: vectors for chains, `math` otherwise."""
 
 from collections.abc import Callable
 from math import cos, sin, sqrt
@@ -9,13 +9,13 @@ import scipy
 from scipy.integrate import solve_ivp
 from scipy.linalg.lapack import get_lapack_funcs
 
-from crane_sim.evaluation.bench.engine import Outcome, Run, sweep_values
-from crane_sim.evaluation.bench.loops import Reading
-from crane_sim.evaluation.bench.peers.floor import form_of
+from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
+from crane_sim.evaluation.bench.loops import OutputFunction
+from crane_sim.evaluation.bench.peers.hand_c import c_loop_input
 from crane_sim.evaluation.bench.problem import Chain, KnuckleCrane, Problem, Spring
 
 Array = npt.NDArray[np.float64]
-Slope = Callable[[float, Array], list[float] | Array]
+Rhs = Callable[[float, Array], list[float] | Array]
 METHODS, TOLERANCES = ("RK45", "DOP853", "LSODA"), sweep_values(1e-2, 1e-12, 2)
 
 
@@ -25,51 +25,53 @@ class Scipy:
     name = "scipy"
     version = f"{scipy.__version__}, numpy {np.__version__}"
 
-    def refuses(self, problem: Problem) -> str | None:
-        """Refuse nothing."""
+    def unsupported_reason(self, problem: Problem) -> str | None:
+        """Return None: every problem is supported."""
         return None
 
     def runs(self, problem: Problem) -> list[Run]:
         """Return the sweep of tolerances with each method."""
-        slope, start, outcome = equations(problem)
+        slope, start, outputs = equations(problem)
 
-        def go(method: str, rtol: float, repeats: int) -> Outcome:
+        def execute(method: str, rtol: float, repeats: int) -> RunResult:
             span = (0.0, problem.duration)
             for _ in range(repeats - 1):
                 solve_ivp(slope, span, start, method, (problem.duration,), rtol=rtol, atol=0.01 * rtol)
-            done = solve_ivp(slope, span, start, method, (problem.duration,), rtol=rtol, atol=0.01 * rtol)
-            payload, tension = outcome(done.y[:, -1]) if done.success else (np.full(3, np.nan), None)
-            return Outcome(payload, done.nfev, None, tension)
+            solution = solve_ivp(slope, span, start, method, (problem.duration,), rtol=rtol, atol=0.01 * rtol)
+            payload, tension = outputs(solution.y[:, -1]) if solution.success else (np.full(3, np.nan), None)
+            return RunResult(payload, solution.nfev, None, tension)
 
         settings = [(method, rtol) for method in METHODS for rtol in TOLERANCES]
-        return [Run(self.name, m, rtol, lambda repeats, m=m, rtol=rtol: go(m, rtol, repeats)) for m, rtol in settings]
+        return [
+            Run(self.name, m, rtol, lambda repeats, m=m, rtol=rtol: execute(m, rtol, repeats)) for m, rtol in settings
+        ]
 
 
-def equations(problem: Problem) -> tuple[Slope, Array, Reading]:
-    """Return (right-hand side, state at the start, what a state shows)."""
+def equations(problem: Problem) -> tuple[Rhs, Array, OutputFunction]:
+    """Return (right-hand side, initial state, output function)."""
     if isinstance(problem, Chain) and len(problem.masses) > 1:
         return _chain_slope(problem)
-    form = form_of(problem)
+    c_input = c_loop_input(problem)
     if isinstance(problem, Chain):
-        return _single(problem), form.state, form.outcome
+        return _single(problem), c_input.state, c_input.outputs
     slope = _spring_slope(problem) if isinstance(problem, Spring) else _knuckle_slope(problem)
-    return slope, form.state, form.outcome
+    return slope, c_input.state, c_input.outputs
 
 
-def _single(p: Chain) -> Slope:
+def _single(p: Chain) -> Rhs:
     """Return the slope of (trolley, angle, rates)."""
     trolley, mass, length, g = p.trolley, float(p.masses[0]), float(p.lengths[0]), p.gravity
 
     def slope(t: float, x: Array) -> list[float]:
         _, angle, v, w = x.tolist()
         s, c = sin(angle), cos(angle)
-        push = mass * s * (length * w * w + g * c) / (trolley + mass * s * s)
-        return [v, w, push, -(g * s + c * push) / length]
+        acceleration = mass * s * (length * w * w + g * c) / (trolley + mass * s * s)
+        return [v, w, acceleration, -(g * s + c * acceleration) / length]
 
     return slope
 
 
-def _spring_slope(p: Spring) -> Slope:
+def _spring_slope(p: Spring) -> Rhs:
     """Return the slope of (trolley, payload x and z, rates)."""
 
     def slope(t: float, x: Array) -> list[float]:
@@ -81,7 +83,7 @@ def _spring_slope(p: Spring) -> Slope:
     return slope
 
 
-def _chain_slope(p: Chain) -> tuple[Slope, Array, Reading]:
+def _chain_slope(p: Chain) -> tuple[Rhs, Array, OutputFunction]:
     """Return the slope of (trolley, angles, rates) by its tensions: a positive definite tridiagonal system."""
     n, m, lengths, g = len(p.masses), p.masses, p.lengths, p.gravity
     (solve,) = get_lapack_funcs(("ptsv",))
@@ -90,27 +92,27 @@ def _chain_slope(p: Chain) -> tuple[Slope, Array, Reading]:
     def slope(t: float, x: Array) -> Array:
         w = x[n + 2 :]
         s, c = np.sin(x[1 : n + 1]), np.cos(x[1 : n + 1])
-        beside, pivots = -(c[1:] * c[:-1] + s[1:] * s[:-1]) / m[:-1], diagonal.copy()
+        off_diagonal, pivots = -(c[1:] * c[:-1] + s[1:] * s[:-1]) / m[:-1], diagonal.copy()
         pivots[0] += s[0] * s[0] / p.trolley
-        wanted = lengths * w * w
-        wanted[0] += g * c[0]
-        _, _, tension, _ = solve(pivots, beside, wanted)
-        push = tension[0] * s[0] / p.trolley
+        right_side = lengths * w * w
+        right_side[0] += g * c[0]
+        _, _, tension, _ = solve(pivots, off_diagonal, right_side)
+        acceleration = tension[0] * s[0] / p.trolley
         sine = (s[1:] * c[:-1] - c[1:] * s[:-1]) / m[:-1]
-        turning = np.zeros(n)
-        turning[:-1] = sine * tension[1:]
-        turning[1:] -= sine * tension[:-1]
-        turning[0] -= g * s[0] + c[0] * push
-        return np.concatenate((x[n + 1 :], [push], turning / lengths))
+        angular_accelerations = np.zeros(n)
+        angular_accelerations[:-1] = sine * tension[1:]
+        angular_accelerations[1:] -= sine * tension[:-1]
+        angular_accelerations[0] -= g * s[0] + c[0] * acceleration
+        return np.concatenate((x[n + 1 :], [acceleration], angular_accelerations / lengths))
 
-    def outcome(x: Array) -> tuple[Array, None]:
+    def outputs(x: Array) -> tuple[Array, None]:
         angles = x[1 : n + 1]
         return np.array([x[0] + lengths @ np.sin(angles), 0.0, -(lengths @ np.cos(angles))]), None
 
-    return slope, np.array([0.0, *p.angles, *np.zeros(n + 1)]), outcome
+    return slope, np.array([0.0, *p.angles, *np.zeros(n + 1)]), outputs
 
 
-def _knuckle_slope(p: KnuckleCrane) -> Slope:
+def _knuckle_slope(p: KnuckleCrane) -> Rhs:
     """Return the slope of (α, β, γ, payload in the slewing frame, rates)."""
     boom, jib, m, g = p.boom, p.jib, p.payload, p.gravity
     k1, k2 = boom.length**2 * (0.25 * boom.mass + jib.mass), 0.25 * jib.length**2 * jib.mass
@@ -121,12 +123,12 @@ def _knuckle_slope(p: KnuckleCrane) -> Slope:
         sb, cb, sg, cg = sin(beta), cos(beta), sin(gamma), cos(gamma)
         r = boom.length * cb + jib.length * cg
         ex, ez = x - r, z - boom.length * sb - jib.length * sg
-        pull = p.stiffness[2] * (1.0 - p.rest[2] / sqrt(ex * ex + y * y + ez * ez))
+        pull = p.stiffness[2] * (1.0 - p.neutral[2] / sqrt(ex * ex + y * y + ez * ez))
         fr, ft, fz = pull * ex, pull * y, pull * ez
         p1, p2 = (jb - boom.axial) * cb + k3 * cg, (jj - jib.axial) * cg + k3 * cb
         c, s, hb, hg = k3 * cos(beta - gamma), k3 * sin(beta - gamma), sb * p1, sg * p2
-        couple = p.stiffness[1] * (gamma - beta - p.rest[1])
-        b2 = couple - p.stiffness[0] * (beta - p.rest[0]) - s * wg * wg - hb * wa * wa
+        couple = p.stiffness[1] * (gamma - beta - p.neutral[1])
+        b2 = couple - p.stiffness[0] * (beta - p.neutral[0]) - s * wg * wg - hb * wa * wa
         b2 += boom.length * (cb * fz - sb * fr - g * cb * (0.5 * boom.mass + jib.mass))
         b3 = s * wb * wb - couple - hg * wa * wa + jib.length * (cg * fz - sg * fr - 0.5 * g * cg * jib.mass)
         slewing = p.tower + boom.axial + jib.axial + cb * p1 + cg * p2

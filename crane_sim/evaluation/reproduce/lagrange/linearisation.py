@@ -17,9 +17,9 @@ class Collocated(NamedTuple):
     coupling: Array  # (N, 2): M_θx and M_θl
     angle_bias: Array  # NL_θ, (N,)
 
-    def forces(self, wanted: Array) -> Array:
+    def forces(self, accelerations: Array) -> Array:
         """Return (F, F_1) that give the trolley and the hoist the accelerations wanted (2,): (176) and (177)."""
-        return self.mass @ wanted + self.bias
+        return self.mass @ accelerations + self.bias
 
     def angles(self, actuated: Array) -> Array:
         """Return θ̈ (N,) under accelerations (ẍ, l̈_1) of the actuated coordinates, equation (179)."""

@@ -1,4 +1,4 @@
-"""What the report says of its matrices, as numbers: symmetry, definiteness, skew-symmetry, rank, condition.
+"""Properties of the report's matrices, as numbers: symmetry, definiteness, skew-symmetry, rank, condition.
 
 Derivatives are complex steps: Im f(q + i h d) / h has no difference of close numbers and is exact to rounding.
 """

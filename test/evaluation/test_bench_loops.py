@@ -1,4 +1,4 @@
-"""The floor and the peers that integrate equations of ours: they compute the motion that they are timed at."""
+"""Hand-written C, CasADi's C and scipy: their motion is that of the reference."""
 
 import json
 from collections.abc import Iterator
@@ -12,10 +12,10 @@ import pytest
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.compiler import Compiler
-from crane_sim.evaluation.bench.engine import Engine, Missing
+from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable
 from crane_sim.evaluation.bench.loops import Loops
 from crane_sim.evaluation.bench.peers.casadi_c import CasadiC
-from crane_sim.evaluation.bench.peers.floor import Floor, form_of
+from crane_sim.evaluation.bench.peers.hand_c import HandC, c_loop_input
 from crane_sim.evaluation.bench.peers.scipy_ivp import Scipy
 from crane_sim.evaluation.bench.problem import Chain, Problem, Spring, problem_of
 
@@ -45,13 +45,13 @@ SCENES = ("overhead_swing", "knuckle_springs", "overhead_chain", "overhead_sprin
 def problem(name: str) -> Problem:
     """Return a scene in plain numbers."""
     scene = load_scene(name)
-    found = problem_of(scene, np.array(STARTS.get(name) or knuckle_start(scene.initial_q)))
-    assert found is not None
-    return found
+    plain = problem_of(scene, np.array(STARTS.get(name) or knuckle_start(scene.initial_q)))
+    assert plain is not None
+    return plain
 
 
 def knuckle_start(q: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return where the payload of the 5 m and 4 m crane hangs, slew angle 0: θ1 leans sideways, θ2 outwards."""
+    """Return the payload of the 5 m and 4 m crane at slew angle 0: θ1 leans sideways, θ2 outwards."""
     _, beta, gamma, rope, side, out = q
     r, h = 5.0 * np.cos(beta) + 4.0 * np.cos(gamma), 5.0 * np.sin(beta) + 4.0 * np.sin(gamma)
     return r + rope * np.sin(out), rope * np.sin(side) * np.cos(out), h - rope * np.cos(side) * np.cos(out)
@@ -59,34 +59,34 @@ def knuckle_start(q: tuple[float, ...]) -> tuple[float, float, float]:
 
 @cache
 def reference(name: str) -> np.ndarray:
-    """Return where the payload is at the end, by the independent solution."""
+    """Return the payload's end position by the independent solution."""
     cases = json.loads((ROOT / "config" / "references" / "hardcases.json").read_text())
     return np.array(cases[name]["nodes"][-1][-1])
 
 
 @pytest.fixture(scope="module")
 def compiler() -> Iterator[Compiler]:
-    """Give a compiler, or skip."""
+    """Yield a compiler, or skip."""
     with TemporaryDirectory() as folder:
         try:
             yield Compiler(Path(folder))
-        except Missing as missing:
+        except EngineUnavailable as missing:
             pytest.skip(str(missing))
 
 
 @pytest.fixture(scope="module", params=SCENES)
 def scene(request: pytest.FixtureRequest, compiler: Compiler) -> tuple[str, Loops]:
-    """Give a scene's name and its compiled loops."""
-    return request.param, Loops(compiler, form_of(problem(request.param)))
+    """Return a scene's name and its compiled loops."""
+    return request.param, Loops(compiler, c_loop_input(problem(request.param)))
 
 
 def error(name: str, payload: np.ndarray) -> float:
-    """Return how far the payload is from the reference [m]."""
+    """Return the payload's distance from the reference [m]."""
     return float(np.max(np.abs(payload - reference(name))))
 
 
 def test_orders(scene: tuple[str, Loops]) -> None:
-    """Every fixed-step method of the floor converges to the independent reference at its own order."""
+    """Every fixed-step method of the hand-written C converges to the independent reference at its own order."""
     name, loops = scene
     for _, method, order, steps, bound in (row for row in ORDERS if row[0] == name):
         coarse, fine = (error(name, loops.fixed(method, n, 1).payload) for n in (steps, 2 * steps))
@@ -102,10 +102,10 @@ def test_error_control(scene: tuple[str, Loops]) -> None:
     assert errors[1] < 1e-2 * errors[0]
 
 
-def test_repeats_start_afresh(scene: tuple[str, Loops]) -> None:
-    """A repeated run begins at the start each time, so that its end is that of a single one to the bit."""
+def test_repetitions_are_identical(scene: tuple[str, Loops]) -> None:
+    """Each repetition begins at the start, so that its end is that of a single run to the bit."""
     loops = scene[1]
-    for method in loops.form.methods:
+    for method in loops.problem.methods:
         assert np.array_equal(loops.fixed(method, 5000, 3).payload, loops.fixed(method, 5000, 1).payload)
     assert loops.adaptive(1e-8, 3).evaluations == loops.adaptive(1e-8, 1).evaluations
 
@@ -117,36 +117,36 @@ def test_crumpled_chains(links: int, compiler: Compiler) -> None:
     random = np.random.default_rng(links)
     masses, lengths = random.uniform(0.5, 2.0, links), random.uniform(0.5, 1.5, links)
     chain = Chain(3.0, masses, lengths, random.uniform(-1.5, 1.5, links), 9.81, 0.3)
-    ours = Loops(compiler, form_of(chain)).fixed("rk8", 400, 1).payload
-    theirs = [run for run in Scipy().runs(chain) if run.method == "DOP853"][-1].go(1).payload
-    assert np.max(np.abs(ours - theirs)) < 1e-9  # tolerance 1e-12, and crumpled chains amplify some hundredfold
+    hand_c = Loops(compiler, c_loop_input(chain)).fixed("rk8", 400, 1).payload
+    scipy = [run for run in Scipy().runs(chain) if run.method == "DOP853"][-1].execute(1).payload
+    assert np.max(np.abs(hand_c - scipy)) < 1e-9  # tolerance 1e-12, and crumpled chains amplify some hundredfold
 
 
 def test_tension_of_a_spring_at_rest(compiler: Compiler) -> None:
-    """A payload that hangs at rest on its spring stays there and pulls with its weight."""
+    """A payload at rest on its spring stays there, and the tension is its weight."""
     weight, stiffness = 4.0 * 9.81, 1000.0
     start = np.array([0.0, -(2.0 + weight / stiffness)])
     hanging = Spring(3.0, 4.0, 2.0, stiffness, start, 9.81, 1.0)
-    found = Loops(compiler, form_of(hanging)).fixed("rk4", 1000, 1)
-    assert found.tension == pytest.approx(weight, rel=1e-10)  # rounding of the length, times the stiffness
-    assert found.payload == pytest.approx((0.0, 0.0, start[1]), abs=1e-12)
+    result = Loops(compiler, c_loop_input(hanging)).fixed("rk4", 1000, 1)
+    assert result.tension == pytest.approx(weight, rel=1e-10)  # rounding of the length, times the stiffness
+    assert result.payload == pytest.approx((0.0, 0.0, start[1]), abs=1e-12)
 
 
 @pytest.mark.parametrize(
     ("engine", "name"),
-    [(Floor, "overhead_swing"), *((engine, name) for engine in (CasadiC, Scipy) for name in SCENES)],
+    [(HandC, "overhead_swing"), *((engine, name) for engine in (CasadiC, Scipy) for name in SCENES)],
 )
 def test_sweeps_reach_the_reference(engine: type[Engine], name: str, compiler: Compiler) -> None:
     """Each engine's sweep of its method of order 8 comes within a micrometre of the independent reference."""
     if engine is CasadiC and find_spec("casadi") is None:
         pytest.skip("casadi is not installed")
     *runs, finest = (run for run in engine().runs(problem(name)) if run.method in ("rk8", "DOP853"))
-    chosen = next((run for run in runs if run.setting < 1.1e-9), finest)  # of tolerances, 1e-9: tighter is slow
-    assert error(name, chosen.go(1).payload) < 1e-6
+    run = next((run for run in runs if run.setting < 1.1e-9), finest)  # of tolerances, 1e-9: tighter is slow
+    assert error(name, run.execute(1).payload) < 1e-6
 
 
-def test_a_missing_compiler_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Without a compiler the floor says so in one line and does nothing else."""
+def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Without a compiler the hand-written C is unavailable, with a single-line error."""
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(Missing, match=r"\Ano C compiler found[^\n]*\Z"):
-        Floor()
+    with pytest.raises(EngineUnavailable, match=r"\Ano C compiler found[^\n]*\Z"):
+        HandC()
