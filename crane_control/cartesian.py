@@ -98,7 +98,7 @@ def tracking_law(
     """Return the Cartesian law called `name`.
 
     Args:
-        name, settings, nominal: as of `make_law`.
+        name, settings, nominal: see `make_law`.
         learner: makes one for a tracker, given the lag of the suspension point [s].
         defaults: the law's own.
 

@@ -136,7 +136,7 @@ class LawError(RuntimeError):
 
 
 def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
-    """Return the effort commands (nu,) of the law; arguments as of `Law`.
+    """Return the effort commands (nu,) of the law; arguments of `Law`.
 
     Raises:
         LawError: the law raised, or did not return nu finite numbers.

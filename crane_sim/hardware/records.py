@@ -63,7 +63,7 @@ COUNTERS = np.dtype(
 
 
 def make_records(kind: Any, count: int) -> Any:
-    """Return records of DRIVE, SENSOR or TALLY (count,), all fields 0."""
+    """Return records of DRIVE, SENSOR or COUNTERS (count,), all fields 0."""
     return np.zeros(count, kind).view(np.recarray)
 
 

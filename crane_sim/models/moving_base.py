@@ -114,7 +114,7 @@ def imposed_acceleration(base, r, v):
     """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
 
     Args:
-        base: as of `carried_at`.
+        base: see `carried_at`.
         r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
     """
     return 0.0, 0.0, 0.0

@@ -83,7 +83,7 @@ def solve_band(a, b, width, work):
 
 @kernel
 def add_band_product(a, x, factor, b, width, work):
-    """Add factor times the product of a band with x (n,) to b (n,); arguments as of `solve_band`."""
+    """Add factor times the product of a band with x (n,) to b (n,); arguments of `solve_band`."""
     for i in range(len(a)):
         work[i + width] = x[i]
     for i in range(len(a)):

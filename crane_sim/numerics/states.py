@@ -1,11 +1,8 @@
 """Arithmetic on states: floats, and tuples of states nested to any depth, held in registers by compiled code.
 
-A structural zero of a tableau is None: it is seen by type, so it costs no arithmetic. Sums run left to right over the
-stages and meet the state last, in Python and in compiled code alike. The compiled forms are LLVM instructions
-(`state_floats`), one for each float: going through numba's front end for every tuple length takes seconds.
-
-LLVM instructions for arithmetic on states that are nested tuples, one for each float: for the functions on states
-below.
+A structural zero of a tableau is None, selected by type, so it costs no arithmetic. Sums run left to right over the
+stages and meet the state last, in Python and in compiled code alike. The compiled forms are LLVM instructions,
+one for each float: numba's front end would take seconds for every tuple length.
 """
 
 from collections.abc import Callable

@@ -199,7 +199,7 @@ def simulate_batch(
 
 
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
-    """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments as of `simulate_batch`."""
+    """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments of `simulate_batch`."""
     began, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]

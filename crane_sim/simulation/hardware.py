@@ -161,7 +161,7 @@ class HardwareRun:
         return read_inputs(source, t, q, v)
 
     def step(self, method: Any, model: Any, command: tuple[float, ...], *step_args: Any) -> Any:
-        """Integrate over a period; arguments and results as of `hardware_step`."""
+        """Integrate over a period; arguments and results of `hardware_step`."""
         return hardware_step(method, model, self.state, command, *step_args)
 
     @property

@@ -58,7 +58,7 @@ def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at:
 
 
 def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:
-    """Return the scene with another initial state; arguments as of `Plant.reset`.
+    """Return the scene with another initial state; arguments of `Plant.reset`.
 
     Raises:
         SceneError: the crane cannot be in that state.

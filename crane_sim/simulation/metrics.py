@@ -81,7 +81,7 @@ class Tracking:
         self._hardest = max(self._hardest, float(accelerations.max()))
 
     def summary(self, t: Array, q: Array, payload: Array) -> dict[str, float]:
-        """Return the figures of the run that ends at one more instant; arguments as of `extend`, K = 1.
+        """Return the figures of the run that ends at one more instant; arguments of `extend`, K = 1.
 
         Over all control steps and the final state, e the error of the path's own coordinates: `tracking_mse` is the
         mean of e·e, `tracking_mae` of |e|, `tracking_peak` the largest |e|, in the coordinates' unit (m in the base
@@ -250,7 +250,7 @@ class Metrics:
     def summary(self, t: float, q: Vector, v: tuple[float, ...], integration: Any, saturated: int) -> dict[str, Any]:
         """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
 
-        `settling_time` is the time after which a joint stays near its target, as of `crane_sim.simulation.settling`,
+        `settling_time` is the time after which a joint stays near its target, see `crane_sim.simulation.settling`,
         None if it does not; `residual_swing_deg` is the largest swing in the last quarter of the scene's duration;
         tensions are the smallest and the largest of all links at the begins of all periods, `negative_tension_steps`
         the periods that began with a link that pushed; `energy_audit_error` is the energy that appeared from nowhere up

@@ -29,7 +29,7 @@ Array = npt.NDArray[np.float64]
 class RawRun(NamedTuple):
     """A run, up to where it ended."""
 
-    rows: Array  # (periods + 1, width), as of `crane_sim.stepping.rows`
+    rows: Array  # (periods + 1, width), see `crane_sim.stepping.rows`
     samples: Array  # (m, width)
     integration: Any  # the integration as it ended
     saturated: int  # periods in which a command was limited
@@ -58,7 +58,7 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
 
     Args:
         scene: what to run.
-        law: of a sampled scene, as of `laws.Law`.
+        law: of a sampled scene, see `laws.Law`.
         times: sample times (m,), increasing, within the run.
 
     Raises:

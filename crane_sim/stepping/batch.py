@@ -49,7 +49,7 @@ class TimeGrid(NamedTuple):
 
 
 class BatchArrays(NamedTuple):
-    """Initial states and results of n cranes: rows, as of `stepping`, of the samples and of the end."""
+    """Initial states and results of n cranes: rows of the samples and of the end, see `stepping.rows`."""
 
     q: Any  # (n, nq), at the start
     v: Any  # (n, nq)
@@ -144,7 +144,7 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
     Args:
         method: of a fixed step, the same for all cranes.
         cranes: columns of `Driven` whose models do not switch.
-        grid, arrays, first, last: as of `simulate_range`.
+        grid, arrays, first, last: see `simulate_range`.
     """
     use_wide_vectors()
     for block in range(first, last, LANES):

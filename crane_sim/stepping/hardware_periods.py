@@ -161,7 +161,7 @@ def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
     """Run a law that is sampled every period with the measurements of the sensors.
 
     Args:
-        method, p, law, integration, period, out: as of `stepping.periods.held_rollout`.
+        method, p, law, integration, period, out: see `stepping.periods.held_rollout`.
         hardware: at the start.
         loads: to fill with the payload's mass [kg] in every period and the energy [J] that its changes supplied up to
             there (steps, 2).

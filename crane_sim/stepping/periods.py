@@ -100,7 +100,7 @@ def held_step(method, p, command, integration, end, rows, i):
 
 @entry_point
 def free_step(method, p, source, integration, begin, end, rows, i):
-    """Write row i, then integrate over one period with the source in the equations; results as of `held_step`."""
+    """Write row i, then integrate over one period with the source in the equations; results of `held_step`."""
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, begin)
     u = system.effort(source, p, begin, x)
@@ -153,7 +153,7 @@ def held_rollout(method, p, law, integration, period, out):
 
 @entry_point
 def free_rollout(method, p, source, integration, period, out):
-    """Run under a source that the equations evaluate; arguments and results as of `held_rollout`."""
+    """Run under a source that the equations evaluate; arguments and results of `held_rollout`."""
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     integration = apply_pending_events(system.switching(p), p, source, integration)

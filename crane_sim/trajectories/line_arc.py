@@ -55,7 +55,7 @@ class Arc(NamedTuple):
     end: Angle  # rad, likewise
     duration: Duration  # s, of the motion
     start: Real = 0.0  # s, when it begins
-    profile: Profile = "sine"  # as of a line
+    profile: Profile = "sine"  # as for a line
 
     def complaint(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""

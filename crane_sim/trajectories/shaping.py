@@ -45,6 +45,6 @@ def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tu
 def apply_input_shaper(
     polynomials: PiecewisePolynomial, kind: Literal["zv", "zvd"], frequency: float, damping: float
 ) -> PiecewisePolynomial:
-    """Return the reference shaped for a swing, at rest later by the last delay; arguments as of `impulses`."""
+    """Return the reference shaped for a swing, at rest later by the last delay; arguments of `impulses`."""
     weights, delays = impulses(kind, frequency, damping)
     return weighted_sum(weights, [delay_by(polynomials, delay) for delay in delays])

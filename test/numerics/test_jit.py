@@ -176,8 +176,8 @@ def test_an_absent_group_is_a_scene_that_never_heard_of_it(group: str) -> None:
     assert absent.model == never.model and repr(absent.model) == repr(never.model)
 
 
-def test_only_compilation_is_told() -> None:
-    """`watched` calls when a kernel is compiled, not when it runs again."""
+def test_only_compilation_is_reported() -> None:
+    """`watch_compiling` calls its function when a kernel is compiled, not when it runs again."""
     begun: list[str] = []
 
     @jit.entry_point

@@ -131,7 +131,7 @@ def eliminate_row(w, k, off_diagonal, less, more):
 
 @lean_kernel
 def solve_tensions(w, top):
-    """Eliminate from both ends to the middle and substitute back; arguments as of `solve_links`.
+    """Eliminate from both ends to the middle and substitute back; arguments of `solve_links`.
 
     The two halves do not wait for each other, so the processor works on both at once; the pivots are those of a
     positive definite matrix, whichever order they are taken in.
@@ -233,7 +233,7 @@ def block_rhs(w, top, k):
 
 @routine
 def solve_pairs(inertia, w, top):
-    """Eliminate 2 x 2 blocks downwards, substitute upwards; arguments as of `chain.solve_links`."""
+    """Eliminate 2 x 2 blocks downwards, substitute upwards; arguments of `chain.solve_links`."""
     n = w.shape[1] - 1
     right = np.zeros((n, 4))  # the inverse of an eliminated block times the one right of it
     link_angles(w)

@@ -26,7 +26,7 @@ class UpperEnd(NamedTuple):
     """Acceleration of the first link's upper end and of its length, as functions of its tension."""
 
     axes_inv_mass: tuple[float, float]  # 1/kg, of trolley and bridge
-    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, as of `hoist_response`
+    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, see `hoist_response`
     hoist_bias_acc: float  # m/s², acceleration of the length without tension
     rate: float  # m/s, of the length
 
@@ -122,7 +122,7 @@ def add_pull_across(units, k, j, pull, total):
 
 @lean_kernel
 def direction_accelerations(links, top, acc, tension, out, at):
-    """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments as of `solve_tensions`.
+    """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments of `solve_tensions`.
 
     The pulls of a link's neighbours are projected across it one by one, which avoids cancellation under a heavy
     payload.

@@ -116,7 +116,7 @@ def base_energy_of_masses(base, gravity, mass, r, v):
     """Return (kinetic, potential) energy [J] of masses in the world less those relative to the base.
 
     Args:
-        base, gravity: as of `added_energy`.
+        base, gravity: see `added_energy`.
         mass: (n,) kg.
         r, v: positions and velocities relative to the base (n, 3).
     """

@@ -129,7 +129,7 @@ def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
         bias_acc, inv_mass: acceleration [m/s²] without the cable and inverse mass [1/kg] of the trolley.
         s, c: sine and cosine of the angle.
         side: (M - S²/I [kg], g sin α + 2 l' α' [m/s²]), what the line carries across.
-        of_hoist: (inverse mass, bias acceleration) of the length, as of `hoist_response`.
+        of_hoist: (inverse mass, bias acceleration) of the length, see `hoist_response`.
     """
     across_mass, across_acc = side
     hoist_inv_mass, hoist_bias_acc = of_hoist

@@ -45,7 +45,7 @@ def add_yaw_moment(support, tau, couple):
 def with_base(support, tau, base, pose):
     """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
 
-    `base` is as of `crane_sim.models.moving_base.carried_at`, in the axes of the support's frame. A support without
+    `base` is that of `crane_sim.models.moving_base.carried_at`, in the axes of the support's frame. A support without
     masses, and a base that rests, leave tau as it is.
     """
     return tau
@@ -85,7 +85,7 @@ def support_potential(support, pose, gravity):
 def support_base_energy(support, base, pose, gravity):
     """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
 
-    `base` is as of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame. A support without
+    `base` is that of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame. A support without
     masses has none.
     """
     return 0.0, 0.0

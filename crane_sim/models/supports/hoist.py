@@ -23,7 +23,7 @@ class ForceHoist(NamedTuple):
 class MasslessHoist(NamedTuple):
     """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
 
-    push: float = 0.0  # as of `ForceHoist`
+    push: float = 0.0  # see `ForceHoist`
 
 
 Hoist = PrescribedHoist | ForceHoist | MasslessHoist

@@ -336,7 +336,7 @@ def rod_energy(base, gravity, rod, pose, root, root_rate, c, s, rate):
     Args:
         base: BaseState.
         gravity: m/s².
-        rod, pose, root, root_rate, c, s, rate: as of `mass_load`.
+        rod, pose, root, root_rate, c, s, rate: see `mass_load`.
     """
     at, moves = middle(rod, pose, root, root_rate, c, s, rate)
     kinetic, potential = added_energy(base, gravity, rod.mass, at, moves)
