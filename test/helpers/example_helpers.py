@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from process_helpers import started_program
-from run_helpers import check_answers
+from run_helpers import check_one_command_per_state
 
 from crane_sim import load_scene, orchestration
 from crane_sim.simulation.plant import Plant
@@ -47,7 +47,7 @@ def check_arrival(summary: Mapping) -> None:
 def check_lockstep(summary: dict) -> None:
     """Check the same in lockstep: every state is answered, and the states are bit for bit those of one process."""
     check_arrival(summary)
-    check_answers(summary, 600)
+    check_one_command_per_state(summary, 600)
     assert summary["state_sha256"] == hash_in_process()
 
 
