@@ -6,6 +6,7 @@ Files of a killed recorder: their locks, and their names when recovered. No Reru
 from __future__ import annotations
 
 import fcntl
+import itertools
 import os
 import re
 from collections.abc import Sequence
@@ -19,12 +20,8 @@ if TYPE_CHECKING:
 
 def part_of(path: str, number: int) -> Path:
     """Return the name of a part of a file, counted from 1; the first one has the complete file's."""
-    complete_file = Path(path)
-    return (
-        complete_file
-        if number == 1
-        else complete_file.with_name(f"{complete_file.stem}.part{number}{complete_file.suffix}")
-    )
+    file = Path(path)
+    return file if number == 1 else file.with_name(f"{file.stem}.part{number}{file.suffix}")
 
 
 def temporary_name(path: Path) -> Path:
@@ -50,22 +47,16 @@ def existing_parts(path: str, count: int, since: float) -> list[Path]:
 
 def files_before_resets(path: str, since: float) -> list[Path]:
     """Return the files that resets have set aside of a file and its parts since `since` [s of the system's clock]."""
-    complete_file = Path(path)
-    name = re.compile(
-        rf"{re.escape(complete_file.stem)}(\.part\d+)?\.before_reset_\d+{re.escape(complete_file.suffix)}"
-    )
-    folder = complete_file.parent
+    folder, stem, suffix = Path(path).parent, re.escape(Path(path).stem), re.escape(Path(path).suffix)
+    name = re.compile(rf"{stem}(\.part\d+)?\.before_reset_\d+{suffix}")
     matching = [file for file in folder.iterdir() if name.fullmatch(file.name)] if folder.is_dir() else []
     return sorted((file for file in matching if file.stat().st_mtime >= since), key=lambda file: file.stat().st_mtime)
 
 
 def before_reset(path: Path, number: int) -> Path:
     """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free, of an unfinished file, too."""
-    while (target := path.with_name(f"{path.stem}.before_reset_{number}{path.suffix}")).exists() or unfinished_name(
-        target
-    ).exists():
-        number += 1
-    return target
+    names = (path.with_name(f"{path.stem}.before_reset_{n}{path.suffix}") for n in itertools.count(number))
+    return next(name for name in names if not (name.exists() or unfinished_name(name).exists()))
 
 
 def set_aside(parts: Sequence[Path], complete_file: Path) -> None:

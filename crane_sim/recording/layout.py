@@ -291,9 +291,8 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
         return (ROPE,) if "rope" in scene.actuated else ()
     form = validated_scene_file(scene)
     axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
-    length_plots = (
-        [LengthPlot("shown/trolley_m", f"{' and '.join(axes).capitalize()} position [m]", axes)] if axes else []
-    )
+    title = f"{' and '.join(axes).capitalize()} position [m]"
+    length_plots = [LengthPlot("shown/trolley_m", title, axes)] if axes else []
     return (*length_plots, HOIST) if form.hoist else tuple(length_plots)
 
 

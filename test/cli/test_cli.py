@@ -75,6 +75,13 @@ def test_every_command_has_help(command: str) -> None:
     assert short.stdout == long.stdout and short.stdout.startswith(f"Usage: crane {command} ")
 
 
+def test_help_of_run_has_possible_values_and_time_limits() -> None:
+    """`crane run -h` has the values of --mode and --on-silence, and both time limits of --wait."""
+    text = " ".join(CliRunner().invoke(app, ["run", "-h"], prog_name="crane").stdout.split())
+    assert "lockstep | realtime" in text and "zero | hold | brake" in text
+    assert "(default 120)" in text and "always waits at least 120 s" in text
+
+
 def test_help_of_the_benchmark_lists_its_suites() -> None:
     """`crane bench -h` names every suite."""
     text = CliRunner().invoke(app, ["bench", "-h"], prog_name="crane").stdout

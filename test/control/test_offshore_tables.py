@@ -33,10 +33,10 @@ def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float
 
 def test_the_verdict_is_on_all_seeds() -> None:
     """A number is the median, between the extremes, and one seed too far off is enough to miss the tolerance."""
-    far = offshore.beside("MSE", offshore.Printed(2.0, 0.1), [2.1, 2.3, 2.0], "")
+    far = offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 2.3, 2.0], "")
     assert (far.ours, far.lowest, far.highest, far.runs, far.verdict) == (2.1, 2.0, 2.3, 3, "not within 10%")
     assert far.difference == pytest.approx(0.05)
-    assert offshore.beside("MSE", offshore.Printed(2.0, 0.1), [2.1, 1.9, 2.0], "").verdict == "within 10%"
+    assert offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 1.9, 2.0], "").verdict == "within 10%"
 
 
 def test_what_the_tables_rest_on() -> None:
@@ -45,9 +45,9 @@ def test_what_the_tables_rest_on() -> None:
         next(offshore.measure_errors(experiment, 1)).ours for experiment in offshore.OTHERWISE
     )
     assert forward < 0.1 * offshore.ANGULAR.mse.value  # the Cartesian law is at 0.007 of it
-    assert printed_sway > 10.0 * offshore.UNTAUGHT.mse.value  # "far off"
-    assert constant == pytest.approx(offshore.TAUGHT.mse.value, rel=0.05)  # the tolerance of the table
-    assert damped < offshore.TAUGHT.mse.value
+    assert printed_sway > 10.0 * offshore.NO_LEARNING.mse.value  # "far off"
+    assert constant == pytest.approx(offshore.LEARNING.mse.value, rel=0.05)  # the tolerance of the table
+    assert damped < offshore.LEARNING.mse.value
 
 
 def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:

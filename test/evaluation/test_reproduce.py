@@ -13,7 +13,7 @@ from crane_sim.evaluation.reproduce.hardcases import Case
 from crane_sim.evaluation.reproduce.overhead import erratum_row
 from crane_sim.evaluation.reproduce.overhead_erratum import erratum
 from crane_sim.evaluation.reproduce.page import save_pages
-from crane_sim.evaluation.reproduce.table import Row
+from crane_sim.evaluation.reproduce.table import Row, format_value
 
 CRANE = Path(sys.executable).with_name("crane")
 FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
@@ -98,6 +98,11 @@ def test_the_table_has_a_line_for_each_row() -> None:
     assert result.returncode == 0 and "\x1b" not in result.stdout
     for row in measure_items("overhead")["overhead"]:
         assert any(row.claim in line and row.verdict in line for line in lines), row.claim
+
+
+def test_zero_has_no_sign() -> None:
+    """Values are short texts, and a negative zero is zero."""
+    assert [format_value(value) for value in (-0.0, 0.125, 3, None, "a")] == ["0", "0.125", "3", "-", "a"]
 
 
 def test_an_unknown_item_is_rejected() -> None:

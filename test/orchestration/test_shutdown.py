@@ -168,8 +168,8 @@ def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.Monk
         part.touch()
     monkeypatch.setattr(repair, "viewer_program", lambda: slow)
     joint = Parts(tmp_path / "run.rrd", Previous(5, 5, (parts[0],)))
-    assert joint.join(parts[1], within=0.0) == parts and not pid.exists()
-    assert joint.join(parts[1], within=1.0) == parts and all(part.exists() for part in parts)
+    assert joint.join(parts[1], time_limit=0.0) == parts and not pid.exists()
+    assert joint.join(parts[1], time_limit=1.0) == parts and all(part.exists() for part in parts)
     wait_exited(int(pid.read_text()))
     pid.unlink()
     with started_program([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:

@@ -134,7 +134,7 @@ def test_single_steps_do_not_wait_after_the_timeout(monkeypatch: pytest.MonkeyPa
     bench, realtime = make_bench(monkeypatch, 400, 0.0)
     bench.paused = True
     realtime.step_once()
-    bench.pass_time(100.0)  # the pause does not count
+    bench.advance_clock(100.0)  # the pause does not count
     kill_controller(bench)
     for _ in range(300):
         realtime.step_once()

@@ -76,9 +76,8 @@ class Bag:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
         if not self.write_error:
-            complete_stamp = min(
-                self._states.stamp - self._period_ns, self._efforts.stamp
-            )  # a last effort belongs to no step
+            # a last effort belongs to no step
+            complete_stamp = min(self._states.stamp - self._period_ns, self._efforts.stamp)
             self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
     def has_all(self, steps: int | None) -> bool:
