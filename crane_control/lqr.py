@@ -93,11 +93,11 @@ def _(law, t, q, v):
 
 @system.effort.register(LqrLaw)
 def _(u, p, t, x):
-    return evaluate_law(u, p, t, x)
+    return saturated_feedback(u, p, t, x)
 
 
 @routine
-def evaluate_law(law, p, t, x):
+def saturated_feedback(law, p, t, x):
     """Return the efforts (nu,) of the law in state x of model p at t; one piece, which the stages of a step call."""
     q, v = system.joints(p, x)
     return system.saturate(p, feedback(law.channels, law, t, q, v))

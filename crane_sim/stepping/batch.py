@@ -64,13 +64,13 @@ def simulate_range(cranes, grid, arrays, first, last):
     """Simulate cranes `first` to `last` (excluded), one after the other."""
     for i in range(first, last):
         method, p, source = tree_column(cranes, i)
-        integration = start(p, 0.0, initial_state(p, arrays, i), make_event_log(system.switching(p)))
+        integration = start(p, 0.0, state_at_start(p, arrays, i), make_event_log(system.switching(p)))
         integration, periods_done = integrate_run(source, method, p, integration, grid, arrays.rows[i])
         store_result(p, grid, arrays, i, integration, periods_done)
 
 
 @kernel
-def initial_state(p, arrays, i):
+def state_at_start(p, arrays, i):
     """Return the initial state of crane i."""
     return system.project(p, system.state(p, 0.0, arrays.q[i], arrays.v[i]))
 
@@ -151,7 +151,7 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in range(LANES):
-            put_lane(xs, j, initial_state(tree_column(cranes, block + j).model, arrays, block + j))
+            put_lane(xs, j, state_at_start(tree_column(cranes, block + j).model, arrays, block + j))
         t, taken, i = 0.0, 0, 0
         for k in range(grid.steps):
             for j in range(LANES):
@@ -179,7 +179,7 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
 def first_lane(cranes, arrays, block):
     """Return (state, held efforts) of the first crane of a block: what the lanes look like."""
     crane = tree_column(cranes, block)
-    x = initial_state(crane.model, arrays, block)
+    x = state_at_start(crane.model, arrays, block)
     return x, held_efforts(crane.source, crane.model, 0.0, x)
 
 

@@ -56,11 +56,11 @@ def evaluate_all(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
     entries = [(group, entrant) for group in groups for entrant in group.entrants]
     # an interrupted command ends at once, and its workers with it
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), end_with_parent, (os.getpid(),)) as pool:
-        for cells in pool.map(evaluate_law, *zip(*entries, strict=True)):
+        for cells in pool.map(evaluate_entrant, *zip(*entries, strict=True)):
             yield from cells
 
 
-def evaluate_law(group: Group, entrant: Entrant) -> list[Cell]:
+def evaluate_entrant(group: Group, entrant: Entrant) -> list[Cell]:
     """Return the cells of an entrant in all trials of its group."""
     return [evaluate(group, entrant, trial) for trial in group.trials]
 
