@@ -89,16 +89,15 @@ def test_only_lockstep_can_share_a_clock(ros_environment: dict[str, str]) -> Non
 
 def test_a_second_plant_in_a_namespace_is_refused(ros_environment: dict[str, str]) -> None:
     """A plant that finds another one's joint states in its namespace ends with one line; the other one goes on."""
-    environment = ros_environment | {"NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-r", "__ns:=/knuckle"]
     command += ["-p", "mode:=realtime", "-p", "commanded:=true", "-p", "expected_controllers:=0"]
     report, report_fd = os.pipe()
     with os.fdopen(report) as events, os.fdopen(report_fd, "w") as end:
         first = [*command, "-p", f"report_fd:={report_fd}"]
-        with started_program(first, env=environment, stderr=subprocess.DEVNULL, pass_fds=[report_fd]) as plant:
+        with started_program(first, env=ros_environment, stderr=subprocess.DEVNULL, pass_fds=[report_fd]) as plant:
             end.close()
             assert json.loads(next(events))["event"] == "ready"
-            refused = run_to_completion(command, env=environment)
+            refused = run_to_completion(command, env=ros_environment)
             assert plant.poll() is None
     assert refused.returncode == 1
     assert "/knuckle/joint_states has 2 publishers: /knuckle/plant, /knuckle/plant" in refused.stderr
