@@ -76,7 +76,7 @@ def numbers_of(law: Any) -> np.ndarray:
     numbers, channel = [law.target], law.channels
     while channel is not None:
         numbers += [[channel.effort], channel.gain]
-        channel = channel.rest
+        channel = channel.tail
     return np.concatenate(numbers)
 
 
