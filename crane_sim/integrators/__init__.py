@@ -6,7 +6,6 @@ size) and, when it controls its error, `advance` (one accepted step of a size it
 
 from crane_sim.integrators.events import EventLog, apply_pending_events, handle_events, make_event_log
 from crane_sim.integrators.integration import (
-    Counters,
     Integration,
     advance,
     dense_output,
@@ -24,7 +23,6 @@ from crane_sim.numerics.states import replace_field
 from crane_sim.system import switching
 
 __all__ = [
-    "Counters",
     "OK",
     "EventLog",
     "Integration",
@@ -47,9 +45,9 @@ __all__ = [
 @kernel
 def integrate_to(method, p, u, integration, t, end):
     """Return the integration advanced until it covers time t, by steps that do not exceed `end`."""
-    limit = integration.counters.steps + max_steps(method)
+    limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
         integration = handle_events(switching(p), method, p, u, advance(method, p, u, integration, end))
-        if integration.counters.steps >= limit and integration.t < t:
+        if integration.steps >= limit and integration.t < t:
             integration = replace_field(integration, "status", TOO_MANY_STEPS)
     return integration

@@ -6,7 +6,6 @@ import numpy as np
 
 from crane_sim.integrators.integration import (
     Scratch,
-    add_counts,
     allocate,
     stages,
     take_state,
@@ -131,4 +130,4 @@ def accepted_step(method, p, u, integration, end):
     y, steps = take_state(out, y), 0
     if status == OK:
         y, steps = project(p, y), 1
-    return with_step(integration, t, y, h, add_counts(integration.counters, n, steps, rejected), status)
+    return with_step(integration, t, y, h, n, steps, rejected, status)

@@ -54,7 +54,8 @@ def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at:
         return integration if scene.sampled else restart_within_step(scene.method, model, scene.source, integration, t)
     q, v = at
     initial, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
-    return initial._replace(t0=t, t=t, counters=integration.counters)
+    evaluations, steps, rejected = integration.evaluations, integration.steps, integration.rejected
+    return initial._replace(t0=t, t=t, evaluations=evaluations, steps=steps, rejected=rejected)
 
 
 def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | None) -> Scene:

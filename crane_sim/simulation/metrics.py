@@ -267,7 +267,7 @@ class Metrics:
         return {
             "steps": round(t / self._scene.period),
             "sim_time": t,
-            "rhs_evaluations": integration.counters.evaluations,
+            "rhs_evaluations": integration.evaluations,
             "final_error": self._final_error(q),
             "peak_swing_deg": float(max(angles[0], angles[2])),
             "residual_swing_deg": float(max(angles[1:])),

@@ -225,8 +225,8 @@ def simulate(
     scene = scene.commanded() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
     wall, (rows, samples, integration), model = time.perf_counter() - started, run[:3], scene.model
-    work = integration.counters
-    counted = {"rhs_evaluations": work.evaluations, "steps": work.steps, "rejected": work.rejected, "wall_time": wall}
+    counted = {"rhs_evaluations": integration.evaluations, "steps": integration.steps}
+    counted |= {"rejected": integration.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
     result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(integration, model, periods[-1]))

@@ -10,7 +10,6 @@ import numpy as np
 from crane_sim import system
 from crane_sim.integrators import (
     OK,
-    Counters,
     apply_pending_events,
     dense_output,
     make_event_log,
@@ -121,7 +120,7 @@ def store_result(p, grid, arrays, i, integration, periods_done):
     """Store status, counters and payload positions of crane i; samples beyond the last whole period are NaN."""
     counts, rows, nq, m = arrays.counts[i], arrays.rows[i], arrays.q.shape[1], len(grid.times)
     counts[0], counts[1] = integration.status, periods_done
-    counts[2], counts[3], counts[4] = integration.counters
+    counts[2], counts[3], counts[4] = integration.evaluations, integration.steps, integration.rejected
     counts[5] = integration.terminal_guard
     arrays.reached[i], end = integration.t, periods_done * grid.period
     points = np.empty((system.point_count(p), 3))
@@ -217,6 +216,7 @@ def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and store_result how its run went."""
     end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
     integration = replace_field(start(crane.model, end, x, None), "status", status_of(x))
-    integration = replace_field(integration, "counters", Counters(taken * stages(method), taken, 0))
+    integration = replace_field(integration, "evaluations", taken * stages(method))
+    integration = replace_field(integration, "steps", taken)
     finish(method, crane.model, u, integration, end, Output(rows, None, grid.times, rows[: len(grid.times)]), sampled)
     store_result(crane.model, grid, arrays, i, integration, grid.steps)

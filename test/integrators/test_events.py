@@ -90,7 +90,7 @@ def test_what_looking_costs_is_counted(forced: float, each: int) -> None:
     """Guards of positions alone cost no evaluation; others cost both ends' derivatives and what each of them takes."""
     for p, x in cases(1.0, forced, 1.0):
         integration = thrown(p, x, 5 * STEP)
-        assert (integration.counters.steps, integration.counters.evaluations) == (5, 5 * each)
+        assert (integration.steps, integration.evaluations) == (5, 5 * each)
 
 
 def test_a_guard_that_is_only_touched_does_not_fail() -> None:

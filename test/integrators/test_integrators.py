@@ -130,7 +130,7 @@ def test_gauss_collocation_is_of_its_order() -> None:
 def test_a_fixed_step_fills_the_way_evenly() -> None:
     """A step that does not divide the period is shortened, and the end is met exactly."""
     integration = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
-    assert (integration.t, integration.counters.steps, integration.counters.evaluations) == (1.0, 4, 16)
+    assert (integration.t, integration.steps, integration.evaluations) == (1.0, 4, 16)
 
 
 @pytest.mark.parametrize("method", [DOP853, DOPRI5])
@@ -146,7 +146,7 @@ def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
 def test_evaluations_are_counted() -> None:
     """An accepted step costs 12 evaluations, a rejected one 11 more, and the first step's choice 1."""
     integration = integrate(DOP853(1e-8, 1e-8), Oscillator(0.7), (1.0, 0.0), 20.0)
-    assert integration.counters.evaluations == 12 * integration.counters.steps + 11 * integration.counters.rejected + 1
+    assert integration.evaluations == 12 * integration.steps + 11 * integration.rejected + 1
 
 
 def test_a_stiff_problem_is_slow_but_right() -> None:
@@ -156,7 +156,7 @@ def test_a_stiff_problem_is_slow_but_right() -> None:
     assert (
         integration.status == Status.OK
         and abs(integration.x[0]) < 1e-6
-        and integration.counters.steps + integration.counters.rejected > 1000
+        and integration.steps + integration.rejected > 1000
     )
 
 

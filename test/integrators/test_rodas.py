@@ -127,13 +127,13 @@ def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
         # errors per step add up over 10 time units
         assert np.max(np.abs(x - integrate(DOP853(1e-12, 1e-13), p, X0, t)[0].x)) < 20.0 * rtol
     assert integration.status == Status.OK
-    assert integration.counters.evaluations == 10 * integration.counters.steps + 9 * integration.counters.rejected + 1
+    assert integration.evaluations == 10 * integration.steps + 9 * integration.rejected + 1
 
 
 def test_a_stiff_component_costs_nothing() -> None:
     """A rate of 1e8 leaves the number of steps what it is without, and the error within the tolerance."""
     mild, stiff = (integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8))
-    assert stiff.status == Status.OK and stiff.counters.steps < 2 * mild.counters.steps
+    assert stiff.status == Status.OK and stiff.steps < 2 * mild.steps
     assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)  # within 1e-8 of its target, errors of 1e-6 a step
 
 

@@ -83,7 +83,6 @@ class CraneSimEngine:
             integration, x = integrate(method, self.p, self.source, self.q, self.v, end, repetitions)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = polyline(self.p, end, np.array(q), np.array(v))
-            counters = integration.counters
-            return RunResult(points[-1], counters.evaluations, counters.steps, float(tensions[-1]))
+            return RunResult(points[-1], integration.evaluations, integration.steps, float(tensions[-1]))
 
         return execute

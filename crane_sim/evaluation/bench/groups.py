@@ -81,7 +81,7 @@ class TimedCrane(NamedTuple):
             raise RuntimeError(
                 f"{type(self.model).__name__}: the integration ended with status {Status(integration.status).name}"
             )
-        return elapsed / integration.counters.steps * 1e9
+        return elapsed / integration.steps * 1e9
 
 
 def make_timed_crane(scene: Scene) -> TimedCrane:

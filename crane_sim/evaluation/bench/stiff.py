@@ -84,7 +84,7 @@ class Case:
         method = Rodas(*tolerances)
         integration, _ = time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))
         seconds = min(time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
-        return Trial(tolerances, self.error(integration.x), seconds / self.end, integration.counters.evaluations)
+        return Trial(tolerances, self.error(integration.x), seconds / self.end, integration.evaluations)
 
     def lsoda(self, tolerances: tuple[float, float]) -> Trial:
         """Run scipy's LSODA."""
