@@ -8,7 +8,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten, unknown_key
-from crane_sim.integrators import Status
+from crane_sim.integrators.status import OK
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import as_tuple, make_initial, resume, with_initial
@@ -145,7 +145,7 @@ class Plant:
         """
         self._check_efforts(u)
         integration, q, v, seen, applied = self._advance_period(None if u is None else tuple(u))
-        if integration.status != Status.OK and integration.t < (self.k + 1) * self.scene.period:
+        if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
             check_status(integration, self.model)
         self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
         self.seen = (self.q, self.v) if seen is None else (as_tuple(seen[0]), as_tuple(seen[1]))
