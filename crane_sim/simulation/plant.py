@@ -144,7 +144,7 @@ class Plant:
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         self._check_efforts(u)
-        integration, q, v, seen, applied = self._advance_period(None if u is None else tuple(u))
+        integration, q, v, seen, applied = self._advance_period(None if u is None else tuple(map(float, u)))
         if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
             check_status(integration, self.model)
         self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
