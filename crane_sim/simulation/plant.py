@@ -12,7 +12,7 @@ from crane_sim.integrators import Status
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import as_tuple, make_initial, resume, with_initial
-from crane_sim.simulation.metrics import Metrics, polyline
+from crane_sim.simulation.metrics import Metrics, world_points
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.periods import free_step, held_step
 from crane_sim.stepping.rows import row_width
@@ -75,7 +75,7 @@ class Plant:
     @property
     def payload(self) -> tuple[float, float, float]:
         """Position of the payload in the world [m]."""
-        nodes, _ = polyline(self.scene.model, self.t, np.array(self.q), np.array(self.v))
+        nodes, _ = world_points(self.scene.model, self.t, np.array(self.q), np.array(self.v))
         return tuple(nodes[-1].tolist())
 
     @property

@@ -16,7 +16,7 @@ from crane_sim.models.cables.chain import (
     Rods,
     add_node_acceleration,
 )
-from crane_sim.models.moving_base import Carried, imposed_acceleration, pose_at, to_world
+from crane_sim.models.moving_base import BaseKinematics, imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import Base, SplineBase
@@ -47,7 +47,7 @@ def axes_load(base, trolley, bridge, share, position, velocity):
     return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
-@axes_load.register(Carried)
+@axes_load.register(BaseKinematics)
 def _(base, trolley, bridge, share, position, velocity):
     (x, y), (vx, vy) = position, velocity
     along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
@@ -58,7 +58,7 @@ def _(base, trolley, bridge, share, position, velocity):
 @lean_kernel
 def imposed_gradient(base, r, v):
     """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
-    turning = Carried(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
+    turning = BaseKinematics(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
     return imposed_acceleration(turning, r, v)
 
 
@@ -80,7 +80,7 @@ def add_links_load(base, trolley, rods, w, x, v, rate):
     return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
-@add_links_load.register(Carried)
+@add_links_load.register(BaseKinematics)
 def _(base, trolley, rods, w, x, v, rate):
     ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
     load, couples = axis_mass(trolley) * ax, add_rods_load(rods, base, w)
@@ -136,7 +136,7 @@ def add_nodes_load(base, links, position, velocity, rate, acc):
     return NO_LOAD
 
 
-@add_nodes_load.register(Carried)
+@add_nodes_load.register(BaseKinematics)
 def _(base, links, position, velocity, rate, acc):
     (x, y), (vx, vy), z, vz, power, paid = position, velocity, 0.0, 0.0, 0.0, rate
     for k in range(len(links.squared_rates)):
