@@ -51,8 +51,8 @@ class Observer(NamedTuple):
     wander: Positive = 1.5  # m/s³, standard deviation of the process noise of the disturbance's rate after one second
     detune: Positive = 0.5  # 1/s², standard deviation of the process noise of the squared frequency after one second
     drift: Positive = 0.005  # m/s², standard deviation of the process noise of the bias after one second
-    rope: NonNegative = 0.05  # -, standard deviation of the nominal length, relative to the true one: from 20 %
-    # shorter to 20 % longer is observed
+    rope: NonNegative = 0.05  # -, standard deviation of the initial λ, nominal over true length; 0: λ is 1. With the
+    # default, nominal lengths from 20 % too short to 20 % too long are corrected
 
 
 SETTINGS = {"control": Settings, "control.observer": Observer}

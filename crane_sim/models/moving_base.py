@@ -210,8 +210,8 @@ def _(pose, a):
 @lean_generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
-    carried, pose, (s, c) = base_kinematics_at(base, 0.0, t), pose_at(base, t), sincos(angle)
-    velocity, w = to_turned_axes(carried.velocity, s, c), to_turned_axes(carried.angular_velocity, s, c)
+    kinematics, pose, (s, c) = base_kinematics_at(base, 0.0, t), pose_at(base, t), sincos(angle)
+    velocity, w = to_turned_axes(kinematics.velocity, s, c), to_turned_axes(kinematics.angular_velocity, s, c)
     return BaseState(velocity, w, to_turned_axes(pose.rows[2], s, c), pose.origin[2])
 
 

@@ -135,11 +135,8 @@ class Rigid:
         force[0, :-1] += self.drive(t)[: self.axes - 1]
         if self.stiffness is not None:
             force = force + self.bend(d, dd)
-        right = (
-            np.sum(d * np.diff(self.apply_inverse_mass(force), axis=0) + dd * dd, axis=1)
-            - table[1] ** 2
-            - table[0] * table[2]
-        )
+        relative = np.diff(self.apply_inverse_mass(force), axis=0)
+        right = np.sum(d * relative + dd * dd, axis=1) - table[1] ** 2 - table[0] * table[2]
         pull = self.winch_force(t)
         if self.winch_inertia:
             right[0] -= table[0, 0] * pull / Real(self.winch_inertia)
