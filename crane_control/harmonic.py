@@ -51,8 +51,8 @@ class Observer(NamedTuple):
     wander: Positive = 1.5  # m/s³, standard deviation of the process noise of the disturbance's rate after one second
     detune: Positive = 0.5  # 1/s², standard deviation of the process noise of the squared frequency after one second
     drift: Positive = 0.005  # m/s², standard deviation of the process noise of the bias after one second
-    rope: NonNegative = 0.05  # -, standard deviation of the initial λ, nominal over true length; 0: λ is 1. With the
-    # default, nominal lengths from 20 % too short to 20 % too long are corrected
+    rope: NonNegative = 0.05  # -, standard deviation of the initial λ, nominal over true length; 0: λ stays 1. With the
+    # default, the payload of `offshore_obstacle` is within 1 mm of its path on a rope 10 % shorter or longer
 
 
 SETTINGS = {"control": Settings, "control.observer": Observer}
@@ -128,7 +128,7 @@ def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicO
     """
     if tracker.base is not None:
         raise SceneError(
-            "control.feedforward.base: the harmonic law estimates the base's effect as a disturbance; leave it out"
+            "control.feedforward.base: must be left out, the harmonic law estimates the base's effect as a disturbance"
         )
     own = tracker.pendulum.gravity / tracker.pendulum.length
     theta = 0.64 * own if settings.frequency is None else settings.frequency**2

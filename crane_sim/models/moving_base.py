@@ -91,7 +91,7 @@ def rotate_to_base(rows, a):
 
 @lean_generic
 def base_kinematics_at(base, gravity, t):
-    """Return the base as Carried at time t [s] where gravity [m/s²] acts along -z of the world; None where it rests."""
+    """Return the BaseKinematics at time t [s], gravity [m/s²] acting along -z of the world; None for a base at rest."""
     return _base_kinematics_at(base, gravity, t)
 
 

@@ -43,8 +43,8 @@ def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
     if scene.hardware is None or scene.hardware.ideal:
         return integration, q, v, (q, v), None
     hardware = HardwareRun(scene)
-    shown = hardware.first_sample(scene.model, integration, scene.period)
-    return integration, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), hardware
+    measured = hardware.first_sample(scene.model, integration, scene.period)
+    return integration, q, v, (as_tuple(measured[0]), as_tuple(measured[1])), hardware
 
 
 def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at: Any) -> Any:

@@ -169,7 +169,10 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"control.law": "cartesian", "control.adaptation": {}}, "unknown key 'adaptation' for law 'cartesian'"),
     (ALONG_X, r"initial.direction = \[1.0, 0.0, 0.0\]: the rope is horizontal, where the angular law"),
     ({"control.adaptation": {"feature": 3}}, "control.adaptation: unknown key 'feature'"),
-    ({"control.law": "harmonic", "control.feedforward": {"base": True}}, "feedforward.base: the harmonic law observes"),
+    (
+        {"control.law": "harmonic", "control.feedforward": {"base": True}},
+        "feedforward.base: must be left out, the harmonic law",
+    ),
     ({"control.vision": {"rate": 0.0}}, "control.vision.rate"),
 ]
 

@@ -1,6 +1,6 @@
 """An overhead crane on a moving base: inertial forces on axes and nodes, whose states are relative to the base.
 
-Each function takes the base as of `moving_base.carried_at`, and does nothing for a base at rest (None).
+Each function takes the base as of `moving_base.base_kinematics_at`, and does nothing for a base at rest (None).
 """
 
 from typing import NamedTuple
@@ -39,7 +39,7 @@ def axes_load(base, trolley, bridge, share, position, velocity):
     """Return the Load of trolley and bridge alone.
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         trolley, bridge: axes; None where there is no bridge. Prescribed motion has no load.
         share: of the mass that the bridge moves, fraction at the trolley's position; the remainder is at x = 0.
         position, velocity: of the trolley along x and y [m], [m/s].
@@ -67,7 +67,7 @@ def add_links_load(base, trolley, rods, w, x, v, rate):
     """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         trolley: the axis that carries the chain.
         rods: the links' inertia, None where they have none.
         w: work array of `chain`.
@@ -127,7 +127,7 @@ def add_nodes_load(base, links, position, velocity, rate, acc):
     """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         links: `directions.Directions`.
         position, velocity: of the trolley along x and y [m], [m/s].
         rate: of the first link's length [m/s].

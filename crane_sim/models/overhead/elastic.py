@@ -191,7 +191,7 @@ def base_jacobian(base, p, inv_masses, bands):
     """Add the derivatives of the imposed accelerations by positions and velocities to the bands.
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         p: the crane.
         inv_masses: of the axes [1/kg], (d,) or longer.
         bands: `elastic_jacobian.Bands`.
