@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, tracking_law
-from crane_control.estimation.features import Features, Of, draw_frequencies, write_features
+from crane_control.estimation.features import FeatureArguments, Features, draw_frequencies, write_features
 from crane_control.tracking.tracker import Estimate, Gains, estimate
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Seed, reject_bool
@@ -37,7 +37,8 @@ class Adaptation(NamedTuple):
     width: Positive = 1.5  # -, of their kernel, in the units of what it is of
     rate: NonNegative = 9.0  # -, γ of learning
     c: Positive = 0.5  # 1/s, weight of the error beside its rate; below kd
-    of: Of = "y"  # what the disturbance is a function of: the payload's position, position and velocity, or error
+    of: FeatureArguments = "y"  # what the disturbance is a function of: the payload's position, position and velocity,
+    # or error
     time: bool = False  # whether it is a function of time, too
     dead_zone: DeadZone | None = None  # errors too small to learn from; left out: none
     seed: Seed = 0  # -, of the features

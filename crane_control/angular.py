@@ -12,7 +12,7 @@ from math import cos, sqrt
 from typing import Any, NamedTuple
 
 from crane_control.tracking.suspension import PositionServo, make_tip_servo, nominal_pendulum
-from crane_control.tracking.tip_servo import efforts_for_acceleration, estimate_cable
+from crane_control.tracking.tip_servo import cable_kinematics, efforts_for_acceleration
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
@@ -77,7 +77,7 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
-    goal, cable = reference_at(law.trajectory, t), estimate_cable(law.servo, law.length, q, v)
+    goal, cable = reference_at(law.trajectory, t), cable_kinematics(law.servo, law.length, q, v)
     ax, ay = compute_damping(law.length, law.damping, cable.n, cable.dn)
     a = (
         ax + compute_tracking(law, goal, cable.tip, cable.dtip, 0),

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_setpoint
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
-from crane_control.tracking.tip_servo import Servo, estimate_cable, suspension_effort
+from crane_control.tracking.tip_servo import Servo, cable_kinematics, suspension_effort
 from crane_control.tracking.tracker import INITIAL_DAMPING, Gains, Tracker
 from crane_control.tracking.vision import Vision, make_camera
 from crane_sim import system
@@ -51,7 +51,7 @@ class CartesianLaw(NamedTuple):
 
 @system.command.register(CartesianLaw)
 def _(law, t, q, v):
-    cable = estimate_cable(law.servo, law.tracker.pendulum.length, q, v)
+    cable = cable_kinematics(law.servo, law.tracker.pendulum.length, q, v)
     setpoint = tip_setpoint(law.tracker, t, cable.tip, cable.y, cable.dy)
     return suspension_effort(law.servo, t, setpoint, cable)
 
@@ -67,7 +67,7 @@ class Forward(NamedTuple):
 
     velocity: bool | None = None  # of the setpoint; left out: where the law estimates the disturbance's rate
     acceleration: bool = False  # of the reference
-    base: bool = False  # the base's acceleration is measured and opposed
+    base: bool = False  # the base's acceleration is measured and compensated
 
 
 class Settings(NamedTuple):
@@ -92,14 +92,14 @@ def tracking_law(
     name: str,
     settings: Mapping[str, Any],
     nominal: Scene,
-    learner: Callable[[Tracker, float], Any],
+    make_estimator: Callable[[Tracker, float], Any],
     defaults: TrackingDefaults,
 ) -> CartesianLaw:
     """Return the Cartesian law called `name`.
 
     Args:
         name, settings, nominal: see `make_law`.
-        learner: makes one for a tracker, given the lag of the suspension point [s].
+        make_estimator: makes the disturbance estimator of a tracker (None: none), given the suspension point's lag [s].
         defaults: the law's own.
 
     Raises:
@@ -116,7 +116,7 @@ def tracking_law(
     kd = 2.0 * defaults.damping * sqrt(kp) if options.kd is None else options.kd
     gains = Gains(kp, kd, float(velocity), float(forward.acceleration), defaults.ramp)
     tracker = Tracker(pendulum, gains, trajectory, make_camera(options.vision, nominal), None, base)
-    tracker = tracker._replace(learner=learner(tracker, lag))
+    tracker = tracker._replace(disturbance_estimator=make_estimator(tracker, lag))
     return CartesianLaw(make_multirate(tracker, options.tracker_rate, nominal.period), servo)
 
 

@@ -1,8 +1,8 @@
 """The law called `harmonic`: Cartesian tracking with an observer of a disturbance that swings at an unknown frequency.
 
 For each axis an extended Kalman filter estimates [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, ω the
-pendulum frequency; θ, b and λ, the nominal length of the cable over the true one, are random walks. The law compensates
-the disturbance predicted for the time when the suspension point responds:
+pendulum frequency; θ and b are random walks, λ, the nominal length of the cable over the true one, is an unknown
+constant. The law compensates the disturbance predicted for the time when the suspension point responds:
 u = -d(t + τ) - b, d(t + τ) = d cos(√θ τ) + d' sin(√θ τ) / √θ.
 """
 
@@ -34,8 +34,9 @@ from crane_sim.laws import read_group
 from crane_sim.numerics.jit import kernel, routine
 from crane_sim.scenes.scene import Scene
 
-WITHOUT_CAMERA, WITH_CAMERA = TrackingDefaults(1.25, 0.65, 1.6, True), TrackingDefaults(2.0, 0.65, 0.6, True)
-"""Defaults without and with a camera, whose noise jerks the tip as much as a faster rise of the gains does."""
+WITHOUT_CAMERA = TrackingDefaults(stiffness=1.25, damping=0.65, ramp=1.6, velocity=True)
+WITH_CAMERA = TrackingDefaults(stiffness=2.0, damping=0.65, ramp=0.6, velocity=True)
+"""With a camera the gains rise faster: that jerks the tip no more than the camera's noise does."""
 
 
 class Observer(NamedTuple):
@@ -44,14 +45,14 @@ class Observer(NamedTuple):
     frequency: Positive | None = None  # rad/s, to begin with; left out: 20 % below the payload's own
     lead: NonNegative | None = None  # s, τ; left out: what the suspension point lags behind
     ramp: NonNegative | None = None  # s, in which u and the gains come in; left out: the law's own
-    noise: Positive = 1e-4  # m, of the payload's measured position, or that of the camera if larger
-    noise_rate: Positive = 1e-3  # m/s, of its velocity, where there is no camera
-    push: Positive = 0.005  # m/s², unmodelled acceleration of the payload, in one second
-    wander: Positive = 1.5  # m/s³, unmodelled change of the disturbance's rate, in one second
-    detune: Positive = 0.5  # 1/s², of the squared frequency, in one second
-    drift: Positive = 0.005  # m/s², of the bias, in one second
-    rope: NonNegative = 0.05  # -, standard deviation of the nominal length, relative to the true one: from 20 %
-    # shorter to 20 % longer is observed
+    noise: Positive = 1e-4  # m, standard deviation of the measured position, or that of the camera if larger
+    noise_rate: Positive = 1e-3  # m/s, standard deviation of the measured velocity, where there is no camera
+    push: Positive = 0.005  # m/s, standard deviation of the process noise of the payload's velocity after one second
+    wander: Positive = 1.5  # m/s³, standard deviation of the process noise of the disturbance's rate after one second
+    detune: Positive = 0.5  # 1/s², standard deviation of the process noise of the squared frequency after one second
+    drift: Positive = 0.005  # m/s², standard deviation of the process noise of the bias after one second
+    rope: NonNegative = 0.05  # -, standard deviation of the initial λ, nominal over true length; 0: λ stays 1. With the
+    # default, the payload of `offshore_obstacle` is within 1 mm of its path on a rope 10 % shorter or longer
 
 
 SETTINGS = {"control": Settings, "control.observer": Observer}
@@ -107,12 +108,12 @@ def update_filter(observer, pendulum, sample, measurement):
 
 
 @estimate.register(HarmonicObserver)
-def _(learner, pendulum, sample, measurement):
-    update_filter(learner, pendulum, sample, measurement)
-    x = learner.ekf.state.x
+def _(observer, pendulum, sample, measurement):
+    update_filter(observer, pendulum, sample, measurement)
+    x = observer.ekf.state.x
     (u0, du0, d0), (u1, du1, d1) = (
-        compute_compensation(learner, sample.t, x[0]),
-        compute_compensation(learner, sample.t, x[1]),
+        compute_compensation(observer, sample.t, x[0]),
+        compute_compensation(observer, sample.t, x[1]),
     )
     return Estimate(
         (x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1), (x[0, LENGTH_RATIO], x[1, LENGTH_RATIO])
@@ -123,10 +124,12 @@ def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicO
     """Return the observer of a tracker whose suspension point lags `lag` seconds behind its setpoint.
 
     Raises:
-        SceneError: the base is fed forward: what is measured and what is observed would be opposed both.
+        SceneError: the base's acceleration is fed forward: it would be compensated twice.
     """
     if tracker.base is not None:
-        raise SceneError("control.feedforward.base: the harmonic law observes the base's motion; leave one of both out")
+        raise SceneError(
+            "control.feedforward.base: must be left out, the harmonic law estimates the base's effect as a disturbance"
+        )
     own = tracker.pendulum.gravity / tracker.pendulum.length
     theta = 0.64 * own if settings.frequency is None else settings.frequency**2
     deviation = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.deviation)

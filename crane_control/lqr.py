@@ -21,7 +21,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from crane_control.linearisation import Array, equilibrium, linearise, regulator, without_dry_friction
-from crane_control.reduced_state import get_or_zero
+from crane_control.reduced_state import nominal_coordinate
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
@@ -81,7 +81,9 @@ def _(channel, law, t, q, v):
     effort = move_target(law.trajectory, channel.effort, channel.gain, target, t)
     for i in range(n):
         effort = (
-            effort - channel.gain[i] * (get_or_zero(q, i, n) - target[i]) - channel.gain[n + i] * get_or_zero(v, i, n)
+            effort
+            - channel.gain[i] * (nominal_coordinate(q, i, n) - target[i])
+            - channel.gain[n + i] * nominal_coordinate(v, i, n)
         )
     return (effort, *feedback(channel.tail, law, t, q, v))
 

@@ -9,10 +9,11 @@ e, e_h the errors. Then the trolley of mass M moves as one of the apparent mass 
 
 Proof that V never rises (planar crane, one rigid taut link, nominal parameters, continuous law), V = energy of payload
 and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)) + ½ kp_h e_h²:
-1. M x'' = F + T sin α gives μ x'' = f + T sin α. The rope supplies the payload with -T (x' sin α + l'), the drum T l'.
+1. M x'' = F + T sin α gives μ x'' = f + T sin α. The rope's power is -T (x' sin α + l') on the
+   payload, T l' on the drum.
 2. So (energy of payload and drum + ½ μ x'²)' = f x' + F_hoist l'.
-3. The springs of V take away f's and F_hoist's positional parts, and m g l balances the payload's weight on the hoist:
-   V' = -kd x'² - kd_h l'².
+3. The derivatives of V's two spring terms cancel the position terms of f and F_hoist, and m g l balances the payload's
+   weight on the hoist: V' = -kd x'² - kd_h l'².
    Friction R on the rail, on which the law does not act, takes R x' (μ/M + (1 - μ/M) k): the rope's tension is then not
    the computed one. k = sin²α / (sin²α + M/m + M/J), J the reflected mass of the hoist; without a hoist M/J is 0.
 V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
@@ -29,7 +30,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_control.reduced_state import get_or_zero
+from crane_control.reduced_state import nominal_coordinate
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
@@ -111,7 +112,8 @@ def control_action(law, q, v):
     """Return the efforts (nu,) of the law."""
     m, mu = law.payload_mass, law.apparent_mass
     (length, _, n), error = cable_state(law.rope, q, v), law.target - q[0]
-    s, c, rate = sin(get_or_zero(q, n - 1, n)), cos(get_or_zero(q, n - 1, n)), get_or_zero(v, n - 1, n)
+    swing, rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
+    s, c = sin(swing), cos(swing)
     force = law.kp * error / sqrt(1.0 + (error / law.saturation) ** 2) - law.kd * v[0]
     efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
     relative_acc = length * rate * rate + law.gravity * c - s * force / mu - hoist_acc
@@ -149,7 +151,7 @@ def compute_friction_loss(law, s, inverse_mass, v):
 def compute_lyapunov(law, q, v):
     """Compiled `lyapunov`."""
     length, length_rate, n = cable_state(law.rope, q, v)
-    swing, rate = get_or_zero(q, n - 1, n), get_or_zero(v, n - 1, n)
+    swing, rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     _, inverse_mass, _, (value, value_rate) = hoist_control(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
     across, up = v[0] + length_rate * s + length * c * rate, -length_rate * c + length * s * rate
@@ -162,8 +164,9 @@ def compute_lyapunov(law, q, v):
 class Settings(NamedTuple):
     """Gains of trolley and hoist; the law goes to `reference.q` on one link in the plane; m: payload, l: length."""
 
-    kp: Gains | None = None  # N/m, of trolley and hoist; left out: m ω²/4 and, M with the drum's mass, M ω², ω² = g / l
-    kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 M ω
+    kp: Gains | None = None  # N/m, of trolley and hoist; left out: m ω²/4 and (m + J) ω², ω² = g / l, J the
+    # hoist's reflected mass
+    kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 (m + J) ω
     apparent_mass: Positive | None = None  # kg, mass that the trolley seems to have; left out: a quarter of the
     # payload's; the trolley's own: no kinetic shaping
     reach: Positive = inf  # m, beyond which the trolley is pulled no harder; left out: a linear spring
@@ -177,16 +180,16 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     """
     options, target, model = read_settings(Settings, settings), _read_target(nominal), nominal.model
     m = model.cable.payload
-    rising = len(target) == 2
-    length = target[1] if rising else model.cable.length
+    has_hoist = len(target) == 2
+    length = target[1] if has_hoist else model.cable.length
     omega = sqrt(model.gravity / length)
-    moved = m + model.hoist.reflected_mass if rising else 0.0
-    kp = _gains("kp", options.kp, (0.25 * m * omega**2, moved * omega**2), len(target))
-    kd = _gains("kd", options.kd, (m * omega, 2.0 * moved * omega), len(target))
-    rope = Hoist(kp[1], kd[1], length, model.hoist.reflected_mass) if rising else Rope(length)
+    hoisted_mass = m + model.hoist.reflected_mass if has_hoist else 0.0
+    kp = _gains("kp", options.kp, (0.25 * m * omega**2, hoisted_mass * omega**2), len(target))
+    kd = _gains("kd", options.kd, (m * omega, 2.0 * hoisted_mass * omega), len(target))
+    rope = Hoist(kp[1], kd[1], length, model.hoist.reflected_mass) if has_hoist else Rope(length)
     masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
-    action = kp[0], kd[0], target[0], options.reach
-    return OverheadEnergyLaw(*action, *masses, model.gravity, rope, model.trolley.friction)
+    trolley_loop = kp[0], kd[0], target[0], options.reach
+    return OverheadEnergyLaw(*trolley_loop, *masses, model.gravity, rope, model.trolley.friction)
 
 
 def _read_target(nominal: Scene) -> tuple[float, ...]:

@@ -11,20 +11,20 @@ import numpy as np
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 
-Of = Literal["y", "state", "error"]
-COLUMNS: dict[Of, tuple[int, ...]] = {"y": (0, 1), "state": (0, 1, 2, 3), "error": (4, 5, 6, 7)}
+FeatureArguments = Literal["y", "state", "error"]
+COLUMNS: dict[FeatureArguments, tuple[int, ...]] = {"y": (0, 1), "state": (0, 1, 2, 3), "error": (4, 5, 6, 7)}
 """Possible arguments of the features, as entries of (y, y', e, e', t), e the error of y."""
 TIME = 8
 
 
 class Features(NamedTuple):
-    """Frequencies, and of what."""
+    """Random frequencies, and the entries of (y, y', e, e', t) that they multiply."""
 
     frequencies: Any  # (d, n) rad per unit of the entry
     columns: Any  # (n,) int64, entries of (y, y', e, e', t)
 
 
-def draw_frequencies(number: int, width: float, of: Of, time: bool, seed: int) -> Features:
+def draw_frequencies(number: int, width: float, of: FeatureArguments, time: bool, seed: int) -> Features:
     """Return `number` frequencies for a kernel of this width, whose arguments are those of `of`, and t if `time`."""
     columns = (*COLUMNS[of], *((TIME,) if time else ()))
     frequencies = np.random.default_rng(seed).normal(0.0, 1.0 / width, (number, len(columns)))

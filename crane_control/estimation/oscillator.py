@@ -1,8 +1,9 @@
 """An extended Kalman filter of one swinging payload and a disturbance at an unknown frequency, axis by axis.
 
-The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, ω the pendulum frequency; θ, b
-and λ are random walks. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. The cable's direction is measured, so the measured y
-is that on a cable of the nominal length: tip + λ (y - tip), λ the nominal length over the true one.
+The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, ω the pendulum frequency; θ
+and b are random walks, λ is an unknown constant. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. The cable's direction is
+measured, so the measured y is that on a cable of the nominal length: tip + λ (y - tip), λ the nominal length over the
+true one.
 """
 
 from math import cos, sin, sqrt

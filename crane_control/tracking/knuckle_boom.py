@@ -19,15 +19,15 @@ from typing import Any, NamedTuple
 
 from crane_control.tracking.tip_servo import (
     CableState,
+    cable_kinematics,
     compute_tracking_acceleration,
     efforts_for_acceleration,
-    estimate_cable,
     suspension_effort,
 )
 from crane_control.tracking.tracker import TipSetpoint
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope, rope_kinematics
 from crane_sim.models.effects import add_spring
-from crane_sim.models.moving_base import rotate_back
+from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
@@ -50,15 +50,15 @@ class BoomServo(NamedTuple):
     crane: Crane  # nominal, with a rope whose acceleration is prescribed
 
 
-@estimate_cable.register(BoomServo)
+@cable_kinematics.register(BoomServo)
 def _(servo, length, q, v):
     xs, xc = state_from_joints(servo.crane.support, servo.crane, q, v)
     pose = forward_kinematics(servo.crane.support, xs)
     rope_state, (s, c), w = rope_kinematics(pose, xc), sincos(xs[0]), pose.yaw_rate
-    tip, payload = rotate_back(pose.tip, -s, c), rotate_back(xc[:3], -s, c)
-    dtip = rotate_back(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
-    dy = rotate_back(inertial_velocity(xc[:3], xc[3:], w), -s, c)
-    nx, ny, nz = rotate_back(rope_state.n, -s, c)
+    tip, payload = to_turned_axes(pose.tip, -s, c), to_turned_axes(xc[:3], -s, c)
+    dtip = to_turned_axes(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
+    dy = to_turned_axes(inertial_velocity(xc[:3], xc[3:], w), -s, c)
+    nx, ny, nz = to_turned_axes(rope_state.n, -s, c)
     length, rate = rope_state.length, rope_state.rate
     x, y, z = dy[0] - dtip[0] - rate * nx, dy[1] - dtip[1] - rate * ny, dy[2] - dtip[2] - rate * nz
     dn = (x / length, y / length, z / length)
@@ -150,7 +150,7 @@ def tip_efforts(servo, t, cable, a):
     pose, (s, c) = forward_kinematics(crane.support, xs), sincos(xs[0])
     rope_state = rope_kinematics(pose, xc)
     vertical_acceleration = -servo.kd * pose.tip_velocity[2] - servo.kp * (pose.tip[2] - servo.height)
-    tip_acc = rotate_back((a[0], a[1], vertical_acceleration), s, c)
+    tip_acc = to_turned_axes((a[0], a[1], vertical_acceleration), s, c)
     accelerations = joint_accelerations(crane.support, pose, tip_acc, servo.kd)
     rope_acc = rope_acceleration(servo.rope, servo, rope_state)
     efforts, tension = joint_efforts(crane, solve_motion(crane, t, xs, xc, (0.0, 0.0, 0.0, rope_acc)), accelerations)

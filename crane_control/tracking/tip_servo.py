@@ -1,7 +1,8 @@
 """Tip servos: state of the cable below the suspension point, and the efforts that move this point.
 
 A tip servo is the lowest loop of a tracking law: a `Servo`, a `suspension.PositionServo` or a `knuckle_boom.BoomServo`.
-Vectors are in the axes of the base and relative to it. The bodies given here are those of the crane `pendulum`.
+Vectors are in the axes of the base and relative to it. The default implementations here are those for the crane
+`pendulum`.
 """
 
 from typing import Any, NamedTuple
@@ -26,11 +27,11 @@ class CableState(NamedTuple):
     dy: tuple[float, float]  # m/s
     n: tuple[float, float, float]  # unit vector from the point to the payload
     dn: tuple[float, float, float]  # 1/s, its rate
-    state: Any  # of the crane that carries the point, where one does
+    state: Any  # (support state xs, payload state xc) of the nominal crane that carries the point, None without one
 
 
 @generic
-def estimate_cable(servo, length, q, v):
+def cable_kinematics(servo, length, q, v):
     """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m].
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.

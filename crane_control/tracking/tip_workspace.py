@@ -46,7 +46,7 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: Base | Spline
                 f"{what} {radius:.4g} m from the tower's axis; control.law = {name!r} drives the tip "
                 f"{min_radius:.4g} to {max_radius:.4g} m from it, at the height of {height:.4g} m at which it begins"
             )
-    boom_model = model._replace(cable=RateRope(), meter=None, base=base, force=None)
+    boom_model = model._replace(cable=RateRope(), energy_meter=None, base=base, force=None)
     return BoomServo(servo.kp, servo.kd, height, (min_radius, max_radius), length, model.cable, boom_model)
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from crane_control.tracking.vision import measure
 from crane_sim.laws import with_initial_state
-from crane_sim.models.moving_base import carried_at
+from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.trajectories.base_motion import Base, SplineBase
 from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
@@ -34,7 +34,8 @@ class Gains(NamedTuple):
     kd: float  # 1/s
     velocity: float  # 1: the setpoint's velocity is fed forward, 0: it is not
     acceleration: float  # likewise the reference's acceleration
-    ramp: float  # s, in which kp and kd rise to their values, from those of a pendulum whose tip stays above the path
+    ramp: float  # s, in which kp and kd rise to their values, from ω² and 0.4 ω: with those the tip's setpoint is the
+    # payload's reference plus damping and feedforward
 
 
 class Tracker(NamedTuple):
@@ -44,12 +45,14 @@ class Tracker(NamedTuple):
     gains: Gains
     trajectory: Trajectory
     camera: Any  # None: the payload is measured exactly
-    learner: Any  # of a disturbance, or None
+    disturbance_estimator: Any  # learner or observer, or None
     base: Any  # the base's motion, if that is measured and fed forward, or None
 
     def with_initial_state(self) -> "Tracker":
         """Return the tracker with its initial state."""
-        return self._replace(camera=with_initial_state(self.camera), learner=with_initial_state(self.learner))
+        return self._replace(
+            camera=with_initial_state(self.camera), disturbance_estimator=with_initial_state(self.disturbance_estimator)
+        )
 
 
 class TipSetpoint(NamedTuple):
@@ -69,7 +72,7 @@ class Sample(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Estimates of a learner at one sample: payload, disturbance, compensation."""
+    """Estimates of a disturbance estimator at one sample: payload, disturbance, compensation."""
 
     y: tuple[float, float]  # m
     dy: tuple[float, float]  # m/s
@@ -80,8 +83,8 @@ class Estimate(NamedTuple):
 
 
 @generic
-def estimate(learner, pendulum, sample, measurement):
-    """Return the Estimate of a learner at a Sample; without one, the measured state and no disturbance."""
+def estimate(disturbance_estimator, pendulum, sample, measurement):
+    """Return the Estimate at a Sample; without an estimator, the measured state and no disturbance."""
     return Estimate(measurement.y, measurement.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
@@ -97,7 +100,7 @@ def base_acceleration(base, gravity, t):
 @base_acceleration.register(Base)
 @base_acceleration.register(SplineBase)
 def _(base, gravity, t):
-    x, y, z = carried_at(base, gravity, t).imposed
+    x, y, z = base_kinematics_at(base, gravity, t).imposed
     return gravity - z, (x, y)
 
 
@@ -111,11 +114,11 @@ def pendulum_omega_sq(length, gravity, y, tip):
 
 @routine
 def compute_tip_setpoint(tracker, t, tip, y, dy):
-    """Return the TipSetpoint at tip `tip` (2,) and payload y, dy (2,); updates the state of camera and learner."""
+    """Return the TipSetpoint at tip `tip` (2,) and payload y, dy (2,); updates the state of camera and estimator."""
     (x, v, a), (jerk, _) = reference_at(tracker.trajectory, t), higher_derivatives_at(tracker.trajectory, t)
     goal = ((x[0], x[1]), (v[0], v[1]), (a[0], a[1]))
     measurement = measure(tracker.camera, t, y, dy)
-    estimates = estimate(tracker.learner, tracker.pendulum, Sample(t, tip, goal), measurement)
+    estimates = estimate(tracker.disturbance_estimator, tracker.pendulum, Sample(t, tip, goal), measurement)
     gravity, base_acc = base_acceleration(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
     omega_sq0 = pendulum_omega_sq(length / estimates.length_ratio[0], gravity, estimates.y, tip)

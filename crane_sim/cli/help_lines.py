@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import click
 
-from crane_sim.files.errors import meant
+from crane_sim.files.errors import did_you_mean
 
 HELP = {"help_option_names": ["-h", "--help"]}
 """Settings of a command's context."""
-_WHOLE = 1000  # letters of a sentence that is not cut
+_MAX_HELP_LENGTH = 1000  # characters: more than any first sentence has
 
 
 class Group(click.Group):
@@ -20,11 +20,13 @@ class Group(click.Group):
         """Return name, command and remaining arguments; an unknown command fails with the possible ones."""
         if self.get_command(ctx, args[0]) is None:
             names = self.list_commands(ctx)
-            ctx.fail(f"No such command {args[0]!r}{meant(args[0], names)} (known: {', '.join(names)})")
+            ctx.fail(f"No such command {args[0]!r}{did_you_mean(args[0], names)} (known: {', '.join(names)})")
         return super().resolve_command(ctx, list(args))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
         commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
         with formatter.section("Commands"):
-            formatter.write_dl([(name, command.get_short_help_str(_WHOLE)) for name, command in commands if command])
+            formatter.write_dl(
+                [(name, command.get_short_help_str(_MAX_HELP_LENGTH)) for name, command in commands if command]
+            )

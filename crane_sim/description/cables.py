@@ -15,11 +15,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from crane_sim.description import gantry
-from crane_sim.description.robot import DOWN, FORWARD, LEFT, RAISE, UP, add_joint, add_link
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_joint, add_link
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
 from crane_sim.description.workspace import validated_scene_file
 from crane_sim.scenes.schema.overhead_cable import fill_list
-from crane_sim.simulation.metrics import polyline
+from crane_sim.simulation.metrics import world_points
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,8 +40,8 @@ class SuspendedCable(NamedTuple):
     @classmethod
     def of(cls, scene: Scene) -> SuspendedCable:
         """Return the suspended cable of a scene."""
-        nodes, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
-        lengths = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
+        nodes, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+        lengths = np.linalg.norm(np.diff(nodes[tip_index:], axis=0), axis=1)
         file = validated_scene_file(scene)
         inertias = fill_list(file.cable.inertia, len(lengths), "cable.inertia") if file.cable.inertia else ()
         return cls(tuple(map(float, lengths)), file.parts.masses, inertias)
@@ -75,14 +75,14 @@ def _add_revolute_chain(robot: ElementTree.Element, cable: SuspendedCable, hoist
         inertia = cable.inertias[k - 1] if cable.inertias else 0.0
         rod = Body(0.0, ORIGIN, (inertia, inertia, 0.0)) if inertia else None
         add_link(robot, link, [] if winch else _cable_visual(length, box), rod)
-        add_joint(robot, "revolute", f"swing_{k}", (parent, link), axis=RAISE)
+        add_joint(robot, "revolute", f"swing_{k}", (parent, link), axis=RIGHT)
         if winch:
             _add_prismatic_joint(robot, "hoist", (link, "hoist_link"), DOWN)
             link, at = "hoist_link", ORIGIN
         if end == "payload_link":  # it rotates with its link
             add_joint(robot, "fixed", "hook", (link, end), at)
         else:
-            add_joint(robot, "revolute", f"level_{k}", (link, end), at, RAISE, mimic=f"swing_{k}")
+            add_joint(robot, "revolute", f"level_{k}", (link, end), at, RIGHT, mimic=f"swing_{k}")
         parent = end
 
 
@@ -90,7 +90,7 @@ def _add_straight_cable(robot: ElementTree.Element, cable: SuspendedCable, hoist
     """Add a cable that stays straight: all nodes are fixed to the only link."""
     parent, depths = "link_1", np.cumsum(cable.lengths)
     add_link(robot, parent, [] if hoisted else _cable_visual(float(depths[-1]), box))
-    add_joint(robot, "revolute", "swing_1", ("trolley_link", parent), axis=RAISE)
+    add_joint(robot, "revolute", "swing_1", ("trolley_link", parent), axis=RIGHT)
     if hoisted:  # the length of the first link
         _add_prismatic_joint(robot, "hoist", (parent, "hoist_link"), DOWN)
         parent, depths = "hoist_link", depths - depths[0]
@@ -152,4 +152,4 @@ def _add_prismatic_joint(
 
 
 def _cable_visual(length: float, box: BoundingBox) -> list[Shape]:
-    return [Shape((gantry.STRAND * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]
+    return [Shape((gantry.CABLE_RADIUS_RATIO * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
 
 LOAD_DENSITY, NODE_DENSITY = 2400.0, 7800.0  # kg/m³, of concrete and of steel
-STRAND = 0.0035  # radius of the cable, of the depth
+CABLE_RADIUS_RATIO = 0.0035  # radius of the cable, of the depth
 
 
 def base(box: BoundingBox) -> list[Shape]:

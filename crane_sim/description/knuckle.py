@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description.robot import DOWN, FORWARD, RAISE, UP, add_comment, add_joint, add_link
+from crane_sim.description.robot import DOWN, FORWARD, RIGHT, UP, add_comment, add_joint, add_link
 from crane_sim.description.solids import (
     ACROSS,
     DARK,
@@ -88,12 +88,12 @@ def _add_joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str])
     slew, boom, jib, rope, tangential, radial = joints
     add_joint(robot, "fixed", "base", ("world", "base_link"))
     add_joint(robot, "revolute", slew, ("base_link", "tower_link"), axis=UP)
-    add_joint(robot, "revolute", boom, ("tower_link", "boom_link"), axis=RAISE)
-    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), boom_end, RAISE, mimic=boom)
-    add_joint(robot, "revolute", jib, ("boom_level_link", "jib_link"), axis=RAISE)
-    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), jib_end, RAISE, mimic=jib)
+    add_joint(robot, "revolute", boom, ("tower_link", "boom_link"), axis=RIGHT)
+    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), boom_end, RIGHT, mimic=boom)
+    add_joint(robot, "revolute", jib, ("boom_level_link", "jib_link"), axis=RIGHT)
+    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), jib_end, RIGHT, mimic=jib)
     add_joint(robot, "revolute", tangential, ("jib_level_link", "swing_link"), axis=FORWARD)
-    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RAISE)
+    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RIGHT)
     add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
 
 

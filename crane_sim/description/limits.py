@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
 from crane_sim.description.robot import UNBOUNDED, add_limit
-from crane_sim.files.document import present
+from crane_sim.files.document import without_nulls
 from crane_sim.scenes.scene import FORMS
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Limit(NamedTuple):
 
 def scene_file(scene: Scene) -> SceneFile:
     """Return a scene's file, checked and completed."""
-    return FORMS[scene.crane].model_validate(present(scene.document))
+    return FORMS[scene.crane].model_validate(without_nulls(scene.document))
 
 
 def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:

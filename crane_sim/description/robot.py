@@ -16,7 +16,7 @@ UP: Vector = (0.0, 0.0, 1.0)
 DOWN: Vector = (0.0, 0.0, -1.0)
 FORWARD: Vector = (1.0, 0.0, 0.0)
 LEFT: Vector = (0.0, 1.0, 0.0)
-RAISE: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
+RIGHT: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
 UNBOUNDED = 1e12
 """Stands for no limit [m, rad, rad/s, N, ...]: the format takes no infinity, and no scene file a larger number."""
 

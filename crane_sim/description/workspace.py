@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.files.document import present
+from crane_sim.files.document import without_nulls
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.schema.overhead import OverheadFile
-from crane_sim.simulation.metrics import polyline
+from crane_sim.simulation.metrics import world_points
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
 if TYPE_CHECKING:
@@ -73,26 +73,30 @@ def make_bounding_box(low: Numbers, high: Numbers, shortest: float, spatial: boo
 
 def validated_scene_file(scene: Scene) -> OverheadFile:
     """Return the validated file of a scene with an overhead crane, defaults included."""
-    return OverheadFile.model_validate(present(scene.document))
+    return OverheadFile.model_validate(without_nulls(scene.document))
 
 
 def estimate_bounding_box(scene: Scene) -> BoundingBox:
     """Return the bounding box before a run: initial state, target, and the swing about both."""
     file = validated_scene_file(scene)
-    nodes, tip = polyline(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
-    links = np.linalg.norm(np.diff(nodes[tip:], axis=0), axis=1)
+    nodes, tip_index = world_points(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    links = np.linalg.norm(np.diff(nodes[tip_index:], axis=0), axis=1)
     hoist = file.hoist.profile if file.hoist else None
-    first = [float(links[0]), *_target_of(scene, "hoist"), *_motion_positions(scene, hoist.motion() if hoist else None)]
-    lower_links = float(links[1:].sum())
-    offsets = nodes - nodes[tip]
-    offsets = np.vstack([offsets, offsets * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first) - lower_links)])
-    trolleys = [nodes[tip]]
+    first_lengths = [
+        float(links[0]),
+        *_target_of(scene, "hoist"),
+        *_motion_positions(scene, hoist.motion() if hoist else None),
+    ]
+    lower_length = float(links[1:].sum())
+    offsets = nodes - nodes[tip_index]
+    offsets = np.vstack([offsets, offsets * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first_lengths) - lower_length)])
+    trolleys = [nodes[tip_index]]
     for axis, (joint, group) in enumerate((("trolley", file.trolley), ("bridge", file.bridge))):
         motion = group.motion.motion() if group and group.motion else None
         for position in (*_target_of(scene, joint), *_motion_positions(scene, motion)):
-            trolleys.append(np.where(np.arange(3) == axis, position, nodes[tip]))
+            trolleys.append(np.where(np.arange(3) == axis, position, nodes[tip_index]))
     low, high = np.min(trolleys, axis=0) + offsets.min(axis=0), np.max(trolleys, axis=0) + offsets.max(axis=0)
-    return make_bounding_box(low, high, min(first) + lower_links, is_spatial(scene))
+    return make_bounding_box(low, high, min(first_lengths) + lower_length, is_spatial(scene))
 
 
 def _at_rest(model: Any) -> Any:

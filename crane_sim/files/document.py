@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from crane_sim.files.catalogue import scene_files
-from crane_sim.files.errors import SceneError, meant, one_word, shorten
+from crane_sim.files.errors import SceneError, did_you_mean, one_word, shorten
 
 REAL = ("control", "brake", "sensors", "actuators", "faults")
 """Groups that the nominal scene omits, unless `control.nominal` has them."""
@@ -67,7 +67,7 @@ def _unknown_scene(source: str) -> str:
     is_path = os.sep in source or source.endswith((".yaml", ".yml"))
     name = Path(source).stem if is_path else source
     what = f"scene file {one_word(source)}: there is no such file" if is_path else f"unknown scene {one_word(source)!r}"
-    return f"{what}{meant(name, scene_files())} (`crane scenes` lists the catalogue)"
+    return f"{what}{did_you_mean(name, scene_files())} (`crane scenes` lists the catalogue)"
 
 
 def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
@@ -104,13 +104,13 @@ def set_value(document: dict[str, Any], key: str, value: Any) -> None:
     group[last] = value
 
 
-def present(group: Mapping[str, Any]) -> dict[str, Any]:
+def without_nulls(group: Mapping[str, Any]) -> dict[str, Any]:
     """Return a group without null keys, which mean absent, also in its subgroups.
 
     Groups within `control` are left to the law: there null may be a choice.
     """
     deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
-    groups = {key: present(value) for key, value in deeper.items() if key != "control"}
+    groups = {key: without_nulls(value) for key, value in deeper.items() if key != "control"}
     if "control" in deeper:
         groups["control"] = {key: value for key, value in deeper["control"].items() if value is not None}
     return {key: groups.get(key, value) for key, value in group.items() if value is not None}

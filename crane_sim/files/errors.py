@@ -37,7 +37,7 @@ def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "")
     """Return a line on an unknown key, or other `what`, `of` something, with the nearest known one."""
     names = list(known)
     line = f"unknown {what} {key!r}{' ' * bool(of)}{of}"
-    return f"{line}{meant(key, names)} (known: {', '.join(names)})"
+    return f"{line}{did_you_mean(key, names)} (known: {', '.join(names)})"
 
 
 def nearest(word: str, words: Iterable[Any]) -> str | None:
@@ -45,7 +45,7 @@ def nearest(word: str, words: Iterable[Any]) -> str | None:
     return next(iter(difflib.get_close_matches(word, list(map(str, words)), n=1, cutoff=_NEAR)), None)
 
 
-def meant(word: str, words: Iterable[str]) -> str:
+def did_you_mean(word: str, words: Iterable[str]) -> str:
     """Return ", did you mean ...?" with the nearest of the words; an empty text without a near one."""
     suggestion = nearest(word, words)
     return f", did you mean {suggestion!r}?" if suggestion else ""

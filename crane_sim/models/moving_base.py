@@ -27,7 +27,7 @@ class Pose(NamedTuple):
     origin: Vector  # m, the base's origin in the world
 
 
-class Carried(NamedTuple):
+class BaseKinematics(NamedTuple):
     """Motion of the base at one instant, in the axes of the base."""
 
     velocity: Vector  # m/s, of the origin
@@ -90,21 +90,21 @@ def rotate_to_base(rows, a):
 
 
 @lean_generic
-def carried_at(base, gravity, t):
-    """Return the base as Carried at time t [s] where gravity [m/s²] acts along -z of the world; None where it rests."""
-    return _carried_at(base, gravity, t)
+def base_kinematics_at(base, gravity, t):
+    """Return the BaseKinematics at time t [s], gravity [m/s²] acting along -z of the world; None for a base at rest."""
+    return _base_kinematics_at(base, gravity, t)
 
 
 @lean_routine
-def _carried_at(base, gravity, t):
+def _base_kinematics_at(base, gravity, t):
     x, v, a = base_motion_at(base, t)
     rows = rotation(x[3], x[4], x[5])
     turn, turn_rate = angular_motion((x[3], x[4], x[5]), (v[3], v[4], v[5]), (a[3], a[4], a[5]))
     px, py, pz = rotate_to_base(rows, (-a[0], -a[1], -a[2] - gravity))
-    return Carried(rotate_to_base(rows, v), (px, py, pz + gravity), turn, turn_rate)
+    return BaseKinematics(rotate_to_base(rows, v), (px, py, pz + gravity), turn, turn_rate)
 
 
-@carried_at.register(type(None))
+@base_kinematics_at.register(type(None))
 def _(base, gravity, t):
     return None
 
@@ -114,13 +114,13 @@ def imposed_acceleration(base, r, v):
     """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
 
     Args:
-        base: see `carried_at`.
+        base: see `base_kinematics_at`.
         r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
     """
     return 0.0, 0.0, 0.0
 
 
-@imposed_acceleration.register(Carried)
+@imposed_acceleration.register(BaseKinematics)
 def _(base, r, v):
     x, y, z = cross(base.angular_velocity, r)
     dx, dy, dz = cross(base.angular_velocity, (x + 2.0 * v[0], y + 2.0 * v[1], z + 2.0 * v[2]))
@@ -134,7 +134,7 @@ def add_imposed(base, mass, force, r, v):
     return force
 
 
-@add_imposed.register(Carried)
+@add_imposed.register(BaseKinematics)
 def _(base, mass, force, r, v):
     x, y, z = imposed_acceleration(base, r, v)
     return force[0] + mass * x, force[1] + mass * y, force[2] + mass * z
@@ -146,7 +146,7 @@ def airspeed(base, r, v):
     return v
 
 
-@airspeed.register(Carried)
+@airspeed.register(BaseKinematics)
 def _(base, r, v):
     x, y, z = cross(base.angular_velocity, r)
     return base.velocity[0] + x + v[0], base.velocity[1] + y + v[1], base.velocity[2] + z + v[2]
@@ -158,16 +158,16 @@ def turned_about_z(base, angle):
     return base
 
 
-@turned_about_z.register(Carried)
+@turned_about_z.register(BaseKinematics)
 def _(base, angle):
     s, c = sincos(angle)
-    velocity, imposed = rotate_back(base.velocity, s, c), rotate_back(base.imposed, s, c)
-    w, w_dot = rotate_back(base.angular_velocity, s, c), rotate_back(base.angular_acceleration, s, c)
-    return Carried(velocity, imposed, w, w_dot)
+    velocity, imposed = to_turned_axes(base.velocity, s, c), to_turned_axes(base.imposed, s, c)
+    w, w_dot = to_turned_axes(base.angular_velocity, s, c), to_turned_axes(base.angular_acceleration, s, c)
+    return BaseKinematics(velocity, imposed, w, w_dot)
 
 
 @lean_kernel
-def rotate_back(a, s, c):
+def to_turned_axes(a, s, c):
     """Return the vector a (3,) in axes turned about z by an angle whose sine and cosine are s and c."""
     return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
@@ -210,9 +210,9 @@ def _(pose, a):
 @lean_generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
-    carried, pose, (s, c) = carried_at(base, 0.0, t), pose_at(base, t), sincos(angle)
-    velocity, w = rotate_back(carried.velocity, s, c), rotate_back(carried.angular_velocity, s, c)
-    return BaseState(velocity, w, rotate_back(pose.rows[2], s, c), pose.origin[2])
+    kinematics, pose, (s, c) = base_kinematics_at(base, 0.0, t), pose_at(base, t), sincos(angle)
+    velocity, w = to_turned_axes(kinematics.velocity, s, c), to_turned_axes(kinematics.angular_velocity, s, c)
+    return BaseState(velocity, w, to_turned_axes(pose.rows[2], s, c), pose.origin[2])
 
 
 @base_state.register(type(None))

@@ -70,7 +70,7 @@ class PlantNode:
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Load the scene and publish the robot description; raises ValueError for a bad scene."""
         scene = load_scene(settings.scene)
-        scene = scene.commanded() if settings.commanded else scene
+        scene = scene.with_external_commands() if settings.commanded else scene
         self._host, self._settings = host, settings
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
         self._topics.publish_description(urdf(scene))

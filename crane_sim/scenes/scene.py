@@ -10,7 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.files.document import SHARED, nominal, present, read, set_value, switch_law
+from crane_sim.files.document import SHARED, nominal, read, set_value, switch_law, without_nulls
 from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shorten
 from crane_sim.laws import ForeignSetting, Law, make_law
 from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
@@ -66,7 +66,7 @@ class Scene:
         """Control periods in the run, at least one."""
         return max(1, round(self.duration / self.period))
 
-    def commanded(self) -> "Scene":
+    def with_external_commands(self) -> "Scene":
         """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
         return replace(self, law=None, law_name=None, source=None, sampled=True)
 
@@ -248,7 +248,7 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
     try:
-        return form.model_validate(present(document))
+        return form.model_validate(without_nulls(document))
     except ValidationError as error:
         raise SceneError(one_line(error, form)) from None
 

@@ -43,14 +43,14 @@ def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
     if scene.hardware is None or scene.hardware.ideal:
         return integration, q, v, (q, v), None
     hardware = HardwareRun(scene)
-    shown = hardware.first_sample(scene.model, integration, scene.period)
-    return integration, q, v, (as_tuple(shown[0]), as_tuple(shown[1])), hardware
+    measured = hardware.first_sample(scene.model, integration, scene.period)
+    return integration, q, v, (as_tuple(measured[0]), as_tuple(measured[1])), hardware
 
 
 def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at: Any) -> Any:
     """Return the integration of the metered model from period k on, where the joints are `at` (q, v)."""
     t = k * scene.period
-    if model.meter is not None:
+    if model.energy_meter is not None:
         return integration if scene.sampled else restart_within_step(scene.method, model, scene.source, integration, t)
     q, v = at
     initial, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time

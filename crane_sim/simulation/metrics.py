@@ -179,7 +179,7 @@ def read_meters(p, x):
 
 
 @entry_point
-def polyline(p, t, q, v):
+def world_points(p, t, q, v):
     """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
     points = np.empty((system.point_count(p), 3))
     system.points(p, t, system.state(p, t, q, v), points)
@@ -188,16 +188,16 @@ def polyline(p, t, q, v):
 
 def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
-    points, tip = polyline(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    points, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 4))
     tensions = np.empty((len(q), system.link_count(scene.model)))
     rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
     fill_derived(scene.model, *rows, nodes, scalars, tensions)
-    rope = nodes[:, -1] - nodes[:, tip]
+    rope = nodes[:, -1] - nodes[:, tip_index]
     swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
     kinetic, potential, more_kinetic, more_potential = scalars.T
     world = kinetic + more_kinetic, potential + more_potential
-    return Derived(nodes, nodes[:, tip], nodes[:, -1], *world, kinetic, potential, tensions, swing)
+    return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing)
 
 
 class Metrics:
@@ -208,7 +208,7 @@ class Metrics:
         self._scene, self._model = scene, model
         self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
         self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
-        self._balance = EnergyBalance(read_meters(model, x)[0], model.meter is not None)
+        self._balance = EnergyBalance(read_meters(model, x)[0], model.energy_meter is not None)
         self._settling: Settling | None = None
         if scene.reference is not None:
             self._settling = Settling(np.array(scene.reference), self._of_driven(scene.initial_q))
@@ -244,7 +244,7 @@ class Metrics:
 
     def change(self, scene: Scene, model: Any, q: Vector, energy: float = 0.0) -> None:
         """Continue from positions q with another model: with a meter, or a payload whose change supplied `energy`."""
-        self._balance.change(self._of_driven(q), energy, model.meter is not None)
+        self._balance.change(self._of_driven(q), energy, model.energy_meter is not None)
         self._scene, self._model = scene, model
 
     def summary(self, t: float, q: Vector, v: tuple[float, ...], integration: Any, saturated: int) -> dict[str, Any]:

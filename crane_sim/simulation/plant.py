@@ -12,7 +12,7 @@ from crane_sim.integrators.status import OK
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import as_tuple, make_initial, resume, with_initial
-from crane_sim.simulation.metrics import Metrics, polyline
+from crane_sim.simulation.metrics import Metrics, world_points
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.periods import free_step, held_step
 from crane_sim.stepping.rows import row_width
@@ -75,7 +75,7 @@ class Plant:
     @property
     def payload(self) -> tuple[float, float, float]:
         """Position of the payload in the world [m]."""
-        nodes, _ = polyline(self.scene.model, self.t, np.array(self.q), np.array(self.v))
+        nodes, _ = world_points(self.scene.model, self.t, np.array(self.q), np.array(self.v))
         return tuple(nodes[-1].tolist())
 
     @property
@@ -144,11 +144,11 @@ class Plant:
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         self._check_efforts(u)
-        integration, q, v, seen, applied = self._advance_period(None if u is None else tuple(map(float, u)))
+        integration, q, v, measured, applied = self._advance_period(None if u is None else tuple(map(float, u)))
         if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
             check_status(integration, self.model)
         self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
-        self.seen = (self.q, self.v) if seen is None else (as_tuple(seen[0]), as_tuple(seen[1]))
+        self.seen = (self.q, self.v) if measured is None else (as_tuple(measured[0]), as_tuple(measured[1]))
         self.k += 1
         self._filled += 1
         self._still = self._still + 1 if self._braking and self._rests() else 0
@@ -183,7 +183,7 @@ class Plant:
         command = hardware.open_loop_command(self.t, self.q, self.v) if u is None else u
         step_args = (self._integration, self.k, self.scene.period, self._rows, self._filled)
         mass, energy = hardware.payload_mass, hardware.payload_energy
-        integration, (q, v), seen, applied = hardware.step(self.scene.method, self.model, command, *step_args)
+        integration, (q, v), measured, applied = hardware.step(self.scene.method, self.model, command, *step_args)
         if hardware.payload_mass != mass:
             row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
             self._flush()
@@ -191,7 +191,7 @@ class Plant:
             mass, energy = hardware.payload_mass, hardware.payload_energy - energy
             scene = replace(self.scene, model=hardware.model_with_payload(self.scene.model, mass))
             self._metrics.change(scene, hardware.model_with_payload(self.model, mass), self.q, energy)
-        return integration, q, v, seen if self.scene.hardware is not None else None, applied
+        return integration, q, v, measured if self.scene.hardware is not None else None, applied
 
     def _flush(self) -> None:
         start = self.k - self._filled

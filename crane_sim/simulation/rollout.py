@@ -222,7 +222,7 @@ def simulate(
     scene = _with_changes(scene, named, overrides)
     times = checked_times(sample_times, scene.steps * scene.period)
     started = time.perf_counter()
-    scene = scene.commanded() if callable(law) else scene
+    scene = scene.with_external_commands() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
     wall, (rows, samples, integration), model = time.perf_counter() - started, run[:3], scene.model
     counted = {"rhs_evaluations": integration.evaluations, "steps": integration.steps}

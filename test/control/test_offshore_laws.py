@@ -39,7 +39,7 @@ def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     law, features = law_of("offshore_resonant", changes), []
     for t, y in ((0.0, (1.35, 0.0)), (0.3, (1.2, 0.2))):
         law(t, *hanging(y, (0.0, 0.0)))
-        features.append(law.tracker.learner.state.values.copy())
+        features.append(law.tracker.disturbance_estimator.state.values.copy())
     assert [feature @ feature for feature in features] == pytest.approx([1.0, 1.0], abs=1e-12)
     distance = 0.15**2 + 0.2**2 + 0.3**2  # m² and s²: velocities and the reference stay
     # the mean of 4000 cosines, each of variance below 1/2: four standard deviations
@@ -51,11 +51,11 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     """Weights after one period, and the effort that they lead to, are equations 64, 67, 74, 86, 97 and 99 by hand."""
     zone = {"cutoff": 0.001, "smoothing": 0.05}
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}})
-    state, c, h = law.tracker.learner.state, 0.5, 0.004
+    state, c, h = law.tracker.disturbance_estimator.state, 0.5, 0.004
     law(0.0, Q, V)
     assert not np.any(state.weights)  # zero elapsed time
     effort = law(h, Q, V)
-    angles = law.tracker.learner.features.frequencies @ Y
+    angles = law.tracker.disturbance_estimator.features.frequencies @ Y
     psi = np.column_stack([np.cos(angles), np.sin(angles)]).ravel() / sqrt(20)
     p = np.array([[KP + (KD - c + c) * c, c], [c, 1.0]])
     size = 0.5 * sum(np.array([E1[i], E2[i]]) @ p @ (E1[i], E2[i]) for i in range(2))
@@ -94,7 +94,7 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
     """With a disturbance that the features can express, V only falls, at the rate -c kp e² - kc e'² times F."""
     settings = {"features": 30, "dead_zone": {"cutoff": 0.002, "smoothing": 0.004} if zone else None}
     law, h = law_of("offshore_resonant", {"control.adaptation": settings}), 1e-3
-    learner, c, kc = law.tracker.learner, 0.5, KD - 0.5
+    learner, c, kc = law.tracker.disturbance_estimator, 0.5, KD - 0.5
     true_weights = np.random.default_rng(1).normal(0.0, 0.05, (60, 2))
     e, de, values, expected_decrease = np.array([0.1, -0.05]), np.array([0.0, 0.1]), [], 0.0
     for k in range(8000):  # eight seconds, the reference rests at (1.35, 0)
@@ -148,7 +148,7 @@ def test_runs_begin_with_nothing_learnt() -> None:
     runs = [simulate(scene) for _ in range(2)]
     assert np.any(runs[0].u[-1] != 1.35)
     assert np.array_equal(runs[0].q, runs[1].q) and np.array_equal(runs[0].u, runs[1].u)
-    assert not np.any(scene.law.tracker.learner.state.weights)  # pyright: ignore
+    assert not np.any(scene.law.tracker.disturbance_estimator.state.weights)  # pyright: ignore
 
 
 SERVO = {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}
@@ -169,7 +169,10 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"control.law": "cartesian", "control.adaptation": {}}, "unknown key 'adaptation' for law 'cartesian'"),
     (ALONG_X, r"initial.direction = \[1.0, 0.0, 0.0\]: the rope is horizontal, where the angular law"),
     ({"control.adaptation": {"feature": 3}}, "control.adaptation: unknown key 'feature'"),
-    ({"control.law": "harmonic", "control.feedforward": {"base": True}}, "feedforward.base: the harmonic law observes"),
+    (
+        {"control.law": "harmonic", "control.feedforward": {"base": True}},
+        "feedforward.base: must be left out, the harmonic law",
+    ),
     ({"control.vision": {"rate": 0.0}}, "control.vision.rate"),
 ]
 

@@ -41,7 +41,8 @@ def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
     observer = {"wander": 0.5, "rope": 0.0}  # the rope's length is unobservable while the tip is at rest
     control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": observer}
     law, t = law_of("offshore_obstacle", {"control": control}), 0.0
-    ekf, size = law.tracker.learner.ekf, force / (KP - w * w) / LENGTH  # of y'' = w0² (tip - y) + d, the tip at rest
+    ekf = law.tracker.disturbance_estimator.ekf
+    size = force / (KP - w * w) / LENGTH  # of y'' = w0² (tip - y) + d, the tip at rest
     x = ekf.state.x
     assert sqrt(ekf.theta) == pytest.approx(0.8 * sqrt(KP))
     for k in range(5000):

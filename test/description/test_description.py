@@ -14,7 +14,7 @@ from crane_sim.description import urdf
 from crane_sim.description.cables import SuspendedCable, add_cable
 from crane_sim.description.workspace import BoundingBox
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import polyline
+from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted
 
@@ -142,7 +142,7 @@ def posture(scene: Scene, seed: int) -> np.ndarray:
 def test_the_nodes_are_the_models(scene: Scene, seed: int) -> None:
     """Every node of the cable is where the model puts it, from the joint positions and the URDF alone."""
     q = posture(scene, seed)
-    nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
+    nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
@@ -155,7 +155,7 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     scene = OVERHEAD["hoisted spatial chain"]
     q = posture(scene, 0)
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
-    nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
+    nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
     assert actual == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
 

@@ -30,11 +30,11 @@ def test_faults_of_sensors_and_drives() -> None:
         "blind": {"kind": "sensor_loss", "joint": "swing_1", "at": 0.145, "until": 0.3},
         "weak": {"kind": "effort_loss", "joint": "trolley", "factor": 0.25, "at": 0.2, "until": 0.4},
     }
-    true, shown, applied = history(rod(faults=faults), 60, constant)
+    true, measured, applied = history(rod(faults=faults), 60, constant)
     k = np.arange(60)
     frozen, blind, weak = (k >= 10) & (k < 20), (k >= 15) & (k < 30), (k >= 20) & (k < 40)
-    assert np.array_equal(shown[:, 0], np.where(frozen, true[9, 0], true[:, 0]))
-    assert np.array_equal(shown[:, [1, 3]], np.where(blind[:, None], 0.0, true[:, [1, 3]]))
+    assert np.array_equal(measured[:, 0], np.where(frozen, true[9, 0], true[:, 0]))
+    assert np.array_equal(measured[:, [1, 3]], np.where(blind[:, None], 0.0, true[:, [1, 3]]))
     assert np.array_equal(applied, np.where(weak, 1.0, 4.0))
 
 
@@ -58,11 +58,11 @@ def test_another_payload() -> None:
         reference.advance((4.0,))
     assert plant.q == pytest.approx(reference.q, abs=1e-12) and plant.v == pytest.approx(reference.v, abs=1e-12)
     summary = plant.summary()
-    assert summary["energy_audit_max"] < 1e-6  # of the method's step, as without a change; some 0.3 with its energy
+    assert summary["energy_audit_max"] < 1e-6  # the method's own error; 0.8 if the change's energy were not counted
     assert summary["faults"] == [{"t": 0.5, "name": "drop", "on": True}]
 
 
-def test_faults_by_order() -> None:
+def test_manually_set_faults() -> None:
     """A fault without a time is inactive until overridden, overrides precede schedules, and a restart clears them."""
     plant = Plant(rod(faults={"late": {"kind": "sensor_loss", "joint": "trolley"}}))
     for on in (False, True, False):

@@ -35,18 +35,18 @@ def normal(seed: int, stream: int, k: int) -> float:
 def test_noise_is_drawn_by_seed_signal_and_step() -> None:
     """Every noise is the number that seed, signal and step have, computed here with Python's whole numbers."""
     scene = rod(seed=2**63 - 5, sensors={"all": {"noise": [0.1, 0.2]}})
-    true, shown, _ = history(scene, 50)
+    true, measured, _ = history(scene, 50)
     for j, deviation in enumerate((0.1, 0.1, 0.2, 0.2)):
         expected = [deviation * normal(2**63 - 5, 3 * j, k) for k in range(50)]
         # a sum with a coordinate of size 1 keeps 16 digits of it, logarithm and cosine are within a few ulp
-        assert shown[:, j] - true[:, j] == pytest.approx(expected, abs=1e-14)
+        assert measured[:, j] - true[:, j] == pytest.approx(expected, abs=1e-14)
 
 
 def test_noise_is_normal_unbiased_and_repeats() -> None:
     """Noise has the scene's deviation and bias, a normal distribution, and is the same every time."""
     scene = rod(seed=3, sensors={"all": {"noise": 0.01, "bias": [0.5, -0.25]}})
-    true, shown, _ = history(scene, 3000)
-    noise = (shown - true - [0.5, 0.5, -0.25, -0.25]) / 0.01
+    true, measured, _ = history(scene, 3000)
+    noise = (measured - true - [0.5, 0.5, -0.25, -0.25]) / 0.01
     n = noise.size
     assert abs(noise.mean()) < 5.0 / sqrt(n)  # five standard errors: one seed in two million fails
     assert abs(noise.var() - 1.0) < 5.0 * sqrt(2.0 / n)
@@ -55,33 +55,33 @@ def test_noise_is_normal_unbiased_and_repeats() -> None:
         assert abs((abs(noise) > size).mean() - share) < 5.0 * sqrt(share * (1.0 - share) / n)
     neighbours = [noise[:-1, 0] * noise[1:, 0], noise[:, 0] * noise[:, 1], noise[:, 0] * noise[:, 2]]
     assert all(abs(product.mean()) < 5.0 / sqrt(len(product)) for product in neighbours)
-    assert np.array_equal(history(scene, 300)[1], shown[:300])
-    assert not np.any(history(rod(seed=4, sensors={"all": {"noise": 0.01}}), 20)[1] == shown[:20])
+    assert np.array_equal(history(scene, 300)[1], measured[:300])
+    assert not np.any(history(rod(seed=4, sensors={"all": {"noise": 0.01}}), 20)[1] == measured[:20])
 
 
 def test_digits_and_delay_are_exact() -> None:
     """A sensor shows the nearest multiple of its step, and the truth delayed by whole periods, to the bit."""
     sensors = {"trolley": {"quantisation": [0.003, 0.01]}, "swing_1": {"delay": 0.04}}
-    true, shown, _ = history(rod(sensors=sensors), 60)
+    true, measured, _ = history(rod(sensors=sensors), 60)
     for j, step in ((0, 0.003), (2, 0.01)):
-        assert shown[:, j].tolist() == [step * floor(x / step + 0.5) for x in true[:, j]]
+        assert measured[:, j].tolist() == [step * floor(x / step + 0.5) for x in true[:, j]]
     late = np.maximum(np.arange(60) - 4, 0)
-    assert np.array_equal(shown[:, [1, 3]], true[late][:, [1, 3]])
+    assert np.array_equal(measured[:, [1, 3]], true[late][:, [1, 3]])
 
 
 def test_rate_and_dropout() -> None:
     """Samples are taken at their rate and lost by their chance, the last one stays, and the summary counts them."""
     scene = rod(seed=11, duration=50.0, sensors={"trolley": {"rate": 25.0, "dropout": 0.3, "delay": 0.02}})
-    plant, lost, held, shown = Plant(scene), 0, [], []
+    plant, lost, held, measured = Plant(scene), 0, [], []
     last = 0.0
     for k in range(4000):
         if k % 4 == 0:
             gone = k > 0 and uniform(11, 2, k) < 0.3
             lost, last = lost + gone, last if gone else plant.q[0]
         held.append(last)
-        shown.append(plant.seen[0][0])
+        measured.append(plant.seen[0][0])
         plant.advance((0.0,))
-    assert shown[2:] == held[:-2] and shown[:2] == held[:1] * 2
+    assert measured[2:] == held[:-2] and measured[:2] == held[:1] * 2
     assert abs(lost / 999 - 0.3) < 5.0 * sqrt(0.3 * 0.7 / 999)
     speeds = sum(uniform(11, 3 * 2 + 2, k) < 0.3 for k in range(4, 4001, 4))  # the velocity's samples are lost, too
     assert plant.summary()["lost_samples"] == lost + speeds + (uniform(11, 2, 4000) < 0.3)

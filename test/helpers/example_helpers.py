@@ -53,7 +53,7 @@ def check_lockstep(summary: dict) -> None:
 
 def hash_in_process() -> str:
     """Return the hash of the states that the examples' law leads through, computed without any middleware."""
-    scene = load_scene("knuckle_setpoint", {"duration": DURATION}).commanded()
+    scene = load_scene("knuckle_setpoint", {"duration": DURATION}).with_external_commands()
     law = runpy.run_path(str(EXAMPLES / "my_law.py"))["effort"]
     plant = Plant(scene)
     for _ in range(scene.steps):

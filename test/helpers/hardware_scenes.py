@@ -9,7 +9,7 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 
 PERIOD = 0.01  # s, of a scene without a law
-MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}  # kg; without a time it begins by an order
+MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}  # kg; without a time it begins when it is set
 ROD: dict[str, Any] = {
     "crane": "overhead",
     "duration": 2.0,
@@ -22,7 +22,7 @@ ROD: dict[str, Any] = {
 
 
 def rod(**groups: Any) -> Scene:
-    """Return the scene with further groups, and a fault that changes its payload when it is ordered."""
+    """Return the scene with further groups, and a fault that changes its payload when it is set."""
     return load_scene(ROD | groups | {"faults": {"never": MASS} | groups.get("faults", {})})
 
 

@@ -83,7 +83,7 @@ def dense(rows: Any, n: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("tableau", "order"), [(rk4, 4), (dop853, 8), (dopri5, 5)], ids=["rk4", "dop853", "dopri5"])
 def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> None:
-    """Weights integrate polynomials up to the order, rows sum to their nodes, and tall trees vanish as they should."""
+    """Weights integrate polynomials up to the order, rows sum to their nodes, and tall trees' order conditions hold."""
     n = len(tableau.B)
     a, c = dense(tableau.A, n), np.array([0.0, *tableau.C])
     b = np.array([0.0 if x is None else x for x in tableau.B])

@@ -75,7 +75,7 @@ def integrate_case(method, p, q, v, u, times, nodes):
 def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:
     """Return (integration, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
     nodes = np.empty((len(times), system.point_count(scene.model), 3))
-    model, efforts = scene.model._replace(meter=Meter()), (0.0,) * len(scene.actuated)
+    model, efforts = scene.model._replace(energy_meter=Meter()), (0.0,) * len(scene.actuated)
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
     integration, lost = integrate_case(method, model, q, v, efforts, np.array(times), nodes)
     return integration, nodes[:, 1:], lost

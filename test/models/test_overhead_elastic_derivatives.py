@@ -73,7 +73,7 @@ def test_derivatives_are_exact(groups: Any) -> None:
     down = np.cumsum([[0.2, 0.1, -0.9][:: 1 if spatial else 2]] * 3, axis=0) + 0.1 * rng.normal(size=shape)
     start = {"positions": down.tolist(), "velocities": rng.normal(size=shape).tolist()}
     scene = scene_of([1.0, 2.0, 5.0], [1.0, 0.7, 0.9], 2e3, start, **groups)
-    p, u = scene.model._replace(meter=Meter()), tuple(rng.normal(0, 20, len(scene.actuated)))
+    p, u = scene.model._replace(energy_meter=Meter()), tuple(rng.normal(0, 20, len(scene.actuated)))
     v = np.array(scene.initial_v) + np.append([0.7, 0.4][: 1 + spatial], np.zeros(len(scene.initial_v) - 1 - spatial))
     x = state_of(p, np.array(scene.initial_q), v)
     n, h = 2 * len(v) + 1, 1e-5

@@ -15,7 +15,7 @@ class Elastic(Rigid):
     tension_only: bool = False
 
     def __post_init__(self) -> None:
-        """Prepare the inverse masses; the first state of every link follows from the first elongations."""
+        """Prepare the inverse masses; every link begins taut."""
         super().__post_init__()
         self.taut = np.ones(len(self.masses), bool)
 
@@ -24,7 +24,7 @@ class Elastic(Rigid):
         d, rate = (np.diff(half.reshape(-1, self.axes), axis=0) for half in np.split(y, 2))
         length = np.sqrt(np.sum(d * d, axis=1))
         n = d / length[:, None]
-        return n, length - self.base, np.sum(n * rate, axis=1)
+        return n, length - self.link_lengths, np.sum(n * rate, axis=1)
 
     def tension(self, t: Real, y: Vector) -> Vector:
         """Return the tensions (N,) [N] of the links, zero where slack."""
@@ -34,10 +34,10 @@ class Elastic(Rigid):
     def field(self, t: Real, y: Vector) -> Vector:
         """Return dy/dt."""
         n = self.stretch(y)[0]
-        force = self.spread(self.tension(t, y)[:, None] * n)
+        force = self.nodal_forces(self.tension(t, y)[:, None] * n)
         force[:, -1] -= self.weight
         force[0, :-1] += self.drive(t)[: self.axes - 1]
-        return np.concatenate([np.split(y, 2)[1], self.respond(force).ravel()])
+        return np.concatenate([np.split(y, 2)[1], self.apply_inverse_mass(force).ravel()])
 
     def project(self, t: Real, y: Vector) -> Vector:
         """Return the state as it is."""

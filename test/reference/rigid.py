@@ -69,7 +69,7 @@ class Rigid:
             self.mobility[axis, free, free] = inverse(here[free, free])
         self.coupling = np.array([difference @ w @ difference.T for w in self.mobility])
         self.weight = np.array([0.0, *self.masses], Real) * Real(self.gravity)
-        self.base = np.array(self.lengths, Real)
+        self.link_lengths = np.array(self.lengths, Real)
 
     @property
     def hoisted(self) -> bool:
@@ -87,7 +87,7 @@ class Rigid:
 
     def links(self, t: Real, winch: Real, rate: Real) -> Vector:
         """Return lengths, rates, second derivatives (3, N); a winch's own acceleration is left to the system."""
-        table = np.array([self.base, 0 * self.base, 0 * self.base])
+        table = np.array([self.link_lengths, 0 * self.link_lengths, 0 * self.link_lengths])
         if self.profile is not None:
             table[:, 0] = self.profile(t)
         elif self.hoisted:
@@ -105,7 +105,7 @@ class Rigid:
             matrix[0, :], matrix[0, 0] = 0, 1
         return matrix
 
-    def respond(self, force: Vector) -> Vector:
+    def apply_inverse_mass(self, force: Vector) -> Vector:
         """Return the accelerations (N + 1, axes) that nodal forces would give without constraints."""
         return np.stack([self.mobility[a] @ force[:, a] for a in range(self.axes)], axis=1)
 
@@ -135,19 +135,20 @@ class Rigid:
         force[0, :-1] += self.drive(t)[: self.axes - 1]
         if self.stiffness is not None:
             force = force + self.bend(d, dd)
-        right = np.sum(d * np.diff(self.respond(force), axis=0) + dd * dd, axis=1) - table[1] ** 2 - table[0] * table[2]
+        relative = np.diff(self.apply_inverse_mass(force), axis=0)
+        right = np.sum(d * relative + dd * dd, axis=1) - table[1] ** 2 - table[0] * table[2]
         pull = self.winch_force(t)
         if self.winch_inertia:
             right[0] -= table[0, 0] * pull / Real(self.winch_inertia)
         if self.winch_inertia == 0:
             right[0] = -pull / np.sqrt(np.sum(d[0] ** 2))
         multipliers = solve(self.system(d, table[0]), right)
-        nodes = self.respond(force + self.spread(multipliers[:, None] * d))
+        nodes = self.apply_inverse_mass(force + self.nodal_forces(multipliers[:, None] * d))
         drum = (pull + multipliers[0] * table[0, 0]) / Real(self.winch_inertia) if self.winch_inertia else Real(0)
         return nodes, drum, multipliers
 
     @staticmethod
-    def spread(pull: Vector) -> Vector:
+    def nodal_forces(pull: Vector) -> Vector:
         """Return the nodal forces (N + 1, axes) of link pulls (N, axes): towards the neighbours."""
         return np.vstack([pull, 0 * pull[:1]]) - np.vstack([0 * pull[:1], pull])
 
@@ -189,4 +190,4 @@ class Rigid:
         """Return nodes and winch after the impulses along the links that close the gap (N,)."""
         impulse = solve(self.system(d, lengths), gap * np.where((np.arange(len(gap)) == 0) & free, 0, 1))
         drum = impulse[0] * lengths[0] / Real(self.winch_inertia) if self.winch_inertia else Real(0)
-        return nodes + self.respond(self.spread(impulse[:, None] * d)), winch + drum
+        return nodes + self.apply_inverse_mass(self.nodal_forces(impulse[:, None] * d)), winch + drum

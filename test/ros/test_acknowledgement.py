@@ -11,13 +11,13 @@ from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 LEASE = TIMEOUT  # s
-STEP = 0.05  # s, the law's initial compute time
+STEP = 0.05  # s, the law's compute time while it answers
 
 
 @pytest.mark.parametrize(
     ("other_missing", "suspended"),
     [(False, False), (True, True)],
-    ids=["all acknowledge", "a other_missing one does not"],
+    ids=["all acknowledge", "another subscriber does not"],
 )
 def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
     other_missing: bool,
@@ -26,7 +26,10 @@ def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
     topics: FakeTopics,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """An owner that answered while acknowledgements were missing may be alive; else the missing one is its own."""
+    """The lease of an owner that answered while an acknowledgement was missing does not expire; otherwise it does.
+
+    In the first case the missing acknowledgement is another subscriber's, in the second one the owner's.
+    """
     now = [1000.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     lockstep: Any = make_lockstep(FakeHost(), simulation)

@@ -113,7 +113,7 @@ def hash_of_example(scene: Scene) -> str:
     sys.path.insert(0, str(EXAMPLES))
     from my_law import effort  # pyright: ignore[reportMissingImports]
 
-    plant = Plant(scene.commanded())
+    plant = Plant(scene.with_external_commands())
     for _ in range(scene.steps):
         plant.advance(effort(scene.joint_names, plant.q, plant.v))
     return plant.summary()["state_sha256"]

@@ -32,7 +32,7 @@ class OptionalGroup(NamedTuple):
 
 
 def is_record(kind: Any) -> bool:
-    """Whether a type is one of parameters that files write as a group of keys."""
+    """Whether a type is a record (BaseModel or NamedTuple), which a scene file writes as a group of keys."""
     return isinstance(kind, type) and (issubclass(kind, BaseModel) or hasattr(kind, "_fields"))
 
 
@@ -70,7 +70,7 @@ def is_group(default: Any) -> bool:
 
 
 def subgroups(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...]]]:
-    """Return (group, where below its key) of what a document holds: one group, a list, or groups by name."""
+    """Return (group, its path relative to the key) of what a document holds: one group, a list, or groups by name."""
     if isinstance(held, list):
         return [(part, (i,)) for i, part in enumerate(held)]
     named = annotation if get_origin(annotation) is not Annotated else get_args(annotation)[0]
@@ -137,7 +137,7 @@ def outcome(document: dict[str, Any]) -> Any:
 
 
 def catalogue(crane: str) -> list[dict[str, Any]]:
-    """Return the documents of the catalogue with this kind of crane, and of one within limits that none has."""
+    """Return the catalogue's documents with this kind of crane; of the pendulum also one with suspension limits."""
     documents = [document for name in scene_files() if (document := read(name))["crane"] == crane]
     if crane == "pendulum":
         limits = {"x": [-9.0, 9.0], "y": [-9.0, 9.0], "z": [-9.0, 9.0]}
@@ -158,7 +158,9 @@ def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
                 assert outcome(written_as(document, optional, value=absence(optional.default))) == outcome(without), (
                     optional
                 )
-    assert {(form, key) for form, key, _ in visited} == set(all_groups(FORMS[crane])), "no scene has room for a group"
+    assert {(form, key) for form, key, _ in visited} == set(all_groups(FORMS[crane])), (
+        "no scene of the catalogue can hold these groups"
+    )
 
 
 @pytest.mark.parametrize(("crane", "name"), RUN.items())
@@ -195,5 +197,5 @@ def final(scene: Scene) -> tuple[Any, ...]:
     plant = Plant(scene)
     for _ in range(scene.steps):
         plant.advance(scene.law(plant.t, plant.q, plant.v) if scene.sampled and scene.law else None)
-    flow, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
-    return len(leaves(flow.x)), plant.q, plant.v, plant.summary()["state_sha256"]
+    integration, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
+    return len(leaves(integration.x)), plant.q, plant.v, plant.summary()["state_sha256"]

@@ -93,10 +93,13 @@ def test_invalid_or_contradictory_changes_are_rejected(call: Callable[[], Any], 
         (lambda: crane_sim.energy(SWING, None, V), "q = None: must be 2 finite numbers"),
         (lambda: Plant("overhead_swing"), "scene = 'overhead_swing': must be a Scene, as `crane_sim.load_scene`"),
         (lambda: Plant(SWING).advance((1.0, 2.0)), "u = (1.0, 2.0): has 2 values; joints that take efforts: trolley"),
-        (lambda: Plant(SWING.commanded()).advance(), "u: is missing; scene overhead_swing takes efforts every period"),
+        (
+            lambda: Plant(SWING.with_external_commands()).advance(),
+            "u: is missing; scene overhead_swing takes efforts every period",
+        ),
     ],
     ids=lambda case: case if isinstance(case, str) else "",
 )
-def test_other_arguments_that_are_none_are_refused(call: Callable[[], Any], line: str) -> None:
-    """Vectors that are none, not finite or too long, and anything but a Scene, are rejected with their value."""
+def test_invalid_arguments_are_rejected(call: Callable[[], Any], line: str) -> None:
+    """Arguments that are not vectors, not finite or of the wrong length, or no Scene, are rejected with their value."""
     assert line in error_of(call)

@@ -16,7 +16,7 @@ from crane_sim.evaluation.documentation.scene_format import COMMAND, anchor, sce
 from crane_sim.evaluation.documentation.signs import SIGNS
 from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.scene import FORMS
-from crane_sim.simulation.metrics import polyline
+from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted
 
@@ -124,7 +124,7 @@ BASE_DIRECTIONS = {
 def payload(name: str, q: Any, changes: dict[str, Any] | None = None) -> np.ndarray:
     """Return the payload's position (3,) in the world."""
     scene = SCENES[name] if changes is None else load_scene(SCENES[name].to_dict() | changes)
-    return polyline(scene.model, 0.0, np.array(q, dtype=float), np.zeros(len(q)))[0][-1]
+    return world_points(scene.model, 0.0, np.array(q, dtype=float), np.zeros(len(q)))[0][-1]
 
 
 def test_no_sign_is_left_out() -> None:

@@ -17,7 +17,7 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import polyline
+from crane_sim.simulation.metrics import world_points
 from crane_sim.stepping.periods import begin
 
 NAME, VERSION = "crane_sim", version("crane_sim")
@@ -82,7 +82,7 @@ class CraneSimEngine:
         def execute(repetitions: int) -> RunResult:
             integration, x = integrate(method, self.p, self.source, self.q, self.v, end, repetitions)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
-            points, _ = polyline(self.p, end, np.array(q), np.array(v))
+            points, _ = world_points(self.p, end, np.array(q), np.array(v))
             return RunResult(points[-1], integration.evaluations, integration.steps, float(tensions[-1]))
 
         return execute

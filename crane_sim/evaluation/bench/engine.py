@@ -1,7 +1,7 @@
 """Interface of a benchmark engine: this simulator and its peers."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,7 @@ class Engine(Protocol):
 
     name: str
     version: str
+    unsupported_scenes: ClassVar[dict[str, str]]  # reason by scene that is not compared with this engine
 
     def unsupported_reason(self, problem: Problem) -> str | None:
         """Return why the engine cannot model the problem, None when it can."""

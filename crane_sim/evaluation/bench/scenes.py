@@ -14,7 +14,7 @@ from crane_sim.evaluation.bench.peers import engines
 from crane_sim.evaluation.bench.problem import problem_of
 from crane_sim.evaluation.bench.sweep import Trial, measure_points, sweep_method
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.simulation.metrics import polyline
+from crane_sim.simulation.metrics import world_points
 
 ProgressCallback = Callable[[str], Any]
 QUICK, QUICK_METHODS = ("S1", "S2k", "S3a", "S5"), ("rk4", "rk8", "dop853")
@@ -55,7 +55,7 @@ def measure(
     versions = {crane_sim_engine.NAME: crane_sim_engine.VERSION} | {
         engine.name: engine.version for engine in peer_engines
     }
-    cannot = {engine.name: getattr(engine, "cannot", {}) for engine in peer_engines}
+    cannot = {engine.name: engine.unsupported_scenes for engine in peer_engines}
     date = time.strftime("%Y-%m-%d")
     scenes = {case.id: _scene(case, methods, peer_engines, on_progress) for case in cases}
     head = {"date": date, "machine": machine(), "engines": versions, "missing": missing, "cannot": cannot}
@@ -95,7 +95,7 @@ def _peer(engine: Engine, simulator: crane_sim_engine.CraneSimEngine, reference:
     Raises:
         EngineUnavailable: it cannot model the scene, or lacks a dependency.
     """
-    points, _ = polyline(simulator.p, 0.0, simulator.q, simulator.v)
+    points, _ = world_points(simulator.p, 0.0, simulator.q, simulator.v)
     problem = problem_of(simulator.scene, np.array(points[-1]))
     if problem is None:
         raise EngineUnavailable("no plain description of this scene")

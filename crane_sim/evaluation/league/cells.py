@@ -15,7 +15,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.process_signals import end_with_parent
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.metrics import DIFFERENCE_STEP, in_base, polyline, tip_accelerations
+from crane_sim.simulation.metrics import DIFFERENCE_STEP, in_base, tip_accelerations, world_points
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
@@ -123,7 +123,7 @@ def target_position(scene: Scene) -> Array:
     assert scene.reference is not None, "trials without a path are scenes with a target"
     q = np.zeros(len(scene.joint_names))
     q[[scene.joint_names.index(name) for name in scene.actuated]] = scene.reference
-    nodes, _ = polyline(scene.model, 0.0, q, np.zeros_like(q))
+    nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     return express_in_base(scene.model, np.zeros(1), nodes[-1:])
 
 

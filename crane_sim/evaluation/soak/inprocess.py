@@ -15,7 +15,7 @@ from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 
 BLOCKS = 25  # samples of memory and rate; the first one is the warm-up
-GROWTH = 5.0  # MB
+MAX_GROWTH = 5.0  # MB
 
 
 def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
@@ -32,7 +32,7 @@ def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[
         data[method] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
         figures += [
             Figure(f"{method}, steps", ends[-1]),
-            at_most(f"{method}, growth of resident memory", memory[-1] - memory[0], GROWTH, "MB"),
+            at_most(f"{method}, growth of resident memory", memory[-1] - memory[0], MAX_GROWTH, "MB"),
             *drift_figures(rates[1:], f"{method}, "),
         ]
     return figures, data

@@ -25,7 +25,7 @@ MEDIAN_LIMIT, MAX_LIMIT = 0.5, 1.0  # s within which control is back behind half
 _GAP = (0.5, 2.5)  # s between two kills, uniform
 _POLL = 0.01  # s between two polls for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
-_GROWTH = 5.0  # MB that the plant may grow
+_MAX_GROWTH = 5.0  # MB that the plant may grow
 _CALL = 20.0  # ms that a call may take
 _BARE = 1e-3  # s, period of a loop beside the run that measures stalls of the machine
 _STALL = 100.0  # ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
@@ -107,7 +107,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
     figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, received, recorded)]
     figures += [*_control(back), *_publishing(summary, machine), _gap(loaded.period_ns, received["s"])]
     figures += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
-    figures += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _GROWTH, "MB")]
+    figures += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _MAX_GROWTH, "MB")]
     return figures, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
 
 

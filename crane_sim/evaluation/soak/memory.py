@@ -8,7 +8,7 @@ from crane_sim.evaluation.bench import memory
 from crane_sim.evaluation.soak.drift import drift_figures
 from crane_sim.evaluation.soak.figures import Figure, at_most, equal
 
-GROWTH = 5.0  # MB that a process may grow after the warm-up
+MAX_GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
 
 
@@ -21,7 +21,7 @@ def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
     for node, resident in measured["resident"].items():
         figures += [
             Figure(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
-            at_most(f"{node}, growth since", resident["growth_MB"], GROWTH, "MB"),
+            at_most(f"{node}, growth since the warm-up", resident["growth_MB"], MAX_GROWTH, "MB"),
         ]
     times, rates = _step_rates(measured)
     data: dict[str, Any] = {"seconds": times, "steps_per_second": rates}

@@ -26,7 +26,7 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
     """Run for `seconds`, in rounds; return (figures, data)."""
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
-    data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "unclear", "rates")}
+    data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "near_deadline", "rates")}
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         for _ in range(rounds):
             data["bare"].append(run_sleep_process(PERIOD, scene.steps))
@@ -38,7 +38,9 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
             received = monitored.read()
             delays = completion_delays(received["s"], received["e"], scene.period_ns)
             data["counted"].append(int(np.count_nonzero(delays > scene.period_ns)))
-            data["unclear"].append(int(np.count_nonzero(delays > scene.period_ns - _MARGIN)) - data["counted"][-1])
+            data["near_deadline"].append(
+                int(np.count_nonzero(delays > scene.period_ns - _MARGIN)) - data["counted"][-1]
+            )
             states = received["s"]
             data["rates"].append((len(states) - 1) * 1e9 / (states[-1].sent - states[0].sent))
     return _figures(**data), data
@@ -58,7 +60,7 @@ def _figures(
     bare: list[dict[str, Any]],
     plant: list[dict[str, Any]],
     counted: list[int],
-    unclear: list[int],
+    near_deadline: list[int],
     rates: list[float],
 ) -> list[Figure]:
     deviation = max(abs(rate - 1.0 / PERIOD) for rate in rates)
@@ -72,7 +74,7 @@ def _figures(
         Figure("overruns of the bare loop", sum(round_["deadline_misses"] for round_ in bare)),
         Figure("overruns, the plant's own count", sum(plant_counts)),
         Figure("overruns, the subscriber's count", sum(counted)),
-        Figure("steps too close to their deadline to be counted", sum(unclear)),
+        Figure("steps too close to their deadline to be counted", sum(near_deadline)),
         at_most(
             "their difference, of all steps",
             100.0 * abs(sum(plant_counts) - sum(counted)) / steps,

@@ -1,6 +1,6 @@
 """An overhead crane on a moving base: inertial forces on axes and nodes, whose states are relative to the base.
 
-Each function takes the base as of `moving_base.carried_at`, and does nothing for a base at rest (None).
+Each function takes the base as of `moving_base.base_kinematics_at`, and does nothing for a base at rest (None).
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from crane_sim.models.cables.chain import (
     Rods,
     add_node_acceleration,
 )
-from crane_sim.models.moving_base import Carried, imposed_acceleration, pose_at, to_world
+from crane_sim.models.moving_base import BaseKinematics, imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import Base, SplineBase
@@ -39,7 +39,7 @@ def axes_load(base, trolley, bridge, share, position, velocity):
     """Return the Load of trolley and bridge alone.
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         trolley, bridge: axes; None where there is no bridge. Prescribed motion has no load.
         share: of the mass that the bridge moves, fraction at the trolley's position; the remainder is at x = 0.
         position, velocity: of the trolley along x and y [m], [m/s].
@@ -47,7 +47,7 @@ def axes_load(base, trolley, bridge, share, position, velocity):
     return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
-@axes_load.register(Carried)
+@axes_load.register(BaseKinematics)
 def _(base, trolley, bridge, share, position, velocity):
     (x, y), (vx, vy) = position, velocity
     along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
@@ -58,7 +58,7 @@ def _(base, trolley, bridge, share, position, velocity):
 @lean_kernel
 def imposed_gradient(base, r, v):
     """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
-    turning = Carried(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
+    turning = BaseKinematics(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
     return imposed_acceleration(turning, r, v)
 
 
@@ -67,7 +67,7 @@ def add_links_load(base, trolley, rods, w, x, v, rate):
     """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         trolley: the axis that carries the chain.
         rods: the links' inertia, None where they have none.
         w: work array of `chain`.
@@ -80,7 +80,7 @@ def add_links_load(base, trolley, rods, w, x, v, rate):
     return Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
-@add_links_load.register(Carried)
+@add_links_load.register(BaseKinematics)
 def _(base, trolley, rods, w, x, v, rate):
     ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
     load, couples = axis_mass(trolley) * ax, add_rods_load(rods, base, w)
@@ -127,7 +127,7 @@ def add_nodes_load(base, links, position, velocity, rate, acc):
     """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         links: `directions.Directions`.
         position, velocity: of the trolley along x and y [m], [m/s].
         rate: of the first link's length [m/s].
@@ -136,7 +136,7 @@ def add_nodes_load(base, links, position, velocity, rate, acc):
     return NO_LOAD
 
 
-@add_nodes_load.register(Carried)
+@add_nodes_load.register(BaseKinematics)
 def _(base, links, position, velocity, rate, acc):
     (x, y), (vx, vy), z, vz, power, paid = position, velocity, 0.0, 0.0, 0.0, rate
     for k in range(len(links.squared_rates)):

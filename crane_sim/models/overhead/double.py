@@ -31,7 +31,7 @@ class DoubleCrane(NamedTuple):
     trolley: Axis
     cable: TwoLinks
     gravity: float = 9.81  # m/s²
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
 
 
 @kernel
@@ -55,14 +55,14 @@ def double_dynamics(p, t, x, tau):
 
 @layout_of.register(DoubleCrane)
 def _(p):
-    return 3, 1, 6 + meter_size(p.meter)
+    return 3, 1, 6 + meter_size(p.energy_meter)
 
 
 @system.rhs.register(DoubleCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
     acceleration, tension, s1 = double_dynamics(p, t, x, tau)
-    power = meter_entry(p.meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
+    power = meter_entry(p.energy_meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
     return (x[3], x[4], x[5], *acceleration, *power)
 
 

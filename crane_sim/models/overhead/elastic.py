@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_size
-from crane_sim.models.moving_base import Carried, carried_at, imposed_acceleration
+from crane_sim.models.moving_base import BaseKinematics, base_kinematics_at, imposed_acceleration
 from crane_sim.models.overhead.base_load import NO_LOAD, Moving, axes_load, imposed_gradient
 from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
@@ -43,7 +43,7 @@ class ElasticCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     forces: NodeForces | None = None
     switches: Switches | None = None
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
     base: Moving | None = None
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
@@ -65,7 +65,7 @@ def elastic_layout(p):
     d = dimensions(p.bridge)
     first = d - 1 + hoist_coordinates(p.hoist)
     nq = first + d * len(p.cable.masses)
-    return nq, first, d, 2 * nq + meter_size(p.meter)
+    return nq, first, d, 2 * nq + meter_size(p.energy_meter)
 
 
 @lean_generic
@@ -149,7 +149,7 @@ def axes_motion(p, x):
 def base_load(p, t, x):
     """Return the Load of trolley and bridge, as `axes_load` does."""
     position, velocity = axes_motion(p, x)
-    return axes_load(carried_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, position, velocity)
+    return axes_load(base_kinematics_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, position, velocity)
 
 
 @lean_generic
@@ -158,7 +158,7 @@ def add_base_accelerations(base, p, x, out):
     return NO_LOAD
 
 
-@add_base_accelerations.register(Carried)
+@add_base_accelerations.register(BaseKinematics)
 def _(base, p, x, out):
     nq, first, d, _ = elastic_layout(p)
     power, i = 0.0, nq + first
@@ -191,14 +191,14 @@ def base_jacobian(base, p, inv_masses, bands):
     """Add the derivatives of the imposed accelerations by positions and velocities to the bands.
 
     Args:
-        base: see `moving_base.carried_at`.
+        base: see `moving_base.base_kinematics_at`.
         p: the crane.
         inv_masses: of the axes [1/kg], (d,) or longer.
         bands: `elastic_jacobian.Bands`.
     """
 
 
-@base_jacobian.register(Carried)
+@base_jacobian.register(BaseKinematics)
 def _(base, p, inv_masses, bands):
     _, first, d, _ = elastic_layout(p)
     middle = 2 * d - 1
@@ -222,7 +222,7 @@ def base_power_jacobian(base, p, x, power):
     """Add the derivatives of the imposed power by positions and velocities to `power` (2 nq,)."""
 
 
-@base_power_jacobian.register(Carried)
+@base_power_jacobian.register(BaseKinematics)
 def _(base, p, x, power):
     nq, first, d, _ = elastic_layout(p)
     for k in range(1, 1 + len(p.cable.masses)):
@@ -279,7 +279,7 @@ def write_elastic_derivative(p, t, x, tau, out):
     n, tension, lost = link_pull(p, x, 0)
     lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
     supplied = drive_upper_end(p, t, x, tau, n, tension, out) + add_node_forces(p.forces, p, t, x, out) - lost
-    supplied += add_base_accelerations(carried_at(p.base, p.gravity, t), p, x, out)
+    supplied += add_base_accelerations(base_kinematics_at(p.base, p.gravity, t), p, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):

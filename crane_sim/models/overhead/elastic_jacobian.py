@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.moving_base import carried_at
+from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead.elastic import (
     ElasticCrane,
     base_jacobian,
@@ -133,7 +133,7 @@ def slopes_of_power(p, t, x, tau):
         for f in range(d + 1):
             factors[f] = 0.0
     add_node_forces_power(p.forces, p, t, power)
-    base_power_jacobian(carried_at(p.base, p.gravity, t), p, x, power)
+    base_power_jacobian(base_kinematics_at(p.base, p.gravity, t), p, x, power)
     return power
 
 
@@ -205,10 +205,10 @@ def _(p, t, x, u):
 def bands_at(p, t, x, tau):
     """Return the bands at a state; efforts tau are taken as functions of time alone."""
     nq, first, d, _ = elastic_layout(p)
-    bands = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.meter, p, t, x, tau))
+    bands = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.energy_meter, p, t, x, tau))
     slopes, weights, n = allocate_slopes(d), np.zeros(d), len(p.cable.masses)
     add_axes_jacobian(p, t, x, tau, slopes, weights, bands)
-    base_jacobian(carried_at(p.base, p.gravity, t), p, weights, bands)
+    base_jacobian(base_kinematics_at(p.base, p.gravity, t), p, weights, bands)
     for k in range(1, n):
         fill_slopes(p, x, k, slopes)
         for a in range(d):

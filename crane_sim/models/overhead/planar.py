@@ -35,7 +35,7 @@ from crane_sim.models.cables.chain import (
 )
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.moving_base import carried_at
+from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, add_links_load, to_world_in_place
 from crane_sim.models.overhead.modes import (
@@ -76,7 +76,7 @@ class PlanarCrane(NamedTuple):
     rods: Rods | None = None
     forces: NodeForces | None = None
     switches: Switches | None = None
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
     base: Moving | None = None
 
 
@@ -93,7 +93,7 @@ class Solved(NamedTuple):
 def _(p):
     first = 1 + hoist_coordinates(p.hoist)
     nq = first + len(p.cable.masses)
-    return nq, first, 2 * nq + meter_size(p.meter)
+    return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
 @lean_generic
@@ -146,7 +146,7 @@ def forward_dynamics(p, t, x, tau, w):
     hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
     assemble_rhs(w, bias_acc, p.gravity)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
-    field = add_links_load(carried_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
+    field = add_links_load(base_kinematics_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
     twist = add_joints(p.joints, w, x, first) + field.x
     w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
     w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist

@@ -75,7 +75,7 @@ class RodCrane(NamedTuple):
     hoist: Hoist | None = None
     gravity: float = 9.81  # m/s²
     switches: Switches | None = None
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
 
 
 class Swing(NamedTuple):
@@ -93,7 +93,7 @@ class Swing(NamedTuple):
 @layout_of.register(RodCrane)
 def _(p):
     nq = 2 + hoist_coordinates(p.hoist)
-    return nq, nq - 1, 2 * nq + meter_size(p.meter)
+    return nq, nq - 1, 2 * nq + meter_size(p.energy_meter)
 
 
 @generic
@@ -194,7 +194,7 @@ def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
     swing = solve_swing(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, swing.paid)
-    power = meter_entry(p.meter, supplied_power(p, x, tau, swing))
+    power = meter_entry(p.energy_meter, supplied_power(p, x, tau, swing))
     return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches))
 
 
@@ -231,7 +231,7 @@ def _(switches, t, v):
 @system.state.register(RodCrane)
 def _(p, t, q, v):
     known = initial_modes(p.switches, t, v[0])
-    return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.meter, 0.0), *known)
+    return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.energy_meter, 0.0), *known)
 
 
 @system.joints.register(RodCrane)

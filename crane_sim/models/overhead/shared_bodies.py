@@ -37,7 +37,7 @@ def _(p, x):
 @system.state.register(DoubleCrane)
 @system.state.register(SpringCrane)
 def _(p, t, q, v):
-    return (q[0], q[1], q[2], v[0], v[1], v[2], *meter_entry(p.meter, 0.0))
+    return (q[0], q[1], q[2], v[0], v[1], v[2], *meter_entry(p.energy_meter, 0.0))
 
 
 @system.acceleration.register(PlanarCrane)
@@ -197,13 +197,13 @@ def _(p, number):
 @system.with_meter.register(PlanarCrane)
 @system.with_meter.register(SpatialCrane)
 def _(p, held):
-    return p._replace(meter=Meter()) if works_between_samples(p) or not held else p
+    return p._replace(energy_meter=Meter()) if works_between_samples(p) or not held else p
 
 
 @system.with_meter.register(SpringCrane)
 @system.with_meter.register(ElasticCrane)
 def _(p, held):
-    return p._replace(meter=Meter()) if np.any(p.cable.damping) or works_between_samples(p) or not held else p
+    return p._replace(energy_meter=Meter()) if np.any(p.cable.damping) or works_between_samples(p) or not held else p
 
 
 def works_between_samples(p: Any) -> bool:

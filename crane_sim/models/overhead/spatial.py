@@ -21,7 +21,7 @@ from crane_sim.models.cables.chain_3d import (
 )
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.moving_base import carried_at
+from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, add_nodes_load, axes_load, to_world_in_place
 from crane_sim.models.overhead.modes import (
@@ -61,7 +61,7 @@ class SpatialCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     forces: NodeForces | None = None
     switches: Switches | None = None
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
     base: Moving | None = None
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
@@ -88,7 +88,7 @@ class Solved(NamedTuple):
 def _(p):
     first = 2 + hoist_coordinates(p.hoist)
     nq = first + 3 * len(p.cable.masses)
-    return nq, first, 2 * nq + meter_size(p.meter)
+    return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
 @lean_generic
@@ -157,7 +157,7 @@ def forward_dynamics(p, t, x, tau, work):
     inv_mass_y, bias_y = axis_response(
         p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
     )
-    base = carried_at(p.base, p.gravity, t)
+    base = base_kinematics_at(p.base, p.gravity, t)
     load = axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
     power = add_nodes_load(base, links, position, velocity, rate, acc)
     acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y

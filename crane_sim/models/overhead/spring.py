@@ -29,7 +29,7 @@ class SpringCrane(NamedTuple):
     trolley: Axis
     cable: Spring
     gravity: float = 9.81  # m/s²
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
 
 
 @lean_kernel
@@ -62,13 +62,13 @@ def supplied_power(p, x, tau):
 
 @layout_of.register(SpringCrane)
 def _(p):
-    return 3, 1, 6 + meter_size(p.meter)
+    return 3, 1, 6 + meter_size(p.energy_meter)
 
 
 @system.rhs.register(SpringCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.meter, supplied_power(p, x, tau)))
+    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.energy_meter, supplied_power(p, x, tau)))
 
 
 @system.acceleration.register(SpringCrane)

@@ -38,11 +38,11 @@ from crane_sim.models.moving_base import (
     add_imposed,
     added_energy,
     airspeed,
+    base_kinematics_at,
     base_state,
-    carried_at,
     pose_at,
-    rotate_back,
     to_base,
+    to_turned_axes,
     to_world,
     turned_about_z,
 )
@@ -85,7 +85,7 @@ class Crane(NamedTuple):
     gravity: float = 9.81  # m/s²
     swing_friction: SwingFriction | None = None
     drag: PayloadDrag | None = None
-    meter: Meter | None = None
+    energy_meter: Meter | None = None
     base: Base | SplineBase | None = None
     force: PayloadForce | None = None
     stops: Stops | None = None
@@ -148,14 +148,14 @@ def add_payload_force(payload_force, force, p, t, xs):
 def _(payload_force, force, p, t, xs):
     s, c = sincos(yaw(p.support, xs))
     world = value_at(payload_force.x, t), value_at(payload_force.y, t), value_at(payload_force.z, t)
-    x, y, z = rotate_back(to_base(pose_at(p.base, t), world), s, c)
+    x, y, z = to_turned_axes(to_base(pose_at(p.base, t), world), s, c)
     return force[0] + x, force[1] + y, force[2] + z
 
 
 @kernel
 def base_of(p, t, xs):
     """Return the base at time t in the axes of the support's frame, None where it rests."""
-    return turned_about_z(carried_at(p.base, p.gravity, t), yaw(p.support, xs))
+    return turned_about_z(base_kinematics_at(p.base, p.gravity, t), yaw(p.support, xs))
 
 
 @kernel
@@ -184,7 +184,7 @@ def _(p, t, x, u):
     xs, xc = x[0], x[1]
     motion = solve_motion(p, t, xs, xc, system.effort(u, p, t, x))
     return append_power(
-        p.meter, ((*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)), p, t, x, u
+        p.energy_meter, ((*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)), p, t, x, u
     )
 
 
@@ -203,7 +203,7 @@ def _(p, t, x, u):
 
 @system.project.register(Crane)
 def _(p, x):
-    return metered_like(p.meter, x, (x[0], project_to_rope(p.cable, forward_kinematics(p.support, x[0]), x[1])))
+    return metered_like(p.energy_meter, x, (x[0], project_to_rope(p.cable, forward_kinematics(p.support, x[0]), x[1])))
 
 
 @system.tensions.register(Crane)
@@ -233,7 +233,7 @@ def _(p, row):
 
 @system.state.register(Crane)
 def _(p, t, q, v):
-    return metered_state(p.meter, state_from_joints(p.support, p, q, v))
+    return metered_state(p.energy_meter, state_from_joints(p.support, p, q, v))
 
 
 @system.acceleration.register(Crane)
@@ -297,9 +297,9 @@ def _(p, t, x, out):
 def _(p, held):
     lossy = p.swing_friction is not None or p.drag is not None or p.force is not None
     imposed = isinstance(p.cable, RateRope) or isinstance(p.support, Point) or p.base is not None
-    return p._replace(meter=Meter()) if lossy or imposed or not held else p
+    return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 
 @system.energy_supplied.register(Crane)
 def _(p, x):
-    return reading(p.meter, x)
+    return reading(p.energy_meter, x)

@@ -45,8 +45,8 @@ def add_yaw_moment(support, tau, couple):
 def with_base(support, tau, base, pose):
     """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
 
-    `base` is that of `crane_sim.models.moving_base.carried_at`, in the axes of the support's frame. A support without
-    masses, and a base that rests, leave tau as it is.
+    `base` is that of `crane_sim.models.moving_base.base_kinematics_at`, in the axes of the support's frame. A support
+    without masses, and a base that rests, leave tau as it is.
     """
     return tau
 

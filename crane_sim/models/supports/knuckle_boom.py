@@ -31,7 +31,7 @@ from crane_sim.models.effects import (
     add_spring_energy,
 )
 from crane_sim.models.guards import Guard, encode, travel_guard
-from crane_sim.models.moving_base import Carried, added_energy, added_spin, cross, dot, imposed_acceleration
+from crane_sim.models.moving_base import BaseKinematics, added_energy, added_spin, cross, dot, imposed_acceleration
 from crane_sim.models.supports import (
     add_yaw_moment,
     drive_power,
@@ -248,7 +248,7 @@ def base_efforts(base, support, tau, pose):
     return tau
 
 
-@base_efforts.register(Carried)
+@base_efforts.register(BaseKinematics)
 def _(base, support, tau, pose):
     slew, boom, jib = _efforts(base, support, pose)
     return (tau[0] + slew, tau[1] + boom, tau[2] + jib, *tau[3:])

@@ -41,7 +41,7 @@ Vector = tuple[float, float, float]
 ROPE = (214, 219, 226)
 
 
-STRAND = 0.0035  # radius of a rope, of the crane's size
+CABLE_RADIUS_RATIO = 0.0035  # radius of a rope, of the crane's size
 
 
 class EffortArrow(NamedTuple):
@@ -158,7 +158,7 @@ class RobotVisual:
 
     def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
-        rods = rr.Cylinders3D(lengths=1.0, radii=STRAND * size, colors=ROPE, fill_mode="solid")
+        rods = rr.Cylinders3D(lengths=1.0, radii=CABLE_RADIUS_RATIO * size, colors=ROPE, fill_mode="solid")
         self._rec.log("rope", rods, static=True)
 
     def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
@@ -230,9 +230,9 @@ class GantryVisual:
 
     def set_size(self, size: float) -> None:
         """Log the cable's thickness."""
-        self._rec.log("rope", rr.LineStrips3D.from_fields(colors=ROPE, radii=STRAND * size), static=True)
+        self._rec.log("rope", rr.LineStrips3D.from_fields(colors=ROPE, radii=CABLE_RADIUS_RATIO * size), static=True)
         radii = np.array(self._radii(self._room))
-        self._beads = bool(np.any(radii > STRAND * size))  # others are hidden in the line
+        self._beads = bool(np.any(radii > CABLE_RADIUS_RATIO * size))  # others are hidden in the line
         if self._beads:
             self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE, radii=radii), static=True)
 

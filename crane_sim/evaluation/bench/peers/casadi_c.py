@@ -8,7 +8,7 @@ faster formulation is kept.
 import tempfile
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,7 @@ class CasadiC:
     """CasADi with its generated C."""
 
     name = "CasADi C"
+    unsupported_scenes: ClassVar[dict[str, str]] = {}
 
     def __init__(self) -> None:
         """Import CasADi and find a compiler.

@@ -7,7 +7,7 @@ below a massless body; and Radau methods with fixed steps, slower than those wit
 from collections.abc import Callable
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -45,10 +45,10 @@ MAX_STEP = 0.1  # s, of an error-controlled step: Drake's default
 
 
 class Drake:
-    """The engine; it models every problem of the benchmark."""
+    """The engine; it models every problem of the benchmark; `unsupported_scenes` are not compared."""
 
     name = "Drake"
-    cannot = {
+    unsupported_scenes: ClassVar[dict[str, str]] = {
         "overhead_spatial": "a link in space takes two angles, singular where it lies along the first axis: a ball "
         "joint would spin without inertia, which stops the algorithm",
         "overhead_hoist": "no joint follows a prescribed length: a locked one of a discrete plant is at rest",

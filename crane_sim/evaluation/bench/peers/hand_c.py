@@ -2,6 +2,7 @@
 
 import tempfile
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ class HandC:
     """Hand-written C, compiled in a temporary folder."""
 
     name = "hand C"
+    unsupported_scenes: ClassVar[dict[str, str]] = {}
 
     def __init__(self) -> None:
         """Find the compiler.

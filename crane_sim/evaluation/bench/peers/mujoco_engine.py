@@ -6,7 +6,7 @@ Contacts, constraints, dampers, actuators, sensors and checks that the cranes do
 import time
 from collections.abc import Callable, Iterable
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from crane_sim.evaluation.bench.problem import Problem
 
 Array = npt.NDArray[np.float64]
 _POINT = 2e-15
-"""kg m², the inertia of a point mass: MuJoCo demands more than 1e-15; on a node of 1e-4 kg it shifts 5e-10 of it."""
+"""kg m², the inertia of a point mass: MuJoCo demands more than 1e-15. It is 5e-10 m l² for m = 1e-4 kg, l = 0.2 m."""
 _OFF = """CONSTRAINT EQUALITY FRICTIONLOSS LIMIT CONTACT DAMPER CLAMPCTRL WARMSTART FILTERPARENT ACTUATION REFSAFE
 SENSOR MIDPHASE EULERDAMP AUTORESET NATIVECCD ISLAND""".split()
 
@@ -41,10 +41,10 @@ _METHODS = (
 
 
 class MuJoCo:
-    """The engine; it models every problem of the benchmark."""
+    """The engine; it models every problem of the benchmark; `unsupported_scenes` are not compared."""
 
     name = "MuJoCo"
-    cannot = {
+    unsupported_scenes: ClassVar[dict[str, str]] = {
         "overhead_spatial": "its loop holds forces through each step, so that a sine force is of first order, "
         "unless Python is called in every stage",
         "overhead_hoist": "a prescribed length needs an equality constraint, whose forces are soft: the length lags",

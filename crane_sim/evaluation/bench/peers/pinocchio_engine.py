@@ -14,6 +14,7 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -37,10 +38,10 @@ _POINTER, _REAL, _LONG = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
 
 
 class Pinocchio:
-    """The engine; it models every problem of the benchmark."""
+    """The engine; it models every problem of the benchmark; `unsupported_scenes` are not compared."""
 
     name = "Pinocchio"
-    cannot = {
+    unsupported_scenes: ClassVar[dict[str, str]] = {
         "overhead_spatial": "a link in space takes two angles, singular where it lies along the first axis: a ball "
         "joint would spin without inertia, which stops the algorithm",
         "overhead_hoist": "no joint follows a prescribed length: no algorithm takes efforts here, accelerations there",

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from math import cos, sin, sqrt
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ class Scipy:
     """`solve_ivp` on numpy."""
 
     name = "scipy"
+    unsupported_scenes: ClassVar[dict[str, str]] = {}
     version = f"{scipy.__version__}, numpy {np.__version__}"
 
     def unsupported_reason(self, problem: Problem) -> str | None:
