@@ -83,3 +83,13 @@ def test_looking_at_a_run_does_not_change_its_figures() -> None:
     actual, expected = plant.summary(), simulate(scene).summary
     assert {key: actual[key] for key in actual} == {key: expected[key] for key in actual}
     assert 0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding
+
+
+def test_efforts_are_any_numbers() -> None:
+    """Integers, a list, an array and NumPy's numbers are efforts as floats are, in compiled code too."""
+    plant, hashes = Plant(load_scene("knuckle_setpoint")), set()
+    for efforts in ((1.0, 0.0, 2.0, 9.5), (1, 0, 2, 9.5), [1, 0.0, np.int64(2), 9.5], np.array([1.0, 0.0, 2.0, 9.5])):
+        plant.reset()
+        plant.advance(efforts)
+        hashes.add(plant.summary()["state_sha256"])
+    assert len(hashes) == 1
