@@ -87,10 +87,13 @@ def test_only_lockstep_can_share_a_clock(ros_environment: dict[str, str]) -> Non
     assert "parameter beside is 'other'; only a crane in lockstep can have it" in run.stderr
 
 
-def test_a_second_plant_in_a_namespace_is_refused(ros_environment: dict[str, str]) -> None:
+def test_a_second_plant_in_a_namespace_is_refused(ros_environment: dict[str, str], tmp_path: Path) -> None:
     """A plant that finds another one's joint states in its namespace ends with one line; the other one goes on."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-r", "__ns:=/knuckle"]
     command += ["-p", "mode:=realtime", "-p", "commanded:=true", "-p", "expected_controllers:=0"]
+    scene = tmp_path / "scene.yaml"  # longer than the test takes on any machine
+    load_scene("knuckle_setpoint", {"duration": 600.0}).dump(scene)
+    command += ["-p", f"scene:={scene}"]
     report, report_fd = os.pipe()
     with os.fdopen(report) as events, os.fdopen(report_fd, "w") as end:
         first = [*command, "-p", f"report_fd:={report_fd}"]
