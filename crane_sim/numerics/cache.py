@@ -67,11 +67,15 @@ class FileLock:
         with suppress(OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-            while not self._acquire() and time.monotonic() < deadline:
+            while not self._acquire():
+                if time.monotonic() >= deadline:
+                    os.close(self._file)
+                    self._file = -1
+                    return
                 time.sleep(_LOCK_POLL)
 
     def release(self) -> None:
-        """Release it, and remove the file."""
+        """Release it, and remove the file, where it was acquired."""
         if self._file >= 0:
             self._path.unlink(missing_ok=True)
             os.close(self._file)

@@ -85,7 +85,7 @@ class ForkedNodes:
             _report_event(report, "started", pid=os.getpid())
             clear_parent_death_signal()
             self._close_inherited()
-            os._exit(_run_node(order, control, report))
+            os._exit(run_node(order, control, report))
         os.close(control)
         handle = os.pidfd_open(pid)
         self._nodes[handle] = _Node(pid, report)
@@ -107,8 +107,8 @@ class ForkedNodes:
             os.close(node.report)
 
 
-def _run_node(order: list[str], control: int, report: int) -> int:
-    """Run a node in this process; return its exit code."""
+def run_node(order: list[str], control: int, report: int) -> int:
+    """Run the node of an order (module, arguments) in this forked process; return its exit code."""
     os.setsid()
     module, *arguments = order
     Path("/proc/self/comm").write_text(module.rpartition(".")[2])  # as `top` and `ps -e` show it

@@ -20,6 +20,7 @@ import plain_arrays
 
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration import process_group
+from crane_sim.orchestration.fork_server import run_node
 
 DURATION = 0.1  # s
 BRIEF = {"overhead_heavy": 0.05, "overhead_long_cable": 0.02, "overhead_steel": 0.02}  # s, of many small steps each
@@ -64,32 +65,28 @@ class OwnForks:
 
     def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> ForkedNode:
         """Fork a node with its ends of two pipes."""
-        pipes = ["-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
-        return fork_node(module, [*arguments, *pipes], self._env, (control, report))
+        if pid := os.fork():
+            return ForkedNode(pid)
+        try:
+            _make_environment_of_node(self._env, (control, report))
+            os._exit(run_node([module, *arguments], control, report))
+        except BaseException:  # nothing may return into the loop over scenes
+            traceback.print_exc()
+            os._exit(1)
 
     def close(self) -> None:
         """Do nothing: nodes are reaped where they are waited for."""
 
 
-def fork_node(module: str, arguments: Sequence[str], env: Mapping[str, str], fds: Sequence[int]) -> ForkedNode:
-    """Start a node by a fork of this process."""
-    if pid := os.fork():
-        return ForkedNode(pid)
-    code = 1
-    try:
-        os.setsid()
-        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-        os.dup2(2, 1)
-        for name in os.listdir("/proc/self/fd"):  # pipe ends of other nodes would hide their exit
-            if int(name) > 2 and int(name) not in fds and "pipe:" in _target(name):
-                os.close(int(name))
-        os.environ.clear()
-        os.environ.update(env)
-        sys.argv = [module, *arguments]
-        code = import_module(module).main()
-    except BaseException:  # nothing may return into the loop over scenes
-        traceback.print_exc()
-    os._exit(code)
+def _make_environment_of_node(env: Mapping[str, str], fds: Sequence[int]) -> None:
+    """Give this process the variables and the files of a node that the fork server has started."""
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)
+    for name in os.listdir("/proc/self/fd"):  # pipe ends of other nodes would hide their exit
+        if int(name) > 2 and int(name) not in fds and "pipe:" in _target(name):
+            os.close(int(name))
+    os.environ.clear()
+    os.environ.update(env)
 
 
 def _target(fd: str) -> str:
