@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import LinAlgError, expm, solve_continuous_are, solve_discrete_are
+from scipy.linalg import LinAlgError, block_diag, expm, null_space, solve_continuous_are, solve_discrete_are
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.averaging import average_scene
@@ -20,6 +20,8 @@ Array = npt.NDArray[np.float64]
 Poles = npt.NDArray[np.complex128]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
 ZERO_ACCELERATION = 1e-9  # m/s² or rad/s²: accelerations that count as none
+ITERATIONS = 50  # of Newton's method
+MAX_TURN = 0.5  # rad, in one of them: full steps from below may end a turn further, or above the suspension
 STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it; error of the differences
 
 
@@ -43,66 +45,113 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         raise SceneError(f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}")
     scene, target = average_scene(scene), scene.reference
     q, u = _hanging_positions(scene, target), np.zeros(len(scene.actuated))
-    n, free = len(q), [i for i, name in enumerate(scene.joint_names) if name not in scene.actuated]
-    for _ in range(20):
-        qdd = acceleration(scene, q, np.zeros(n), u)
+    actuated = [scene.joint_names.index(name) for name in scene.actuated]
+    for _ in range(ITERATIONS):
+        qdd = acceleration(scene, q, np.zeros(len(q)), u)
         if not np.all(np.isfinite(qdd)):
             break
-        a, b = linearise(scene, q, u)
+        (a, b), basis = linearise(scene, q, u), tangent_basis(scene, q)
+        n = basis.shape[1]
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
-        step = np.linalg.lstsq(np.hstack([a[n:, free], b[n:]]), -qdd)[0]
-        q[free] += step[: len(free)]
-        u += step[len(free) :]
+        free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
+        step = np.linalg.lstsq(np.hstack([a[n:, :n][:, free], b[n:]]), -basis.T @ qdd)[0]
+        dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
+        scale = _step_scale(scene, dq)
+        q, u = _normalise(scene, q + scale * dq), u + scale * du
     raise SceneError(f"reference.q = {list(target)}: no efforts hold the crane at rest there")
 
 
 def _hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
     """Return the joint positions (nq,) at the reference with the cable straight down."""
-    down = {"rad": 0.0, "1": 0.0}
+    down = {"rad": 0.0}
     start = zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True)
-    q = np.array([-1.0 if unit == "1" and name.endswith("_z") else down.get(unit, x) for name, unit, x in start])
+    upright = {"_z": -1.0, "qw": 1.0}
+    q = np.array([upright.get(name[-2:], 0.0) if unit == "1" else down.get(unit, x) for name, unit, x in start])
     q[[scene.joint_names.index(name) for name in scene.actuated]] = reference
     return q
 
 
+def _step_scale(scene: Scene, dq: Array) -> float:
+    """Return the part of a Newton step dq (nq,) that turns no joint further than MAX_TURN."""
+    turns = np.abs(dq[[unit != "m" for unit in scene.joint_units]])
+    return min(1.0, MAX_TURN / np.max(turns, initial=MAX_TURN))
+
+
+def _unit_vectors(scene: Scene) -> dict[int, int]:
+    """Return the size of every unit vector (3) or quaternion (4) among the joint positions, by its first index."""
+    starts = {"_x": 3, "_qw": 4}
+    return {
+        i: size
+        for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True))
+        for end, size in starts.items()
+        if unit == "1" and name.endswith(end)
+    }
+
+
+def _normalise(scene: Scene, q: Array) -> Array:
+    """Return joint positions (nq,) with unit vectors of length 1."""
+    for i, size in _unit_vectors(scene).items():
+        q[i : i + size] /= np.linalg.norm(q[i : i + size])
+    return q
+
+
+def tangent_basis(scene: Scene, q: Array) -> Array:
+    """Return an orthonormal basis (nq, n) of the deviations from q (nq,) that keep unit vectors of length 1.
+
+    A unit vector has two and a quaternion three, perpendicular to it; any other joint its own. Without them it is the
+    identity.
+    """
+    sizes, blocks, i = _unit_vectors(scene), [], 0
+    while i < len(q):
+        blocks.append(null_space(q[None, i : i + sizes[i]]) if i in sizes else np.eye(1))
+        i += len(blocks[-1])
+    return np.asarray(block_diag(*blocks), np.float64)
+
+
 def linearise(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
-    """Return A (2 nq, 2 nq) and B (2 nq, nu) of the deviations from rest at q (nq,) under efforts u (nu,)."""
-    scene, n = average_scene(scene), len(q)
-    a, b = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, len(u)))
-    a[:n, n:] = np.eye(n)
-    at = np.concatenate([q, np.zeros(n), u])
-    for i in range(len(at)):
-        ahead, behind = at.copy(), at.copy()
-        ahead[i] += STEP
-        behind[i] -= STEP
-        rows = [acceleration(scene, z[:n], z[n : 2 * n], z[2 * n :]) for z in (ahead, behind)]
-        column = (rows[0] - rows[1]) / (2.0 * STEP)
-        if i < 2 * n:
-            a[n:, i] = column
-        else:
-            b[n:, i - 2 * n] = column
-    return a, b
+    """Return A (2 n, 2 n) and B (2 n, nu) of the deviations from rest at q (nq,) under efforts u (nu,).
+
+    The n deviations are the coordinates in the tangent basis at q, then come their rates.
+    """
+    scene, basis = average_scene(scene), tangent_basis(scene, q)
+    nq, n = basis.shape
+    directions = np.asarray(block_diag(basis, basis, np.eye(len(u))), np.float64)
+    at, columns = np.concatenate([q, np.zeros(nq), u]), []
+    for direction in directions.T:
+        rows = [
+            acceleration(scene, z[:nq], z[nq : 2 * nq], z[2 * nq :])
+            for z in (at + STEP * direction, at - STEP * direction)
+        ]
+        columns.append(basis.T @ ((rows[0] - rows[1]) / (2.0 * STEP)))
+    derivatives = np.array(columns).T
+    rates = np.hstack([np.zeros((n, n)), np.eye(n)])
+    return np.vstack([rates, derivatives[:, : 2 * n]]), np.vstack([np.zeros((n, len(u))), derivatives[:, 2 * n :]])
+
+
+def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
+    """Return which of the n deviations of A (2 n, 2 n), B (2 n, nu) nothing accelerates: those of imposed joints."""
+    return ~np.any(np.hstack([a, b])[len(a) // 2 :] != 0.0, axis=1)
 
 
 def regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> tuple[Array, Poles]:
-    """Return (gain (nu, n), closed-loop eigenvalues (n,)) for weights q (n,), r (nu,).
+    """Return (gain (nu, n), closed-loop eigenvalues (n,)) for weights q (n, n), r (nu,).
 
     Args:
         a, b: of x' = a x + b u, (n, n) and (n, nu).
-        q, r: weights of the states and of the efforts.
+        q, r: weights of the states, positive semi-definite, and of the efforts.
         period: s, between commands that are held; None: continuous.
 
     Raises:
-        SceneError: a motion is not controllable, or not weighed at all.
+        SceneError: the linearisation is not stabilisable, or a motion has no weight.
     """
     n, nu = b.shape
     if period is not None:
         transition = np.asarray(expm(period * np.block([[a, b], [np.zeros((nu, n + nu))]])), np.float64)
         a, b = transition[:n, :n], transition[:n, n:]
     try:
-        p: Any = (solve_continuous_are if period is None else solve_discrete_are)(a, b, np.diag(q), np.diag(r))
+        p: Any = (solve_continuous_are if period is None else solve_discrete_are)(a, b, q, np.diag(r))
     except LinAlgError:
         p = np.zeros((n, n))  # no solution: nothing would change
     hessian = np.diag(r) + (0.0 if period is None else b.T @ p @ b)
@@ -112,7 +161,7 @@ def regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> t
     slowest = exponents[exponents.real.argmax()]
     if slowest.real > -STABILITY_TOLERANCE or not np.any(p):
         # where everything is weighed, the best law damps all that efforts reach
-        reason = "no effort damps it" if np.all(q > 0.0) else "no effort damps it, or no weight asks for it"
+        reason = "no effort damps it" if np.all(np.diag(q) > 0.0) else "no effort damps it, or no weight asks for it"
         raise SceneError(
             f"control.law = 'lqr': a motion of {abs(slowest.imag):.3g} rad/s about the target stays: {reason}"
         )

@@ -20,7 +20,7 @@ V is positive about the target. Where V' stays zero, trolley and rope rest, henc
 
 Default gains: linearised, trolley and swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of ω = √(g/l), with
 d = kd / (μ ω), p = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω; the hoist's two are there too.
-The saturation r (`reach`) of the position error limits the speed to about r ω / 4.
+The saturation r of the position error (setting `reach`) limits the speed to about r ω / 4.
 """
 
 from collections.abc import Mapping
@@ -36,15 +36,16 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.models.overhead.rod import RodCrane
+from crane_sim.models.supports.friction import Friction, friction_force
 from crane_sim.models.supports.hoist import ForceHoist
-from crane_sim.models.supports.rails import ForceAxis, Friction, friction_force
+from crane_sim.models.supports.rails import ForceAxis
 from crane_sim.numerics.jit import entry_point, generic, kernel
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=2)]
 
 
-class Rope(NamedTuple):
+class FixedLength(NamedTuple):
     """A rope of fixed length."""
 
     length: float  # m
@@ -65,12 +66,12 @@ class OverheadEnergyLaw(NamedTuple):
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
-    saturation: float  # m, of the position error
+    error_saturation: float  # m, r: the trolley is pulled by less than kp r
     apparent_mass: float  # kg
     trolley_mass: float  # kg
     payload_mass: float  # kg
     gravity: float  # m/s²
-    rope: Rope | Hoist
+    rope: FixedLength | Hoist
     friction: Friction | None = None  # of the trolley, which the law does not act on
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
@@ -95,7 +96,7 @@ def _(rope, q, v):
 
 @generic
 def hoist_control(rope, q, v, weight):
-    """Return (efforts of the hoist as a tuple, inverse mass [1/kg], free acceleration [m/s²], terms in (V, dV/dt))."""
+    """Return (efforts of the hoist as a tuple, inverse mass [1/kg], bias acceleration [m/s²], terms in (V, dV/dt))."""
     return (), 0.0, 0.0, (0.0, 0.0)
 
 
@@ -114,7 +115,7 @@ def control_action(law, q, v):
     (length, _, n), error = cable_state(law.rope, q, v), law.target - q[0]
     swing, rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     s, c = sin(swing), cos(swing)
-    force = law.kp * error / sqrt(1.0 + (error / law.saturation) ** 2) - law.kd * v[0]
+    force = law.kp * error / sqrt(1.0 + (error / law.error_saturation) ** 2) - law.kd * v[0]
     efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
     relative_acc = length * rate * rate + law.gravity * c - s * force / mu - hoist_acc
     tension = relative_acc / (1.0 / m + s * s / mu + inverse_mass)
@@ -157,7 +158,7 @@ def compute_lyapunov(law, q, v):
     across, up = v[0] + length_rate * s + length * c * rate, -length_rate * c + length * s * rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
-    value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.saturation) ** 2))
+    value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.error_saturation) ** 2))
     return value, value_rate - law.kd * v[0] * v[0] - compute_friction_loss(law, s, inverse_mass, v[0])
 
 
@@ -169,7 +170,7 @@ class Settings(NamedTuple):
     kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 (m + J) ω
     apparent_mass: Positive | None = None  # kg, mass that the trolley seems to have; left out: a quarter of the
     # payload's; the trolley's own: no kinetic shaping
-    reach: Positive = inf  # m, beyond which the trolley is pulled no harder; left out: a linear spring
+    reach: Positive = inf  # m, the trolley is pulled by less than kp reach; left out: a linear spring
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
@@ -186,7 +187,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     hoisted_mass = m + model.hoist.reflected_mass if has_hoist else 0.0
     kp = _gains("kp", options.kp, (0.25 * m * omega**2, hoisted_mass * omega**2), len(target))
     kd = _gains("kd", options.kd, (m * omega, 2.0 * hoisted_mass * omega), len(target))
-    rope = Hoist(kp[1], kd[1], length, model.hoist.reflected_mass) if has_hoist else Rope(length)
+    rope = Hoist(kp[1], kd[1], length, model.hoist.reflected_mass) if has_hoist else FixedLength(length)
     masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
     trolley_loop = kp[0], kd[0], target[0], options.reach
     return OverheadEnergyLaw(*trolley_loop, *masses, model.gravity, rope, model.trolley.friction)
@@ -213,6 +214,6 @@ def _read_target(nominal: Scene) -> tuple[float, ...]:
 def _gains(name: str, gains: tuple[float, ...] | None, default: tuple[float, float], nu: int) -> tuple[float, float]:
     if gains is None:
         return default
-    if len(gains) < nu:
-        raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated")
+    if len(gains) != nu:
+        raise SceneError(f"control.{name}: has {len(gains)} values, {nu} are needed, one of each actuated joint")
     return gains[0], gains[-1]

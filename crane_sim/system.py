@@ -10,7 +10,7 @@ Joint coordinates q, v are tuples in the order of the scene's joint names; SI un
 right-handed, z up.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,10 @@ from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
 
 
+class Retake(NamedTuple):
+    """The equations change fast just before an event: a longer step can miss that."""
+
+
 class Switching(NamedTuple):
     """The model's equations switch."""
 
@@ -27,6 +31,7 @@ class Switching(NamedTuple):
     positions: int = (
         0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
     )
+    retake: Any = None  # `Retake`: steps that events end are held to the tolerance, too
 
 
 @stage_generic

@@ -46,26 +46,26 @@ class ControllerNode(LawNode):
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
         half, lockstep = slow_half(self._law), settings.mode == RunMode.LOCKSTEP
-        self._demands = Setpoints(node, half.names, lockstep, self._answer) if half else None
+        self._setpoints = Setpoints(node, half.names, lockstep, self._answer) if half else None
 
     def missing(self) -> str:
         """See `LawNode`."""
-        return super().missing() or (self._demands.missing() if self._demands else "")
+        return super().missing() or (self._setpoints.missing() if self._setpoints else "")
 
     def finish(self) -> dict[str, Any]:
         """Wait until all subscribers have every command; return the law's entries of the run's summary."""
-        self._answers.wait_for_all_acked(Duration(seconds=messages.LEASE))
-        demands = {"demands": self._demands.figures()} if self._demands else {}
+        self._answers.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
+        demands = {"demands": self._setpoints.figures()} if self._setpoints else {}
         return {"law_us": self._execution_time.figures()} | demands
 
     def _diagnose(self) -> Diagnostics:
-        demands = self._demands
-        return Diagnostics(demands.warning(self._law.slow_half), demands.figures()) if demands else Diagnostics()
+        setpoints = self._setpoints
+        return Diagnostics(setpoints.warning(self._law.slow_half), setpoints.figures()) if setpoints else Diagnostics()
 
     def _reset(self) -> None:
         self._next_reference = 0
-        if self._demands:
-            self._demands.reset()
+        if self._setpoints:
+            self._setpoints.reset()
 
     def _answer(self, state: State) -> None:
         if state != self._last_state and not self._evaluate(state):
@@ -77,7 +77,7 @@ class ControllerNode(LawNode):
             self._references.publish(self._reference)
 
     def _evaluate(self, state: State) -> bool:
-        if self._demands and not self._demands.apply_to(self._law.slow_half, state):
+        if self._setpoints and not self._setpoints.apply_to(self._law.slow_half, state):
             return False
         effort = self._ask_law(state)
         if effort is None:

@@ -153,7 +153,9 @@ def tip_efforts(servo, t, cable, a):
     tip_acc = to_turned_axes((a[0], a[1], vertical_acceleration), s, c)
     accelerations = joint_accelerations(crane.support, pose, tip_acc, servo.kd)
     rope_acc = rope_acceleration(servo.rope, servo, rope_state)
-    efforts, tension = joint_efforts(crane, solve_motion(crane, t, xs, xc, (0.0, 0.0, 0.0, rope_acc)), accelerations)
+    efforts, tension = joint_efforts(
+        crane, solve_motion(crane, t, cable.state, (0.0, 0.0, 0.0, rope_acc)), accelerations
+    )
     return append_winch_effort(servo.rope, efforts, rope_state, rope_acc, tension)
 
 

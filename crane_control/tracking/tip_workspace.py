@@ -25,7 +25,7 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: Base | Spline
     """Return the tip servo by a knuckle boom for the law called `name`.
 
     Setpoints of the tip's height and the rope's length are those at the start of the nominal scene. The
-    nominal model has no force on the payload, and the base's motion only if that is measured.
+    nominal model has neither wind nor a force on the payload, and the base's motion only if that is measured.
 
     Args:
         name, nominal: of the law, its nominal scene, with a trajectory of the payload.
@@ -46,7 +46,7 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: Base | Spline
                 f"{what} {radius:.4g} m from the tower's axis; control.law = {name!r} drives the tip "
                 f"{min_radius:.4g} to {max_radius:.4g} m from it, at the height of {height:.4g} m at which it begins"
             )
-    boom_model = model._replace(cable=RateRope(), energy_meter=None, base=base, force=None)
+    boom_model = model._replace(cable=RateRope(), energy_meter=None, base=base, force=None, wind=None, friction=None)
     return BoomServo(servo.kp, servo.kd, height, (min_radius, max_radius), length, model.cable, boom_model)
 
 

@@ -11,7 +11,7 @@ from crane_sim.evaluation.bench.store import round_floats
 from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, evaluate_all
 from crane_sim.evaluation.league.figure import draw
-from crane_sim.evaluation.league.table import lines, write_comparison
+from crane_sim.evaluation.league.table import format_comparison, tables_by_crane
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.reproduce.table import print_tables
 from crane_sim.files.errors import SceneError
@@ -31,7 +31,7 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
     if as_json:
         print(json.dumps(document(cells)))
     else:
-        print_tables(lines(cells))
+        print_tables(tables_by_crane(cells))
     if folder is not None:
         save_comparison(cells, Path(folder))
 
@@ -51,8 +51,7 @@ def save_comparison(cells: Sequence[Cell], folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "league.json").write_text(json.dumps(document(cells), indent=1, ensure_ascii=False) + "\n")
-        figure_file = folder / "league.png"
-        save_figure(draw, cells, figure_file, dpi=100)
-        (folder / "league.md").write_text(write_comparison(cells, drawn=figure_file.is_file()))
+        drawn = save_figure(draw, cells, folder / "league.png", dpi=100)
+        (folder / "league.md").write_text(format_comparison(cells, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None

@@ -8,9 +8,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description import knuckle, overhead, pendulum
+from crane_sim.description import falls, knuckle, overhead, pendulum, suspended
 from crane_sim.description.limits import add_limits
 from crane_sim.description.robot import UNBOUNDED, add_comment
+from crane_sim.models.falls.crane import FallsCrane
+from crane_sim.models.suspended.crane import SuspendedCrane
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -33,6 +35,10 @@ def urdf(scene: Scene) -> str:
         overhead.add_overhead_crane(robot, scene)
     elif scene.crane == "pendulum":
         pendulum.add_pendulum(robot, scene)
+    elif isinstance(scene.model, FallsCrane):
+        falls.add_gantry(robot, scene)
+    elif isinstance(scene.model, SuspendedCrane):
+        suspended.add_suspended_crane(robot, scene)
     else:
         knuckle.add_knuckle_crane(robot, scene.model, scene.joint_names)
     add_limits(robot, scene)

@@ -99,14 +99,20 @@ def _add_straight_cable(robot: ElementTree.Element, cable: SuspendedCable, hoist
 
 
 def add_directed(
-    robot: ElementTree.Element, cable: SuspendedCable, hoisted: bool, parent: str = "trolley_link"
+    robot: ElementTree.Element,
+    cable: SuspendedCable,
+    hoisted: bool,
+    parent: str = "trolley_link",
+    first: int = 1,
+    last: str = "payload_link",
 ) -> None:
-    """Add links along unit vectors, the first below the link `parent`.
+    """Add links along unit vectors, number `first` below the link `parent`, down to the link `last`.
 
     With a hoist the first link's vector is a product of two coordinates, which no joint of a URDF can be. The hoist
     then moves the cable's lower end straight down, which is exact where the first link is vertical.
     """
-    for k, (end, length) in enumerate(zip(cable.end_link_names, cable.lengths, strict=True), start=1):
+    ends = [*(f"node_{k}" for k in range(first, first + len(cable.lengths) - 1)), last]
+    for k, (end, length) in enumerate(zip(ends, cable.lengths, strict=True), start=first):
         winch = hoisted and k == 1
         for axis in ALONG:
             _add_prismatic_joint(robot, f"link_{k}_{axis}", (parent, f"unit_{k}_{axis}"), ALONG[axis], (-1.0, 1.0))

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.scenes.schema.scene_file import SceneFile
 
-GROUPS = {"slew": "tower"}  # joints whose group of the scene file has another name
 LENGTHS = ("rope", "hoist")  # joints that are never below zero
 
 
@@ -33,8 +32,8 @@ def scene_file(scene: Scene) -> SceneFile:
 
 def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:
     """Return the limit that a scene sets a joint: `limits` of its group, and `limit` of its actuator."""
-    span = getattr(getattr(file, GROUPS.get(joint, joint), None), "limits", None)
-    lower, upper = span or (0.0 if joint in LENGTHS else -inf, inf)
+    low = 0.0 if joint in LENGTHS else -inf
+    lower, upper = next(((span.low, span.high) for span in file.limits if span.joint == joint), (low, inf))
     effort = inf
     if scene.hardware is not None and joint in scene.actuated:
         column = scene.actuated.index(joint)

@@ -17,6 +17,7 @@ DOWN: Vector = (0.0, 0.0, -1.0)
 FORWARD: Vector = (1.0, 0.0, 0.0)
 LEFT: Vector = (0.0, 1.0, 0.0)
 RIGHT: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
+MOMENTS, PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 UNBOUNDED = 1e12
 """Stands for no limit [m, rad, rad/s, N, ...]: the format takes no infinity, and no scene file a larger number."""
 
@@ -76,8 +77,9 @@ def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], bod
         inertial = ElementTree.SubElement(link, "inertial")
         ElementTree.SubElement(inertial, "origin", xyz=_format_numbers(body.center), rpy=_format_numbers(ORIGIN))
         ElementTree.SubElement(inertial, "mass", value=_format_numbers((body.mass,)))
-        moments = dict(zip(("ixx", "iyy", "izz"), (_format_numbers((value,)) for value in body.inertia), strict=True))
-        ElementTree.SubElement(inertial, "inertia", moments | {"ixy": "0", "ixz": "0", "iyz": "0"})
+        moments = {name: _format_numbers((value,)) for name, value in zip(MOMENTS, body.inertia, strict=True)}
+        products = {name: _format_product(value) for name, value in zip(PRODUCTS, body.products, strict=True)}
+        ElementTree.SubElement(inertial, "inertia", moments | products)
     for number, shape in enumerate(shapes):
         visual = ElementTree.SubElement(link, "visual", name=f"{name}_{number}")
         ElementTree.SubElement(visual, "origin", xyz=_format_numbers(shape.at), rpy=_format_numbers(shape.rpy))
@@ -94,6 +96,10 @@ def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
         ElementTree.SubElement(geometry, "cylinder", radius=_format_numbers(size[:1]), length=_format_numbers(size[1:]))
     else:
         ElementTree.SubElement(geometry, "sphere", radius=_format_numbers(size))
+
+
+def _format_product(value: float) -> str:
+    return _format_numbers((value,)) if value else "0"
 
 
 def _format_numbers(numbers: Sequence[float]) -> str:

@@ -38,6 +38,7 @@ class Body(NamedTuple):
     mass: float
     center: Vector
     inertia: Vector
+    products: Vector = (0.0, 0.0, 0.0)  # kg m², entries xy, xz, yz of the tensor
 
 
 def crate(edge: float) -> list[Shape]:

@@ -79,6 +79,7 @@ Name = Annotated[str, AfterValidator(check_single_line)]
 Real = Annotated[float, BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(reject_bool), Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, allow_inf_nan=False)]
+Fraction = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 Seed = Annotated[int, BeforeValidator(reject_bool), Field(ge=0, le=2**63 - 1)]
 Coordinate = Annotated[float, BeforeValidator(to_radians), BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
 """A position of a joint or a point: metres, or an angle as radians or text."""

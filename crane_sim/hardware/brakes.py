@@ -35,6 +35,14 @@ def engage(drive, effort):
 
 
 @lean_kernel
+def read_limit_switch(drive):
+    """Trip the drive where its joint, whose position is in the record, is beyond a limit switch; it stays tripped."""
+    beyond = max(drive.position - drive.switch_high, drive.switch_low - drive.position)
+    drive.tripped = drive.tripped or beyond > 0.0
+    drive.overtravel = max(drive.overtravel, beyond)
+
+
+@lean_kernel
 def slip(drive):
     """Move the anchor of a brake where its spring is stretched beyond the capacity."""
     if drive.stiffness > 0.0:

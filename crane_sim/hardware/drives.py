@@ -2,14 +2,15 @@
 
 A command is delayed, passes a dead band, is limited, and is then followed by u' = (command - u) / lag, within the rate
 limit. A command is held for a period, so that equation has a solution in closed form: a ramp while the rate
-limit binds, then an exponential. The effort is that function of time, not a staircase.
+limit binds, then an exponential. The effort is that function of time, not a staircase. A motor's largest effort is a
+function of its joint's speed on top: a line from its base speed to the one at no load, in all four quadrants.
 """
 
-from math import exp
+from math import exp, inf
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.hardware.brakes import compute_brake_effort
+from crane_sim.hardware.brakes import clip, compute_brake_effort
 from crane_sim.numerics.arrays import assign, store
 from crane_sim.numerics.jit import lean_kernel, routine
 
@@ -42,6 +43,15 @@ def effort_at(drive, s):
     return target - direction * remaining * exp(-(s - ramp) / lag)
 
 
+@lean_kernel
+def motor_effort(drive, effort):
+    """Return the effort that a motor gives at its joint's speed: the largest one falls linearly to 0 at no load."""
+    if drive.peak == inf:
+        return effort
+    fall = (drive.no_load_speed - abs(drive.velocity)) / (drive.no_load_speed - drive.base_speed)
+    return clip(effort, drive.peak * clip(max(0.0, fall), 1.0))
+
+
 @system.effort.register(Drives)
 def _(u, p, t, x):
     return drive_efforts(p, u.records, t - u.begin, x)
@@ -55,7 +65,7 @@ def drive_efforts(p, drives, s, x):
     assign(drives.velocity, v)
     for i in range(len(drives)):
         drive = drives[i]
-        effort = drive.factor * effort_at(drive, s)
+        effort = motor_effort(drive, drive.factor * effort_at(drive, s))
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
     return system.saturate(p, system.efforts_from_row(p, drives.effort))
 

@@ -64,9 +64,12 @@ def apply_to_sensors(faults, active, sensors):
 
 @routine
 def apply_to_drives(faults, active, drives, braking):
-    """Apply the active faults to the drives, whose records have their positions; engage all brakes if `braking`."""
+    """Apply the active faults to the drives, whose records have their positions; engage all brakes if `braking`.
+
+    A drive whose limit switch has tripped is off, and its brake engaged.
+    """
     for j in range(len(drives)):
-        drive, engaged, factor = drives[j], braking, 1.0
+        drive, engaged, factor = drives[j], braking or drives[j].tripped, 1.0
         for i in range(len(active)):
             if active[i] > 0.0 and faults.joint[i] == j:
                 factor = faults.value[i] if faults.kind[i] == EFFORT_LOSS else factor

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from crane_sim.models.loads import PointLoad
+from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.overhead.double import DoubleCrane
 from crane_sim.models.overhead.elastic import ElasticCrane
 from crane_sim.models.overhead.modes import Switches
@@ -11,6 +11,7 @@ from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_field
 
@@ -18,7 +19,7 @@ from crane_sim.numerics.states import replace_field
 class PayloadFault(NamedTuple):
     """Faults that change the payload."""
 
-    mass: float  # kg, of the payload without them
+    nominal_mass: float  # kg, of the payload without them
 
 
 @generic
@@ -47,12 +48,15 @@ def replace_last(masses, mass):
 
 
 @generic
-def switches_with(switches, mass):
-    """Return the switches of a crane with this payload."""
+def switches_with_mass(switches, mass):
+    """Return the switches of a crane with this payload from now on.
+
+    All masses of the schedule become this one: scenes with faults of the payload have no events that change it.
+    """
     return switches
 
 
-@switches_with.register(Switches)
+@switches_with_mass.register(Switches)
 def _(s, mass):
     masses = s.masses.copy()
     for i in range(len(masses)):
@@ -61,14 +65,16 @@ def _(s, mass):
 
 
 @replace_payload.register(Crane)
+@replace_payload.register(SuspendedCrane)
+@replace_payload.register(FallsCrane)
 def _(p, mass):
-    return replace_field(p, "load", PointLoad(mass))
+    return replace_field(p, "load", replace_field(p.load, "mass", mass))
 
 
 @replace_payload.register(RodCrane)
 def _(p, mass):
     p = replace_field(p, "cable", replace_field(p.cable, "payload", mass))
-    return replace_field(p, "switches", switches_with(p.switches, mass))
+    return replace_field(p, "switches", switches_with_mass(p.switches, mass))
 
 
 @replace_payload.register(DoubleCrane)
@@ -86,4 +92,4 @@ def _(p, mass):
 @replace_payload.register(ElasticCrane)
 def _(p, mass):
     p = replace_field(p, "cable", replace_field(p.cable, "masses", replace_last(p.cable.masses, mass)))
-    return replace_field(p, "switches", switches_with(p.switches, mass))
+    return replace_field(p, "switches", switches_with_mass(p.switches, mass))

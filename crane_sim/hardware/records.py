@@ -16,11 +16,19 @@ DRIVE = np.dtype(
         ("anchor", float),  # m or rad, reference that the spring pulls to
         ("follows", float),  # 1 for a drive whose effort is the position to follow, else 0
         ("engaged", np.bool_),
+        # limit switches
+        ("switch_low", float),  # m or rad
+        ("switch_high", float),
+        ("tripped", np.bool_),
+        ("overtravel", float),  # m or rad, largest distance beyond a switch
         # drive
         ("low", float),  # limits of the effort
         ("high", float),
         ("rate_limit", float),  # of the effort [1/s]
         ("lag", float),  # s
+        ("peak", float),  # largest effort of the motor below its base speed
+        ("base_speed", float),  # of the joint [1/s]: from there on the largest effort falls
+        ("no_load_speed", float),  # of the joint [1/s]: there it is 0
         ("deadband", float),  # commands below it count as 0
         ("delay", np.int64),  # periods
         ("origin", float),  # effort at the begin of the period
@@ -71,6 +79,8 @@ def ideal_drives(nu: int) -> Any:
     """Return records of drives without any effect (nu,)."""
     drives = make_records(DRIVE, nu)
     drives.factor, drives.rate_limit, drives.low, drives.high = 1.0, np.inf, -np.inf, np.inf
+    drives.switch_low, drives.switch_high = -np.inf, np.inf
+    drives.peak, drives.no_load_speed = np.inf, np.inf
     return drives
 
 

@@ -30,8 +30,9 @@ class HardwareConfig(NamedTuple):
 
     @property
     def can_stick(self) -> bool:
-        """Whether a fault applies a brake."""
-        return JOINT_STUCK in self.faults.kind
+        """Whether a fault or a limit switch applies a brake."""
+        drives = self.drives
+        return JOINT_STUCK in self.faults.kind or bool(np.isfinite([drives.switch_low, drives.switch_high]).any())
 
 
 def ideal_hardware(nq: int, nu: int) -> HardwareConfig:

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.integration import MAX_STAGES, Scratch, add_evaluations, dense_output, stages
+from crane_sim.integrators.integration import MAX_STAGES, Scratch, add_evaluations, advance, dense_output, stages
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
-from crane_sim.system import Switching, apply_reset_map, guard, rhs, rhs_into, switching
+from crane_sim.system import Retake, Switching, apply_reset_map, guard, rhs, rhs_into, switching
 
 FIRST, SECOND, BETWEEN = MAX_STAGES + 1, MAX_STAGES + 2, MAX_STAGES + 3  # rows of a scratch
 
@@ -181,7 +181,7 @@ def _(switches, method, p, u, integration):
         return integration
     low, high, n = bracket(method, p, u, integration)
     integration = add_evaluations(integration, n)
-    return integration if low == high else truncate_at_event(method, p, u, integration, low, high)
+    return integration if low == high else end_at_event(switches.retake, method, p, u, integration, low, high)
 
 
 @kernel
@@ -292,3 +292,41 @@ def truncate_at_event(method, p, u, integration, low, high):
     x = dense_output(method, p, u, integration, t)
     integration = add_evaluations(replace_field(replace_field(integration, "t", t), "x", x), n + stages(method))
     return apply_reset_maps(p, u, integration)
+
+
+@kernel
+def at_begin(integration, h):
+    """Return the integration back at the begin of its last step, where a step of size h is tried next."""
+    integration = replace_field(replace_field(integration, "t", integration.t0), "x", integration.x0)
+    return replace_field(replace_field(integration, "steps", integration.steps - 1), "h", h)
+
+
+@generic
+def end_at_event(retake, method, p, u, integration, low, high):
+    """Return the integration that ends at its first event, between `low` and `high`, and switched."""
+    return truncate_at_event(method, p, u, integration, low, high)
+
+
+@end_at_event.register(Retake)
+def _(retake, method, p, u, integration, low, high):
+    return retake_to_event(method, p, u, integration, low, high)
+
+
+@routine
+def retake_to_event(method, p, u, integration, low, high):
+    """Return the result of `truncate_at_event`, of steps up to the event whose errors are within the tolerance.
+
+    A step that goes beyond an event can miss what the equations do just before it: its stages are few. One that ends
+    there has a stage in it. Where that one is rejected, shorter ones are taken, and the first event of each is sought.
+    """
+    while low < high:
+        t, n = find_root(method, p, u, integration, low, high)
+        integration = add_evaluations(integration, n)
+        integration = advance(method, p, u, at_begin(integration, t - integration.t0), t)
+        if integration.status != OK:
+            return integration
+        if integration.t == t:
+            return apply_reset_maps(p, u, integration)
+        low, high, n = bracket(method, p, u, integration)
+        integration = add_evaluations(integration, n)
+    return integration

@@ -4,9 +4,9 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Status of an integration: under way, or the reason of its end."""
+    """Status of an integration: in order, or the reason of its end."""
 
-    OK = 0
+    OK = 0  # running or completed
     STEP_TOO_SMALL = 1  # no step, however small, has an error within the tolerance
     NOT_FINITE = 2
     TOO_MANY_SWITCHES = 3  # at one instant
@@ -24,6 +24,6 @@ OK, STEP_TOO_SMALL, NOT_FINITE, TOO_MANY_SWITCHES, TOO_MANY_STEPS, TERMINATED = 
 _CAUSES = {
     Status.STEP_TOO_SMALL: "the step size shrank to nothing",
     Status.NOT_FINITE: "the state is not finite",
-    Status.TOO_MANY_SWITCHES: "the equations switch back and forth without end",
-    Status.TOO_MANY_STEPS: "the motion has become too fast to follow",
+    Status.TOO_MANY_SWITCHES: "chattering: too many mode switches at one instant",
+    Status.TOO_MANY_STEPS: "more steps than allowed to reach one instant: too fast or too stiff for the tolerance",
 }

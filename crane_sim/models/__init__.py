@@ -4,6 +4,7 @@ Importing any module of this package imports all models, so that every model is 
 `crane_sim.system`.
 """
 
+from crane_sim.models.falls import outputs as falls_outputs
 from crane_sim.models.overhead import (
     base_energies,
     base_load,
@@ -11,7 +12,9 @@ from crane_sim.models.overhead import (
     elastic,
     elastic_jacobian,
     elastic_outputs,
+    elastic_wind,
     node_forces,
+    payload_wind,
     planar,
     rod,
     shared_bodies,
@@ -19,18 +22,26 @@ from crane_sim.models.overhead import (
     spring,
 )
 from crane_sim.models.single_rope import crane, joint_coordinates, modes
+from crane_sim.models.supports import boom_wind
+from crane_sim.models.suspended import joints, outputs
 
 __all__ = [
     "base_energies",
     "base_load",
+    "boom_wind",
     "crane",
     "double",
     "elastic",
     "elastic_jacobian",
     "elastic_outputs",
+    "falls_outputs",
+    "elastic_wind",
     "joint_coordinates",
+    "joints",
     "modes",
     "node_forces",
+    "outputs",
+    "payload_wind",
     "planar",
     "rod",
     "shared_bodies",

@@ -38,6 +38,17 @@ def decode(number):
 
 
 @lean_kernel
+def friction_event(joint, mode):
+    """Return the number of the event that a joint's friction has come to a mode."""
+    return encode(Guard.FRICTION, joint, FORWARDS if mode > 0.0 else BACKWARDS if mode < 0.0 else STICKS)
+
+
+def describe_friction(name: str, outcome: int) -> str:
+    """Return the text of an event of a joint's friction."""
+    return f"the {name} {('sticks', 'slips forwards', 'slips backwards')[outcome]}"
+
+
+@lean_kernel
 def smaller_guard(best, value, number):
     """Return the smaller one of two guards."""
     return (value, number) if value < best[0] else best

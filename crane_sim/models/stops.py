@@ -3,13 +3,13 @@
 from math import inf
 from typing import Any, NamedTuple
 
-from crane_sim.models.guards import LOWER, UPPER, Guard, decode
-from crane_sim.numerics.jit import generic
+from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
+from crane_sim.numerics.jit import generic, lean_kernel
 from crane_sim.system import Switching
 
 MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
 LEAD_TIME = 0.01  # s: the length is extrapolated by its rate over it, since a length that passes zero would grow again
-_POSITIONS = 6  # of support and payload
+WINCH = 3  # index of the winch among the joints that friction can hold
 
 
 class Stops(NamedTuple):
@@ -22,14 +22,26 @@ class Stops(NamedTuple):
 
 
 @generic
-def switching_of(stops):
-    """Return the result of `system.switching` for a crane with these stops, None for a crane without."""
+def switching_of(stops, positions):
+    """Return the result of `system.switching` for a crane with these stops, None for a crane without.
+
+    Args:
+        stops: the stops.
+        positions: number of positions that the guards depend on where no rope has to stay taut, see `Switching`.
+    """
     return None
 
 
 @switching_of.register(Stops)
-def _(stops):
-    return Switching(1, 0 if stops.taut > 0.0 else _POSITIONS)
+def _(stops, positions):
+    return Switching(1, 0 if stops.taut > 0.0 else positions, None)
+
+
+@lean_kernel
+def length_guard(stops, length, rate):
+    """Return the smaller guard of a rope's shortest and longest length, at this length [m] and rate [m/s]."""
+    best = length + stops.lead * min(rate, 0.0) - stops.shortest, encode(Guard.LENGTH, LOWER)
+    return smaller_guard(best, stops.longest - length, encode(Guard.LENGTH, UPPER))
 
 
 def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tuple[str, str]:
@@ -42,14 +54,16 @@ def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tup
         shortest: its shortest length [m].
     """
     if end == LOWER and shortest <= MIN_LENGTH:
-        return "the rope is reeled in to nothing", f"give {key}.limits, or change what drives the {key}"
+        return f"the {rope} is reeled in to zero length", f"give {key}.limits, or change what drives the {key}"
     name = {LOWER: "shortest", UPPER: "longest"}[end]
     return f"the {rope} reached its {name} length", f"change {key}.limits, or what drives the {key}"
 
 
 def describe_stop(support: Any, stops: Stops, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard, what a user can change); `support` names its coordinates."""
-    kind, index, _ = decode(number)
+    kind, index, outcome = decode(number)
+    if kind == Guard.FRICTION:
+        return describe_friction("winch" if index == WINCH else support.coordinate(index)[0], outcome), ""
     if kind == Guard.LINK:
         return "the rope went slack, and a rigid one cannot be", "take rope.slack: allow if the rope is a rod"
     if kind == Guard.LENGTH:

@@ -111,6 +111,7 @@ def cache_folder() -> Path:
 
 def _prune(root: Path) -> None:
     """Remove all but the newest folders of compiled code."""
-    folders = sorted(root.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
-    for old in folders[_KEPT:]:
-        shutil.rmtree(old, ignore_errors=True)
+    with suppress(FileNotFoundError):  # another process is removing them
+        folders = sorted(root.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
+        for old in folders[_KEPT:]:
+            shutil.rmtree(old, ignore_errors=True)

@@ -44,7 +44,7 @@ def run(
     fifo: int | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
-    on_filled: Callable[[str, int], object] | None = None,
+    on_activated: Callable[[str, int], object] | None = None,
 ) -> dict[str, Any]:
     """Simulate `scene` with its nodes as OS processes and return the run's summary.
 
@@ -64,13 +64,13 @@ def run(
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
-        on_filled: called with a node's name and process id when it becomes the active one of its role.
+        on_activated: called with a node's name and process id when it becomes the active one of its role.
 
     Returns:
         The summary; with the key `error`, one line, when the run failed or was interrupted. No process is left.
     """
     progress = on_progress or _ignore
-    callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_filled or _ignore)
+    callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore)
     plant: dict[str, object] = {"mode": mode, "commanded": not controller}
     optional = {"rate": rate, "on_silence": on_silence, "fifo_priority": fifo}
     plant |= {name: value for name, value in optional.items() if value is not None}

@@ -26,7 +26,7 @@ class Callbacks(NamedTuple):
 
     on_progress: Callable[[int], object]  # steps done
     on_news: Callable[[str], object]  # one line
-    on_filled: Callable[[str, int], object]  # name of a role, process id of the node that is active in it from now on
+    on_activated: Callable[[str, int], object]  # name of a role, process id of its active node from now on
 
 
 class Supervisor:
@@ -146,7 +146,7 @@ class Supervisor:
             pid = role.active.pid
             if pid and self._announced.get(role.name) != pid:
                 self._announced[role.name] = pid
-                self._callbacks.on_filled(role.name, pid)
+                self._callbacks.on_activated(role.name, pid)
 
     def _degrade(self, role: Role) -> None:
         """Go on without a role that has failed."""

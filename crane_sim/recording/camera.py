@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crane_sim.description.falls import depth_of
 from crane_sim.description.knuckle import pedestal_height
+from crane_sim.description.suspended import crane_size, ground_height
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
@@ -46,6 +48,72 @@ def of_knuckle(scene: Scene) -> Framing:
         eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
         look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
     )
+
+
+def of_suspended(scene: Scene) -> Framing:
+    """Return how to draw a tower or a mobile crane."""
+    size, ground = crane_size(scene), ground_height(scene)
+    if "slew" not in scene.joint_names:
+        return _beside_bridge(scene, size, ground)
+    heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])
+    aside, middle = heading - radians(70.0), 0.5 * ground if ground < -0.5 * size else 0.35 * size
+    far = 1.9 * max(size, -ground)
+    return Framing(
+        size=size,
+        ground=(0.0, 0.0, ground),
+        ground_size=1.25 * size,
+        eye=(far * cos(aside), far * sin(aside), middle + 0.35 * far),
+        look_at=(0.4 * size * cos(heading), 0.4 * size * sin(heading), middle),
+    )
+
+
+def _beside_bridge(scene: Scene, size: float, ground: float) -> Framing:
+    """Return how to draw a bridge crane."""
+    ends = np.array([scene.initial_q[:2], (scene.reference or scene.initial_q)[:2]])
+    (x, y), span = ends.mean(axis=0).tolist(), float(np.ptp(ends, axis=0).max())
+    far = 1.3 * max(size, span)
+    return Framing(
+        size=size,
+        ground=(x, y, ground),
+        ground_size=max(size, span),
+        eye=(x + 0.4 * far, y - 1.4 * far, 0.35 * far),
+        look_at=(x, y, 0.5 * ground),
+    )
+
+
+def of_gantry(scene: Scene) -> Framing:
+    """Return how to draw a gantry crane."""
+    depth, ends = depth_of(scene), [scene.initial_q[0], *(scene.reference or ())[:1]]
+    x, y, span = 0.5 * (min(ends) + max(ends)), scene.initial_q[1], max(ends) - min(ends)
+    far = 1.5 * max(depth, 0.8 * span)
+    return Framing(
+        size=0.5 * depth,
+        ground=(x, y, -depth),
+        ground_size=max(1.2 * depth, 0.8 * span),
+        eye=(x + 0.75 * far, y - far, 0.15 * far),
+        look_at=(x, y, -0.55 * depth),
+    )
+
+
+def gantry_scales(scene: Scene) -> tuple[float, ...]:
+    """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
+    crane = scene.model
+    weight, portal = crane.gravity * crane.load.mass, crane.support.bridge.mass
+    hoist = weight if scene.effort_units[2] == "N" else 1.0
+    return 0.1 * weight, 0.05 * portal, hoist
+
+
+def suspended_scales(scene: Scene) -> tuple[float, ...]:
+    """Return the efforts (nu,) that are drawn as arrows of a seventh of a tower or mobile crane's size.
+
+    A joint needs this much to carry the load at the initial radius, a slew or a trolley a tenth of it.
+    """
+    radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
+    crane = scene.model
+    weight = crane.gravity * (crane.load.mass + float(crane.cable.masses[:-1].sum()))
+    scales = {"N m": radius * weight, "N": weight, "m/s²": 1.0, "m/s": 1.0}
+    shares = [0.1 if name in ("slew", "trolley", "bridge") else 1.0 for name in scene.actuated]
+    return tuple(max(share * scales[unit], 1e-9) for share, unit in zip(shares, scene.effort_units, strict=True))
 
 
 def of_pendulum(scene: Scene) -> Framing:

@@ -21,7 +21,19 @@ from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
-from crane_sim.recording.camera import Framing, knuckle_scales, of_knuckle, of_pendulum, of_room
+from crane_sim.models.falls.crane import FallsCrane
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.recording.camera import (
+    Framing,
+    gantry_scales,
+    knuckle_scales,
+    of_gantry,
+    of_knuckle,
+    of_pendulum,
+    of_room,
+    of_suspended,
+    suspended_scales,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,6 +41,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from crane_sim.hardware.settings import HardwareConfig
+    from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
     from crane_sim.trajectories.base_motion import Base, SplineBase
 
@@ -86,7 +99,7 @@ def _is_sensed(equipment: HardwareConfig, nq: int) -> bool:
 CURVES = 4  # number of a cable's links that are plotted
 
 
-COORDINATES = ("swing_", "link_", "node_")  # beginnings of the names of a cable's joints
+COORDINATES = ("swing_", "link_", "node_", "payload_")  # beginnings of the names of a cable's joints
 
 
 class Suspension(NamedTuple):
@@ -169,10 +182,24 @@ class LengthPlot(NamedTuple):
 ROPE = LengthPlot("shown/rope_m", "Rope length [m]", ("rope",))
 
 
+MOVED = {"bridge": "Position of the bridge", "trolley": "Position of the trolley", "telescope": "Length of the boom"}
+"""Titles of joints that move in metres."""
+
+
 TIP = "shown/tip_m", "Position of the suspension point [m]"
 
 
+FALLS = LengthPlot("shown/hoist_m", "Length of the falls [m]", ("hoist",))
+
+
 HOIST = LengthPlot("shown/hoist_m", "Length of the first link [m]", ("hoist",))
+
+
+class Ropes(NamedTuple):
+    """The lines from support to load."""
+
+    tip: int  # which of the nodes is the upper end of the cable
+    falls: Falls | None  # the ropes of a load that hangs on several
 
 
 class Layout(NamedTuple):
@@ -189,7 +216,7 @@ class Layout(NamedTuple):
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
     stand: str  # the frame that the crane stands in: the world, or a base that moves in it
-    tip: int  # which of the nodes is the upper end of the cable
+    ropes: Ropes
     tension: str  # what the recorded tension is
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
@@ -239,7 +266,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, origin = suspension(scene), source_note(scene)
+    cable, origin, model = suspension(scene), source_note(scene), scene.model
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -252,7 +279,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         swings=_swings(scene, cable),
         suspension=cable,
         stand=WORLD if base_of(scene) is None else BASE,
-        tip=system.tip_index(scene.model),
+        ropes=Ropes(system.tip_index(model), getattr(model, "falls", None)),
         tension=tension_name(cable),
         provenance=origin,
         period_ns=scene.period_ns,
@@ -260,7 +287,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         framing=_framing(scene, cable),
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
-        undriven=not (scene.law_name or scene.sampled or scene.document.get("inputs")),
+        undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         properties=_scene_properties(scene, origin),
     )
@@ -274,12 +301,20 @@ def label(name: str) -> str:
 def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if cable:
         return of_room(cable.room)
+    if isinstance(scene.model, SuspendedCrane):
+        return of_suspended(scene)
+    if isinstance(scene.model, FallsCrane):
+        return of_gantry(scene)
     return of_pendulum(scene) if scene.crane == "pendulum" else of_knuckle(scene)
 
 
 def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
     if scene.crane == "pendulum":
         return (1.0,) * len(scene.actuated)  # m/s², or m
+    if isinstance(scene.model, SuspendedCrane):
+        return suspended_scales(scene)
+    if isinstance(scene.model, FallsCrane):
+        return gantry_scales(scene)
     return effort_scales(scene, cable.hang) if cable else knuckle_scales(scene)
 
 
@@ -288,7 +323,10 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
     if scene.crane == "pendulum":
         return (LengthPlot(*TIP, scene.actuated),)
     if scene.crane != "overhead":
-        return (ROPE,) if "rope" in scene.actuated else ()
+        moved = [name for name in MOVED if name in scene.actuated]
+        plots = [LengthPlot(f"shown/{name}_m", f"{MOVED[name]} [m]", (name,)) for name in moved]
+        winch = [plot for plot in (ROPE, FALLS) if plot.joints[0] in scene.actuated]
+        return (*plots, *winch)
     form = validated_scene_file(scene)
     axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
     title = f"{' and '.join(axes).capitalize()} position [m]"

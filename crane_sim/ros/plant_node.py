@@ -11,18 +11,19 @@ from crane_sim.description import urdf
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.lifecycle import ENDINGS
-from crane_sim.ros.common.messages import LEASE
+from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.lockstep import Lockstep
+from crane_sim.ros.plant.peers import peer_names
 from crane_sim.ros.plant.realtime import Realtime
 from crane_sim.ros.plant.scheduler import OpenLoop, StepScheduler
 from crane_sim.ros.plant.services import FaultServices, PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.plant.warm_up import warm_up
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, TimeoutAction
+from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
@@ -40,7 +41,7 @@ PARAMETERS = {
         3600.0,
     ),
     "on_silence": Option(
-        TimeoutAction.ZERO.value,
+        CommandTimeoutAction.ZERO.value,
         "realtime: action at the time-out of commands: zero effort, the last one held, or brakes",
         choices=tuple(COMMAND_TIMEOUT_ACTIONS),
     ),
@@ -86,7 +87,7 @@ class PlantNode:
         host, simulation = self._host, self._simulation
         host.manage(self._settings.autostart, self._activate)
         host.wait(self._missing, simulation.publish_clock_if_due)
-        self._refuse_rival()
+        self._refuse_duplicate()
         host.pipes.report("ready")
         host.wait(lambda: "" if host.started and host.active else "the order go", simulation.publish_clock_if_due)
         if not host.stop_reason:
@@ -103,15 +104,15 @@ class PlantNode:
         if error and host.stop_reason not in ENDINGS:
             raise Fault(error)
 
-    def _refuse_rival(self) -> None:
+    def _refuse_duplicate(self) -> None:
         """Raise Fault where another plant publishes the same joint states: each one's controller would drive both.
 
         A plant that was killed stays in the graph until its liveliness lease ends; that is waited for.
         """
-        deadline = time.monotonic() + 2 * LEASE
-        self._host.wait(lambda: self._topics.rival() if time.monotonic() < deadline else "")
-        if rival := self._topics.rival():
-            raise Fault(f"{rival}; possible: one plant in a namespace and ROS domain; end the other, or use another")
+        deadline = time.monotonic() + 2 * LIVELINESS_LEASE
+        self._host.wait(lambda: self._topics.duplicate_publisher() if time.monotonic() < deadline else "")
+        if line := self._topics.duplicate_publisher():
+            raise Fault(f"{line}; possible: one plant in a namespace and ROS domain; end the other, or use another")
 
     def _set_priority(self) -> None:
         """Give the loop over steps, not the middleware's threads, the real-time priority of the parameter."""
@@ -145,14 +146,13 @@ class PlantNode:
     def _missing(self) -> str:
         recorders, trackers = self._settings.expected_recorders, self._settings.expected_trackers
         controllers = self._settings.expected_controllers if self._simulation.scene.sampled else 0
-        clock_peers = self._settings.beside.count(",") + 1 if self._settings.beside else 0
-        subscribers = controllers + trackers + recorders + clock_peers
+        subscribers = controllers + trackers + recorders + len(peer_names(self._settings.beside))
         return self._topics.missing(subscribers, recorders) or self._scheduler.missing()
 
     def _make_scheduler(self) -> StepScheduler:
         if self._settings.mode == RunMode.LOCKSTEP and self._simulation.scene.sampled:
             return Lockstep(self._host, self._simulation, self._settings)
-        if self._settings.beside:
+        if peer_names(self._settings.beside):
             raise ValueError(f"parameter beside is {self._settings.beside!r}; only a crane in lockstep can have it")
         if self._settings.mode == RunMode.REALTIME:
             return Realtime(self._host, self._simulation, self._settings)

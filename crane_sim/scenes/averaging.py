@@ -1,8 +1,9 @@
 """Disturbances of a crane at their mean over time, for the linearisation of its equations.
 
-A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. Of a given force the constant
-part stays, which is a constant or the offset of a sine; a table or a polynomial that varies counts as no force. A
-prescribed motion rests at its position. Types are kept, so that compiled equations serve both scenes.
+A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. A given force is its mean: a
+constant, the offset of a sine, the mean of a table over its times. A polynomial that varies has no mean, since it grows
+without bound, and counts as no force. Wind is without its gusts. A prescribed motion rests at its initial position.
+Types are kept, so that compiled equations serve both scenes.
 """
 
 from dataclasses import replace
@@ -20,9 +21,10 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import Base, SplineBase
 from crane_sim.trajectories.inputs import Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import Motion
+from crane_sim.trajectories.wind import Gust, Wind
 
 REST = Motion(np.zeros(1), np.zeros((1, 1)))
-"""A motion without acceleration, which is the only input from a prescribed one: its position is in the state."""
+"""Zero acceleration: all the equations take from a prescribed motion; its position is part of the state."""
 
 
 def average_scene(scene: Scene) -> Scene:
@@ -50,6 +52,17 @@ def _(part: SplineBase) -> SplineBase:
 
 
 @average.register
+def _(part: Wind) -> Wind:
+    u, v, w = map(average, part.gusts)
+    return part._replace(gusts=(u, v, w))
+
+
+@average.register
+def _(part: Gust) -> Gust:
+    return Gust(part.rate, np.zeros((1, part.nodes.shape[1])))
+
+
+@average.register
 def _(part: PayloadForce) -> PayloadForce:
     return PayloadForce(*map(average, part))
 
@@ -72,7 +85,10 @@ def _(part: Polynomial) -> Polynomial:
 
 @average.register
 def _(part: Table) -> Table:
-    return part if len(set(part.values)) == 1 else Table(part.times, (0.0,) * len(part.values))
+    if len(set(part.values)) == 1:
+        return part
+    mean = float(np.trapezoid(part.values, part.times)) / (part.times[-1] - part.times[0])
+    return Table(part.times, (mean,) * len(part.values))
 
 
 @average.register

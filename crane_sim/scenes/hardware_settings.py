@@ -22,6 +22,7 @@ from crane_sim.scenes.schema.hardware import (
     group_name,
     merge_groups,
 )
+from crane_sim.scenes.schema.motors import motor_of
 from crane_sim.scenes.schema.scene_file import SceneFile
 
 CLOSE = 1e-6  # of a period: smaller deviations are rounding errors
@@ -103,8 +104,27 @@ def _drives(file: SceneFile, periods: Periods) -> Any:
         drive.low, drive.high = group.limit or (-inf, inf)
         drive.rate_limit = group.rate_limit or inf
         drive.lag, drive.deadband = group.lag, group.deadband
+        drive.switch_low, drive.switch_high = _limit_switches(file, joint, group)
+        motor = motor_of(file, joint)
+        if motor is not None:
+            drive.peak, drive.base_speed = motor.ratio * motor.torque, motor.base_speed / motor.ratio
+            drive.no_load_speed = motor.no_load_speed / motor.ratio
         drive.delay = periods.of(f"actuators.{group_name(file.actuators, joint, 'delay')}.delay", group.delay)
     return drives
+
+
+def _limit_switches(file: SceneFile, joint: str, group: ActuatorGroup) -> tuple[float, float]:
+    """Return the positions of a joint's limit switches, infinite without; raises SceneError where one is no use."""
+    if group.limit_switches is None:
+        return -inf, inf
+    (low, high), start = group.limit_switches, file.initial_q[file.joint_names.index(joint)]
+    key = f"actuators.{group_name(file.actuators, joint, 'limit_switches')}.limit_switches = {[low, high]}"
+    if not low <= start <= high:
+        raise SceneError(f"{key}: the {joint} starts outside of them, at {start:g}")
+    for limit in file.limits:
+        if limit.joint == joint and not (limit.low < low and high < limit.high):
+            raise SceneError(f"{key}: must be within {limit.key} = {[limit.low, limit.high]}, where the run ends")
+    return low, high
 
 
 def _sensors(file: SceneFile, periods: Periods) -> Any:

@@ -14,15 +14,27 @@ from crane_sim.files.document import SHARED, nominal, read, set_value, switch_la
 from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shorten
 from crane_sim.laws import ForeignSetting, Law, make_law
 from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
+from crane_sim.scenes.schema.bridge import BridgeFile
+from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
+from crane_sim.scenes.schema.mobile import MobileFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
 from crane_sim.scenes.schema.reference import resolve_target
 from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.tower import TowerFile
 
 MAX_STEPS = 1e8  # control periods in a run
-FORMS: dict[str, type[SceneFile]] = {"knuckle": KnuckleFile, "overhead": OverheadFile, "pendulum": PendulumFile}
+FORMS: dict[str, type[SceneFile]] = {
+    "knuckle": KnuckleFile,
+    "tower": TowerFile,
+    "mobile": MobileFile,
+    "bridge": BridgeFile,
+    "gantry": GantryFile,
+    "overhead": OverheadFile,
+    "pendulum": PendulumFile,
+}
 """The kinds of crane, and the form of their scene files."""
 
 DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
@@ -172,7 +184,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         law=law,
         sampled=sampled,
         source=source,
-        notes=_join_notes(file.notes, {"method": reason} if reason else {}, rounded, noted, _base_notes(file, crane)),
+        notes=_join_notes(file.notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
         document=document,
         hardware=hardware,
     )
@@ -208,8 +220,11 @@ def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     return joined
 
 
-def _base_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
-    return file.base_motion.notes(crane.base, file.duration) if file.base_motion is not None else {}
+def _load_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
+    """Return notes on the environmental loads: base motion and wind."""
+    motion, wind = file.base_motion, getattr(crane, "wind", None)
+    of_base = motion.notes(crane.base, file.duration) if motion is not None else {}
+    return _join_notes(of_base, file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {})
 
 
 def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:

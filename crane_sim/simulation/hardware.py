@@ -194,6 +194,12 @@ class HardwareRun:
         counters = self._counters
         figures: dict[str, Any] = {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
         figures |= {"lost_samples": int(counters.lost_samples)} if counters.lost_samples else {}
+        tripped = {
+            name: float(drive.overtravel)
+            for name, drive in zip(self._scene.actuated, self.state.drives, strict=True)
+            if drive.tripped
+        }
+        figures |= {"overtravel": tripped} if tripped else {}
         return figures | ({"braked_time": float(counters.braked) * self._scene.period} if counters.braked else {})
 
 
@@ -201,7 +207,7 @@ def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:
     """Return the hardware at the start of a run."""
     drives, sensors, n = config.drives, config.sensors, len(config.names)
     counters = make_records(COUNTERS, 1)
-    counters.payload_mass = config.payload_fault.mass if config.payload_fault is not None else 0.0
+    counters.payload_mass = config.payload_fault.nominal_mass if config.payload_fault is not None else 0.0
     return HardwareState(
         seed=seed_to_uint64(seed),
         faults=config.faults,

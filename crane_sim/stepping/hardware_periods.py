@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.hardware.brakes import slip
+from crane_sim.hardware.brakes import read_limit_switch, slip
 from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakpoint
 from crane_sim.hardware.faults import FaultLog, Faults, apply_to_drives, apply_to_sensors, payload_mass, update_active
 from crane_sim.hardware.payloads import PayloadFault, with_payload
@@ -102,7 +102,7 @@ def base_mass(fault):
 
 @base_mass.register(PayloadFault)
 def _(fault):
-    return fault.mass
+    return fault.nominal_mass
 
 
 @routine
@@ -129,10 +129,11 @@ def integrate_driven(method, p, u, integration, end, out, i):
 
 @routine
 def end_period(p, hardware, u, integration, k, period):
-    """Latch the drives at the end of period k, let brakes slip, and sample the state."""
+    """Latch the drives at the end of period k, let brakes slip, read limit switches, and sample the state."""
     latch(p, u, integration.t, integration.x)
     for i in range(len(hardware.drives)):
         slip(hardware.drives[i])
+        read_limit_switch(hardware.drives[i])
     sample_sensors(p, hardware, integration, k + 1, period)
 
 

@@ -1,7 +1,7 @@
 """Prescribed motions: functions of time with their first two derivatives.
 
-A scene names a shape (Smooth, Wave, Series, Knots); each becomes the same `Motion`, pieces of polynomials plus a sine,
-so that one compiled function evaluates them all.
+A scene names a shape (SmoothMotion, SineMotion, PolynomialMotion, SplineMotion); each becomes the same `Motion`, pieces
+of polynomials plus a sine, so that one compiled function evaluates them all.
 """
 
 from math import cos, sin
@@ -27,7 +27,7 @@ class Motion(NamedTuple):
     phase: float = 0.0  # rad
 
 
-class Smooth(NamedTuple):
+class SmoothMotion(NamedTuple):
     """From one value to another by the quintic 10s³ - 15s⁴ + 6s⁵, at rest before and after."""
 
     begin: Real  # m, value before
@@ -40,11 +40,11 @@ class Smooth(NamedTuple):
         change, span = self.end - self.begin, self.duration
         rise = [self.begin, 0.0, 0.0, 10.0 * change / span**3, -15.0 * change / span**4, 6.0 * change / span**5]
         rest = [0.0] * 5
-        starts = np.array([self.start - 1.0, self.start, self.start + span])
+        starts = np.array([self.start - 1.0, self.start, self.start + span])  # any instant before: it holds there, too
         return Motion(starts, np.array([[self.begin, *rest], rise, [self.end, *rest]]))
 
 
-class Wave(NamedTuple):
+class SineMotion(NamedTuple):
     """offset + amplitude sin(frequency t + phase)."""
 
     amplitude: Real  # m, size of the sine
@@ -57,18 +57,17 @@ class Wave(NamedTuple):
         return Motion(np.zeros(1), np.array([[self.offset]]), self.amplitude, self.frequency, self.phase)
 
 
-class Series(NamedTuple):
-    """The sum of coefficients[k] t^k."""
+class PolynomialMotion(NamedTuple):
+    """The sum of coefficients[k] t^k, k from 0 on."""
 
-    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # m, of the powers 0, 1, 2, ... of t, over s, s²,
-    # ...
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # m, coefficient of t^k, k = 0, 1, 2, ..., over s^k
 
     def motion(self) -> Motion:
         """Return the motion."""
         return Motion(np.zeros(1), np.array([self.coefficients]))
 
 
-class Knots(NamedTuple):
+class SplineMotion(NamedTuple):
     """The cubic spline through (times, values), at rest before and after them."""
 
     times: Annotated[tuple[Real, ...], Field(min_length=2)]  # s, increasing
@@ -87,7 +86,7 @@ class Knots(NamedTuple):
         return Motion(np.array([self.times[0] - 1.0, *self.times]), np.vstack([before, pieces, after]))
 
 
-Shape = Smooth | Wave | Series | Knots
+Shape = SmoothMotion | SineMotion | PolynomialMotion | SplineMotion
 
 
 @lean_routine

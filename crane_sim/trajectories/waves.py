@@ -14,7 +14,7 @@ NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak
 GRAVITY = 9.81  # m/s²
 BREAKING_STEEPNESS = 1.0 / 7.0
 """Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893); DNV-RP-C205, 3.4.6)."""
-HIGHEST = 5.0  # times the peak frequency, up to which a sea is sampled: 0.2 % of the energy is beyond, and moved below
+CUTOFF_RATIO = 5.0  # highest sampled over peak frequency; the 0.2 % of energy above is redistributed
 
 
 class Sea(NamedTuple):
@@ -25,18 +25,18 @@ class Sea(NamedTuple):
     gamma: float = 1.0  # peak enhancement of JONSWAP; 1 is Pierson-Moskowitz
 
 
-class Response(NamedTuple):
-    """Response of one motion of a vessel to waves: amplitude per metre of wave and phase lead, over frequency."""
+class ResponseAmplitudeOperator(NamedTuple):
+    """Response amplitude operator (RAO) of one motion of a vessel: amplitude per metre of wave, phase lead."""
 
     frequencies: tuple[float, ...]  # rad/s, increasing
     amplitudes: tuple[float, ...]  # m/m, or rad/m
     phases: tuple[float, ...]  # rad
 
 
-class Waves(NamedTuple):
-    """The elevation sum of amplitudes sin(frequencies t + phases), (n,) each."""
+class SineSum(NamedTuple):
+    """Sum over n of amplitudes[n] sin(frequencies[n] t + phases[n]): an elevation, or a motion of a vessel."""
 
-    amplitudes: Any  # m
+    amplitudes: Any  # m, or rad
     frequencies: Any  # rad/s
     phases: Any  # rad
 
@@ -51,7 +51,7 @@ def max_observed_steepness(peak_period: float) -> float:
     return float(np.interp(peak_period, (8.0, 15.0), (1.0 / 15.0, 1.0 / 25.0)))
 
 
-def _form(x: Array, gamma: float) -> Array:
+def _spectral_shape(x: Array, gamma: float) -> Array:
     """Return a spectrum without units at frequencies x in units of the peak frequency."""
     width = np.where(x <= 1.0, NARROW, WIDE)
     peak = np.exp(-0.5 * ((x - 1.0) / width) ** 2)
@@ -61,8 +61,8 @@ def _form(x: Array, gamma: float) -> Array:
 def _split_energy(gamma: float) -> tuple[Array, Array]:
     """Return (frequencies in units of the peak's, energy below each of them), without units."""
     x = np.geomspace(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond
-    form = _form(x, gamma)
-    return x, np.append(0.0, np.cumsum(0.5 * (form[1:] + form[:-1]) * np.diff(x)))
+    shape = _spectral_shape(x, gamma)
+    return x, np.append(0.0, np.cumsum(0.5 * (shape[1:] + shape[:-1]) * np.diff(x)))
 
 
 def density(sea: Sea, frequencies: Array) -> Array:
@@ -72,30 +72,32 @@ def density(sea: Sea, frequencies: Array) -> Array:
     """
     peak = 2.0 * np.pi / sea.peak_period
     total = _split_energy(sea.gamma)[1][-1]
-    return sea.significant_height**2 / 16.0 * _form(np.asarray(frequencies) / peak, sea.gamma) / (total * peak)
+    return (
+        sea.significant_height**2 / 16.0 * _spectral_shape(np.asarray(frequencies) / peak, sea.gamma) / (total * peak)
+    )
 
 
-def sample_sea(sea: Sea, count: int, seed: int) -> Waves:
+def sample_sea(sea: Sea, count: int, seed: int) -> SineSum:
     """Return `count` sinusoids of equal energy, the same ones for the same seed, whose variance is the spectrum's.
 
     Each frequency is drawn from its own share of the energy: no two have a common period, and the sum does not repeat.
     """
     rng = np.random.default_rng(seed)
     x, energy = _split_energy(sea.gamma)
-    shares = (np.arange(count) + rng.random(count)) / count * np.interp(HIGHEST, x, energy)
+    shares = (np.arange(count) + rng.random(count)) / count * np.interp(CUTOFF_RATIO, x, energy)
     frequencies = np.interp(shares, energy, x) * 2.0 * np.pi / sea.peak_period
     amplitude = sea.significant_height / 4.0 * np.sqrt(2.0 / count)
-    return Waves(np.full(count, amplitude), frequencies, rng.uniform(0.0, 2.0 * np.pi, count))
+    return SineSum(np.full(count, amplitude), frequencies, rng.uniform(0.0, 2.0 * np.pi, count))
 
 
-def apply_response(waves: Waves, response: Response | float) -> Waves:
+def apply_response(waves: SineSum, response: ResponseAmplitudeOperator | float) -> SineSum:
     """Return the vessel's motion, in m or rad, to waves: by a table, its ends held, or by one number per metre.
 
     Amplitudes are interpolated linearly, phases the short way round.
     """
-    if not isinstance(response, Response):
+    if not isinstance(response, ResponseAmplitudeOperator):
         return waves._replace(amplitudes=waves.amplitudes * response)
     w = waves.frequencies
     amplitudes = np.interp(w, response.frequencies, response.amplitudes)
     leads = np.interp(w, response.frequencies, np.unwrap(response.phases))
-    return Waves(waves.amplitudes * amplitudes, w, waves.phases + leads)
+    return SineSum(waves.amplitudes * amplitudes, w, waves.phases + leads)

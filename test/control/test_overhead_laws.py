@@ -146,6 +146,35 @@ def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) ->
     assert np.sort_complex(law.poles) == pytest.approx(np.sort_complex(expected), rel=1e-6)
 
 
+@pytest.mark.interpreted
+@pytest.mark.parametrize("force", [2.0, 100.0, -500.0])
+def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> None:
+    """Under a steady force along x, LQR in space holds the planar law's tilted link, with its poles and its gain."""
+    steady = {"forces": [{"node": 1, "axis": "x", "force": {"kind": "constant", "value": force}}]}
+    control = {"law": "lqr", "period": "continuous"}
+    planar: Any = scene_of(**steady, control=control).law
+    space = {"dimensions": 3, "bridge": {"drive": "force", "mass": 10.0}, "initial": {"directions": [[0, 0, -1]]}}
+    spatial: Any = scene_of(**steady, **space, control=control, reference={"q": [3.0, 1.0]}).law
+    swing = np.arctan2(force, 10.0 * G)  # to 1e-9 / ω², and as much of every second-order error below
+    assert planar.target == pytest.approx([3.0, swing], abs=1e-8)
+    assert spatial.target == pytest.approx([3.0, 1.0, np.sin(swing), 0.0, -np.cos(swing)], abs=1e-8)
+    # differences of 1e-10 over what Riccati equations lose, see above
+    assert all(np.abs(spatial.poles - pole).min() < 1e-6 * abs(pole) for pole in planar.poles)
+    assert spatial.rows.effort == pytest.approx(planar.rows.effort, abs=1e-6)
+    (kx, _, *k_link), (kv, _, *k_rate) = spatial.rows.gain.reshape(2, 5)
+    tangent = np.array([np.cos(swing), 0.0, np.sin(swing)])
+    assert [kx, k_link @ tangent, kv, k_rate @ tangent] == pytest.approx(planar.rows.gain, rel=1e-6)
+
+
+@pytest.mark.interpreted
+def test_lqr_keeps_a_prescribed_length_under_a_steady_force() -> None:
+    """The tilted equilibrium of LQR has the length that a prescribed hoist imposes."""
+    hoist = {"drive": "prescribed", "profile": {"kind": "sine", "amplitude": 0.1, "frequency": 1.0, "offset": 2.0}}
+    steady = {"forces": [{"node": 1, "axis": "x", "force": {"kind": "constant", "value": 40.0}}]}
+    law: Any = scene_of(**steady, hoist=hoist, control={"law": "lqr"}).law
+    assert law.target == pytest.approx([3.0, 2.0, np.arctan2(40.0, 10.0 * G)], abs=1e-8)
+
+
 @pytest.mark.slow
 def test_lqr_holds_any_target() -> None:
     """The weights of the knuckle paper bring the knuckle crane to its target in the times found elsewhere."""
@@ -215,14 +244,18 @@ FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5
         ({**HOIST, "reference": {"q": [3.0, 0.0]}, "control": LQR}, "no efforts hold the crane at rest there"),
         ({"trolley": {"drive": "fixed"}, "reference": {"q": []}, "control": LQR}, "actuated are ()"),
         ({"reference": None, "control": LQR}, "LQR needs a target"),
-        ({"control": LQR | {"q": [1.0, 1.0]}}, "control.q: has 2 weights, 4 are needed"),
-        ({"control": LQR | {"r": [1.0, 1.0]}}, "control.r: has 2 weights, 1 are needed"),
+        ({"control": LQR | {"q": [1.0, 1.0]}}, "control.q: has 2 weights, 4 are needed: of the positions, then"),
+        (
+            {"control": LQR | {"r": [1.0, 1.0]}},
+            "control.r: has 2 weights, 1 are needed: one per actuated joint",
+        ),
         ({"control": LQR | {"r": [0.0]}}, "control.r[0] = 0.0: must be greater than 0"),
         ({"reference": None}, "the energy law needs a target"),
         ({"gravity": 0.0}, "gravity = 0.0"),
         (FIXED, "the energy law drives both by force"),
         ({**HOIST, "reference": {"q": [3.0, -1.0]}}, "reference.q[1] = -1.0: must be greater than 0"),
-        ({**HOIST, "control": SAMPLED | {"kp": [1.0]}}, "control.kp: has 1 values, 2 joints are actuated"),
+        ({**HOIST, "control": SAMPLED | {"kp": [1.0]}}, "control.kp: has 1 values, 2 are needed"),
+        ({"control": SAMPLED | {"kd": [1.0, 2.0]}}, "control.kd: has 2 values, 1 are needed"),
         ({"control": SAMPLED | {"apparent_mass": 0.0}}, "control.apparent_mass = 0.0: must be greater than 0"),
         (
             {"cable": {"lengths": [1.0, 1.0], "node_masses": [1.0, 9.0]}, "initial": {"angles": [0, 0]}},

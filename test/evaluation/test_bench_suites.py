@@ -1,7 +1,9 @@
 """The benchmark's suites with tiny settings: keys and consistency of their results."""
 
 import json
+import os
 import random
+import subprocess
 import time
 from typing import Any
 
@@ -72,6 +74,25 @@ def test_memory_is_sampled_for_every_node_until_the_end() -> None:
         assert len(figures["samples_MB"]) == len(results["sample_times_s"])
         assert figures["most_MB"] >= figures["after_warm_up_MB"] > 1.0
         assert figures["growth_MB"] == figures["end_MB"] - figures["after_warm_up_MB"]
+
+
+def test_memory_of_a_node_that_comes_late_or_exits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node that exits or registers while the run goes on has the samples of its own time, and the others have all."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    sampler = memory.MemorySampler(60.0)
+    with subprocess.Popen(["cat"], stdin=subprocess.PIPE) as process:
+        sampler.on_activated("plant", os.getpid())
+        sampler.on_activated("controller", process.pid)
+        sampler(1, 100)
+    for step in (2, 3):
+        now[0] += memory.INTERVAL
+        sampler.on_activated("recorder", os.getpid())
+        sampler(step, 100)
+    times = {node: [t for t, _ in samples] for node, samples in sampler.samples.items()}
+    assert times == {"plant": [0.0, 1.0, 2.0], "controller": [0.0], "recorder": [1.0, 2.0]}
+    figures = memory.memory_figures([(0.0, 5.0), (1.0, 7.0), (2.0, 8.0)], 1.0)
+    assert figures["growth_MB"] == 1.0 and figures["slope_MB_per_hour"] == pytest.approx(3600.0)
 
 
 def test_starts_are_separate_processes() -> None:

@@ -109,10 +109,11 @@ CELLS = [
 def test_a_page_without_matplotlib_has_no_figure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Page and data are written without the figure, with one line on stderr."""
+    """Page and data are written without the figure, or an older one, with one line on stderr."""
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    (tmp_path / "league.png").write_bytes(b"of other numbers")
     save_comparison(CELLS, tmp_path)
-    assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md"}
+    assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
     assert "league.png" not in (tmp_path / "league.md").read_text()
     assert capsys.readouterr().err == "no league.png: the figure needs matplotlib, which is not installed\n"
 

@@ -61,15 +61,21 @@ class FakeTopics:
 
     Attributes:
         modes: values of simulation_state.
+        acknowledged: whether all subscribers have acknowledged the joint states.
         states: number of joint states.
     """
 
-    acknowledged = clock_subscribed = effort_subscribed = payload_subscribed = False
+    clock_subscribed = effort_subscribed = payload_subscribed = False
 
     def __init__(self) -> None:
         """Create them before the first message."""
         self.modes: list[SimulationState] = []
+        self.acknowledged = False
         self.states = 0
+
+    def all_acknowledged(self) -> bool:
+        """Return what tests set."""
+        return self.acknowledged
 
     def publish_simulation_state(self, state: SimulationState) -> None:
         """Record it."""

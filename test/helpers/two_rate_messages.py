@@ -1,4 +1,4 @@
-"""Messages of plant and tracker to the fast half of a two-rate law, and doubles of its node and slow half."""
+"""Messages of plant and tracker to the fast half of a two-rate law, and test doubles of its node and slow half."""
 
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -15,14 +15,15 @@ PERIOD = 0.004  # s
 class OneTopicNode:
     """A node that records the callback of its subscription, and its log."""
 
-    def __init__(self) -> None:
-        """Create it without a subscription."""
+    def __init__(self, topic: str) -> None:
+        """Create it without a subscription to its topic."""
+        self.topic = topic
         self.callback: Any = None
         self.lines: list[str] = []
 
     def create_subscription(self, _type: type, topic: str, callback: Any, _qos: Any) -> None:
         """Record the callback."""
-        assert topic == "tip_demand"
+        assert topic == self.topic
         self.callback = callback
 
     def get_logger(self) -> SimpleNamespace:
@@ -60,7 +61,7 @@ def make_state(step: int) -> State:
     return State((step + 1) * 4_000_000, step * PERIOD, (), ())
 
 
-class SetpointBench(NamedTuple):
+class SetpointFixture(NamedTuple):
     """Setpoints with their surroundings."""
 
     node: OneTopicNode
@@ -69,7 +70,9 @@ class SetpointBench(NamedTuple):
     half: FakeSlowHalf
 
 
-def make_setpoints(lockstep: bool) -> SetpointBench:
+def make_setpoints(lockstep: bool) -> SetpointFixture:
     """Return setpoints with doubles of their surroundings."""
-    node, answered = OneTopicNode(), []
-    return SetpointBench(node, answered, Setpoints(node, FakeSlowHalf.names, lockstep, answered.append), FakeSlowHalf())  # type: ignore[arg-type]
+    node, answered = OneTopicNode("tip_demand"), []
+    return SetpointFixture(
+        node, answered, Setpoints(node, FakeSlowHalf.names, lockstep, answered.append), FakeSlowHalf()
+    )  # type: ignore[arg-type]

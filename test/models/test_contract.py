@@ -48,20 +48,22 @@ def test_every_model_answers_what_it_must(model: type) -> None:
 
 @pytest.mark.parametrize("support", SUPPORTS, ids=name_of)
 def test_every_support_answers_what_it_must(support: type) -> None:
-    """A support has all that is mandatory, and names its coordinates."""
+    """A support has all that is mandatory, all or nothing for a single rope, and names its coordinates."""
     assert not missing_functions(support, supports.MANDATORY)
+    assert missing_functions(support, supports.SINGLE_ROPE) in ([], list(map(name_of, supports.SINGLE_ROPE)))
     assert callable(getattr(support, "coordinate", None))
 
 
 def test_models_and_supports_are_found() -> None:
     """The two tests above have seen the models of the catalogue."""
-    assert {"Crane", "RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"} == {
-        model.__name__ for model in MODELS
-    }
-    assert {support.__name__ for support in SUPPORTS} == {"Knuckle", "Point"}
+    overhead = {"RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"}
+    assert {model.__name__ for model in MODELS} == {"Crane", "SuspendedCrane", "FallsCrane", *overhead}
+    assert {support.__name__ for support in SUPPORTS} == {"Bridge", "Knuckle", "Point", "TelescopicBoom", "TowerCrane"}
 
 
-@pytest.mark.parametrize("function", [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY], ids=name_of)
+@pytest.mark.parametrize(
+    "function", [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY, *supports.SINGLE_ROPE], ids=name_of
+)
 def test_what_is_mandatory_has_no_default(function: Any) -> None:
     """A model that lacks something fails there, not with numbers of another one."""
     with pytest.raises(NotImplementedError):

@@ -28,16 +28,29 @@ def scene_of(masses: Any, lengths: Any, stiffness: float, initial: Any, **groups
 
 WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
 SHAKE = {"amplitude": 0.3, "frequency": 2.0, "phase": 0.4}
-SPACE = {
+WINDY = {
+    "wind": {
+        "speed": 9.0,
+        "direction": 0.7,
+        "origin_height": 20.0,
+        "profile": {"law": "logarithmic", "roughness": 0.5},
+        "gusts": {"spectrum": "dryden", "intensity": 0.3},
+    },
+    "payload": {"mass": 5.0, "windage": {"area": 30.0, "drag_coefficient": 1.2}},
+}
+SPACE = WINDY | {
     "dimensions": 3,
     "bridge": {"drive": "force", "mass": 30.0},
     "hoist": {"drive": "force", "inertia": 4.0},
-    "friction": {"trolley": {"coulomb": 1.0, "static": 2.0, "viscous": 0.5}},
+    "friction": {
+        "trolley": {"coulomb": 1.0, "static": 2.0, "viscous": 0.5},
+        "bridge": {"coulomb": 1.0, "static": 2.0, "stribeck": 2.0},
+    },
     "forces": [{"node": 2, "axis": "y", "force": {"kind": "constant", "value": 3.0}}],
     "cable": {"damping": 40.0},
     "base_motion": {axis: SHAKE for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw")},
 }
-IMPOSED = {
+IMPOSED = WINDY | {
     "trolley": {"drive": "prescribed", "motion": WAVE},
     "hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.0}},
     "forces": [{"node": 1, "axis": "z", "force": {"kind": "sine", "amplitude": 3.0, "frequency": 5.0}}],

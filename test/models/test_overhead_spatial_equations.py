@@ -32,7 +32,7 @@ def scene_of(masses: Any, lengths: Any, **groups: Any) -> crane_sim.Scene:
 
 
 def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[Array, Array]:
-    """Return random positions and velocities, unit vectors and rates across them but for rounding."""
+    """Return random positions and velocities: unit vectors with perpendicular rates, up to rounding."""
     units, rates = rng.normal(0, 1, (2, n, 3))
     units /= np.linalg.norm(units, axis=1)[:, None]
     rates -= np.sum(units * rates, axis=1)[:, None] * units
@@ -41,7 +41,7 @@ def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[
     return np.concatenate([q, units.ravel()]), np.concatenate([v, rates.ravel()])
 
 
-def align_links(q: Array, v: Array, n: int) -> tuple[Array, Array]:
+def normalise_links(q: Array, v: Array, n: int) -> tuple[Array, Array]:
     """Return unit vectors and rates (n, 3) in many digits, the rounding of the given ones taken out."""
     units, rates = (exactly(part[-3 * n :]).reshape(n, 3) for part in (q, v))
     units = units / exactly([mpmath.sqrt(square) for square in np.sum(units * units, axis=1)])[:, None]
@@ -58,10 +58,10 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         hoist: the same of the first length, a mass 0 allowed; None where there is none.
     """
     with mpmath.workdps(60):
-        n, (units, rates) = len(m), align_links(q, v, len(m))
-        span, pace = exactly(lengths), exactly(np.zeros(n))
+        n, (units, rates) = len(m), normalise_links(q, v, len(m))
+        length, length_rate = exactly(lengths), exactly(np.zeros(n))
         if hoist is not None:
-            span[0], pace[0] = mpmath.mpf(q[2]), mpmath.mpf(v[2])
+            length[0], length_rate[0] = mpmath.mpf(q[2]), mpmath.mpf(v[2])
         nodes, last = 3 * n + 3, 4 * n + 3  # unknown: accelerations of nodes, tensions, acceleration of the length
         a, b = exactly(np.zeros((last + 1, last + 1))), exactly(np.zeros(last + 1))
         for k in range(n):
@@ -70,15 +70,15 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
                 a[low + c, low + c], b[low + c] = mpmath.mpf(m[k]), -mpmath.mpf(m[k]) * G if c == 2 else 0
                 a[low + c, link], a[low - 3 + c, link] = units[k, c], -units[k, c]
                 a[link, low + c], a[link, low - 3 + c] = units[k, c], -units[k, c]
-            b[link] = -span[k] * np.sum(rates[k] * rates[k])
+            b[link] = -length[k] * np.sum(rates[k] * rates[k])
         a[nodes, last], a[last, nodes] = mpmath.mpf(-1), mpmath.mpf(-1)
-        for row, (mass, push) in ((0, axes[0]), (1, axes[1]), (2, (None, 0.0)), (last, hoist or (None, 0.0))):
+        for row, (mass, rhs) in ((0, axes[0]), (1, axes[1]), (2, (None, 0.0)), (last, hoist or (None, 0.0))):
             a[row] = a[row] if mass is not None else 0 * a[row]
-            a[row, row], b[row] = mpmath.mpf(1.0 if mass is None else mass), mpmath.mpf(push)
+            a[row, row], b[row] = mpmath.mpf(1.0 if mass is None else mass), mpmath.mpf(rhs)
         x = exactly(list(mpmath.lu_solve(mpmath.matrix(a.tolist()), mpmath.matrix(b.tolist()))))
-        stretch = np.append(x[last], exactly(np.zeros(n - 1)))[:, None]
+        length_acc = np.append(x[last], exactly(np.zeros(n - 1)))[:, None]
         apart = np.diff(x[:nodes].reshape(n + 1, 3), axis=0)
-        turning = (apart - stretch * units - 2 * pace[:, None] * rates) / span[:, None]
+        turning = (apart - length_acc * units - 2 * length_rate[:, None] * rates) / length[:, None]
         return np.concatenate([x[:2], x[last:] if hoist is not None else [], turning.ravel()]).astype(float)
 
 

@@ -1,4 +1,4 @@
-"""What ends a run: travel limits, ropes that would push or are reeled in to nothing; and hoists, which only pull."""
+"""What ends a run: limits of travel, ropes that push or are reeled in to zero length; and hoists, which only pull."""
 
 import re
 from pathlib import Path
@@ -11,6 +11,8 @@ from scipy.optimize import brentq
 
 import crane_sim
 from crane_sim import SceneError, load_scene, orchestration, simulate_batch, system
+from crane_sim.models.guards import LOWER, UPPER
+from crane_sim.models.stops import MIN_LENGTH, describe_length_event
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError
 
@@ -174,12 +176,18 @@ def test_joints_of_a_knuckle_crane_stop_at_their_limits(runs: dict[str, Run], na
 
 
 @pytest.mark.parametrize("name", WINDING)
-def test_a_rope_that_is_reeled_in_to_nothing_says_so(runs: dict[str, Run], name: str) -> None:
+def test_a_rope_that_is_reeled_in_ends_the_run(runs: dict[str, Run], name: str) -> None:
     """A winch that reels in all of its rope ends the run with that cause, with any drive, with swing and without."""
     run = runs[f"winding {name}"]
-    assert ": the rope is reeled in to nothing; " in run.error
+    assert " is reeled in to zero length; " in run.error
     if name.startswith("rate"):  # 2 - t² / 4 m long
         assert run.end == pytest.approx(8.0**0.5, abs=0.012)  # the rope ends up to 10 ms ahead
+
+
+def test_the_text_of_a_length_names_the_rope() -> None:
+    """What happened names the rope that it happened to, whichever end of its lengths it came to."""
+    happened = [describe_length_event("hoisted link", "hoist", end, MIN_LENGTH)[0] for end in (LOWER, UPPER)]
+    assert happened == ["the hoisted link is reeled in to zero length", "the hoisted link reached its longest length"]
 
 
 @pytest.mark.parametrize("name", PUSHING)

@@ -1,4 +1,4 @@
-"""Monitors cranes on one clock, and /clock; prints counters as JSON. Plain rclpy."""
+"""Monitors two cranes on one clock, and /clock; prints counters as JSON. Plain rclpy."""
 
 import json
 import sys
@@ -18,7 +18,7 @@ class ClockMonitor(Node):
     """A subscriber that records when each state of each crane was first sent."""
 
     def __init__(self, cranes: list[str]) -> None:
-        """Subscribe to the cranes in these namespaces."""
+        """Subscribe to the two cranes in these namespaces."""
         super().__init__("clock_monitor")
         self.sent: dict[str, dict[int, int]] = {crane: {} for crane in cranes}  # ns of the system's clock, by stamp
         self.last_received, self.clock_publishers, self.clock_messages = 0.0, 0, 0

@@ -17,7 +17,7 @@ from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.repair import Previous, repair
 from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.step_assembler import PATIENCE, StepAssembler
+from crane_sim.recording.step_assembler import MAX_ROWS_HELD, StepAssembler
 from crane_sim.simulation.plant import Plant
 
 TARGET = (0.0, 0.0, 0.0, 2.0)
@@ -77,13 +77,13 @@ def test_a_repeated_state_is_one_step() -> None:
 def test_a_step_waits_for_its_command() -> None:
     """A step whose command is in transit is held back, but not forever, and not at the end of the run."""
     assembler = StepAssembler(PERIOD, TARGET)
-    for k in range(1, PATIENCE + 4):
+    for k in range(1, MAX_ROWS_HELD + 4):
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         assembler.add_effort(k * PERIOD, number(k, 4))
     assembler.add_command(1 * PERIOD, number(1, 4))
     held = assembler.take()
     assert [(row.step, row.demanded) for row in held] == [(1, number(1, 4)), (2, None), (3, None)]
-    assert len(assembler.take(final=True)) == PATIENCE
+    assert len(assembler.take(final=True)) == MAX_ROWS_HELD
 
 
 def test_a_reference_holds_from_its_stamp_on() -> None:
@@ -143,7 +143,7 @@ def test_a_reset_after_the_recorder_died_starts_a_new_recording(tmp_path: Path) 
 
 
 def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
-    """A recorder that died behind the last step, its file complete, loses no step, and leaves one file."""
+    """A recorder that died after the last step, its file complete, loses no step, and leaves one file."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
@@ -173,7 +173,7 @@ def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypat
 
 
 def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A recorder that resumes behind another one's last known step leaves one file, with every step once."""
+    """A recorder that resumes after another one's last known step leaves one file, with every step once."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")

@@ -1,17 +1,17 @@
-"""The hard cases of the rigid overhead crane: parameters, starts and drives. Their names say what is hard."""
+"""The hard cases of the rigid overhead crane: parameters, initial conditions and drives."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from extrapolation import Setting
-from friction import Rubbing
+from friction import StickSlip
 from rigid import Rigid
 from solution import LOOSE, TIGHT, Case
 from starts import aim, drive, hang, instants, sine, smooth
 
 DEGREES_30, DEGREES_60 = float(np.deg2rad(30.0)), float(np.deg2rad(60.0))
-# velocities of light nodes carry the rounding of stiff forces; their positions are better by their frequency
+# rounding of stiff forces is in the velocities of light nodes; in positions it is smaller by their frequency
 STIFF = Setting(9, 1e-13), Setting(7, 2e-12)
 
 
@@ -134,17 +134,17 @@ def rods() -> Case:
     """Links with rotational inertia."""
     spec = {"trolley_mass": 5.0, "m_i": [1.0, 1.0, 5.0], "l_i": [1.0, 0.8, 0.6], "alpha0": [0.6, -0.3, 0.9]}
     note = "kinetic energy has J_k alphadot_k^2 / 2 besides that of the nodes"
-    return plane(spec | {"J_k": [0.2, 0.1, 0.3], "note": note}, instants(3.0), rods=[0.2, 0.1, 0.3])
+    return plane(spec | {"J_k": [0.2, 0.1, 0.3], "note": note}, instants(3.0), rotational_inertias=[0.2, 0.1, 0.3])
 
 
-def rubbing(masses: list[float], links: list[float]) -> Case:
+def stick_slip(masses: list[float], links: list[float]) -> Case:
     """Trolley that sticks harder than it slips."""
     force: dict[str, float] = {"amplitude": 30.0, "frequency": 2.0}
     dry: dict[str, Any] = {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
     spec = {"trolley_mass": 10.0, "m_i": masses, "l_i": links, "alpha0": [0.4] * len(masses), "F": force}
     spec |= {"friction": dry, "note": "starts in stick (|T_1x| < static); modes: +1, -1 slip, 0 stick"}
     case = plane(spec, instants(6.0, 12))
-    case.phases = [(6.0, Rubbing([10.0], masses, links, drive=drive(force), **dry))]
+    case.phases = [(6.0, StickSlip([10.0], masses, links, drive=drive(force), **dry))]
     return case
 
 
@@ -159,11 +159,11 @@ CASES: dict[str, Callable[[], Case]] = {
     "08b_force_winch_N2": lambda: winch([0.5, 10.0], [3.0, 1.0], 15.0, -100.0),
     "10_3D_driven_N3": driven_space,
     "13_payload_drop_N2": drop,
-    "19_stick_slip_N1": lambda: rubbing([5.0], [2.0]),
+    "19_stick_slip_N1": lambda: stick_slip([5.0], [2.0]),
     "11_3D_pole_N2": pole,
     "17_joint_stiffness_N3": bending,
     "18_rod_inertia_N3": rods,
-    "19b_stick_slip_N3": lambda: rubbing([0.5, 0.5, 4.0], [0.7, 0.7, 0.6]),
+    "19b_stick_slip_N3": lambda: stick_slip([0.5, 0.5, 4.0], [0.7, 0.7, 0.6]),
     "21_N50_S3b": fifty,
     "06a_N50_horizontal": horizontal,
     "06b_N200": long_chain,

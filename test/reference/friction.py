@@ -7,7 +7,7 @@ from rigid import Real, Rigid, Vector
 
 
 @dataclass
-class Rubbing(Rigid):
+class StickSlip(Rigid):
     """Rigid chain whose trolley slips with `mode` +1 or -1, or sticks (0)."""
 
     coulomb: float = 0.0  # N, while it slips

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from elastic import Elastic
-from friction import Rubbing
+from friction import StickSlip
 from rigid import Real, Rigid
 from scipy.integrate import solve_ivp
 from solution import TIGHT, Case, world
@@ -109,8 +109,8 @@ def own_terms(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Vec
     system, start = form.system, form.angles
     inertia, force = np.zeros(len(q)), np.zeros(len(q))
     angle = slice(start, start + form.links)
-    if system.rods is not None:
-        inertia[angle] = system.rods
+    if system.rotational_inertias is not None:
+        inertia[angle] = system.rotational_inertias
     if system.stiffness is not None and system.damping is not None:
         torque = -np.array(system.stiffness) * np.diff(q[angle], prepend=0.0)
         torque -= np.array(system.damping) * np.diff(v[angle], prepend=0.0)
@@ -143,7 +143,9 @@ def slope(t: float, y: Vector, form: Layout) -> Vector:
 def covers(case: Case) -> bool:
     """Return whether a case is of this form: no events of friction or slackness, nor stiff beyond double precision."""
     systems, stiff = [system for _, system in case.phases], case.settings[0].tolerance > TIGHT.tolerance
-    return not stiff and not any(isinstance(s, Rubbing) or (isinstance(s, Elastic) and s.tension_only) for s in systems)
+    return not stiff and not any(
+        isinstance(s, StickSlip) or (isinstance(s, Elastic) and s.tension_only) for s in systems
+    )
 
 
 def course(case: Case) -> Vector:

@@ -47,7 +47,7 @@ class Rigid:
     profile: Callable[[Real], tuple[Real, Real, Real]] | None = None  # length of link 1 and its two derivatives
     winch_inertia: float | None = None  # kg, a winch driven by `winch_force`; 0: the tension is minus that force
     winch_force: Callable[[Real], Real] = field(default=lambda t: Real(0))  # lengthening positive
-    rods: list[float] | None = None  # J_k, kg m^2
+    rotational_inertias: list[float] | None = None  # J_k, kg m^2
     stiffness: list[float] | None = None  # of joint k, at the upper end of link k, N m / rad
     damping: list[float] | None = None  # N m s / rad
 
@@ -56,11 +56,9 @@ class Rigid:
         n, self.axes = len(self.masses), len(self.trolley) + 1
         difference = (np.eye(n, n + 1, 1) - np.eye(n, n + 1)).astype(Real)
         mass = np.diag(np.array([1.0, *self.masses], Real))
-        if self.rods is not None:  # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
-            mass = (
-                mass
-                + difference.T @ np.diag(np.array(self.rods, Real) / np.array(self.lengths, Real) ** 2) @ difference
-            )
+        if self.rotational_inertias is not None:  # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
+            per_area = np.array(self.rotational_inertias, Real) / np.array(self.lengths, Real) ** 2
+            mass = mass + difference.T @ np.diag(per_area) @ difference
         self.mobility = np.zeros((self.axes, n + 1, n + 1), Real)
         for axis, moved in enumerate([*self.trolley, np.inf]):
             here = mass.copy()

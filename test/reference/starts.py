@@ -1,4 +1,4 @@
-"""What cases are made of: starts of a chain, and drives as functions of time, in extended precision."""
+"""Initial conditions of a chain, and drives as functions of time, in extended precision."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,19 +10,19 @@ Sine = dict[str, float]  # offset, amplitude, frequency [rad/s], phase; absent: 
 
 
 def sine(form: Sine) -> Callable[[Real], Real]:
-    """Return offset + amplitude sin(frequency t + phase)."""
+    """Return offset + amplitude sin(frequency t + phase), a function of t [s]."""
     offset, size, rate, phase = (Real(form.get(key, 0.0)) for key in ("offset", "amplitude", "frequency", "phase"))
     return lambda t: offset + size * np.sin(rate * t + phase)
 
 
 def drive(*forms: Sine) -> Callable[[Real], Vector]:
-    """Return the force on the trolley along x and y."""
+    """Return the force on the trolley along x and y, a function of t [s]."""
     parts = [sine(form) for form in (*forms, {}, {})[:2]]
     return lambda t: np.array([part(t) for part in parts], Real)
 
 
 def smooth(first: float, last: float, duration: float) -> Callable[[Real], tuple[Real, Real, Real]]:
-    """Return the quintic from `first` to `last` at rest at both ends, with two derivatives, constant afterwards."""
+    """Return the quintic from `first` to `last`, at rest at both ends, and two derivatives, a function of t [s]."""
     a, b, d = Real(first), Real(last) - Real(first), Real(duration)
 
     def profile(t: Real) -> tuple[Real, Real, Real]:
@@ -54,5 +54,5 @@ def chained(steps: Vector) -> Vector:
 
 
 def instants(last: float, count: int = 10) -> list[float]:
-    """Return `count` equal parts of the time from 0 to `last` [s]."""
+    """Return `count` equally spaced instants [s] up to `last`, 0 left out."""
     return [last * (k + 1) / count for k in range(count)]

@@ -38,7 +38,7 @@ class FakeSenderSubscription:
 class FakeHandle(nullcontext):
     """A subscription's handle."""
 
-    def __init__(self, bench: "ArbiterBench") -> None:
+    def __init__(self, bench: "ArbiterFixture") -> None:
         """Show the publishers of a bench, and take the messages of its queue."""
         super().__init__()
         self.get_publisher_count = lambda: len(bench.matched)
@@ -50,7 +50,7 @@ def publisher(gid: bytes) -> SimpleNamespace:
     return SimpleNamespace(endpoint_gid=list(gid), node_namespace="/", node_name=gid[:1].decode(), qos_profile=QOS)
 
 
-class ArbiterBench:
+class ArbiterFixture:
     """An arbiter with doubles of its surroundings.
 
     Attributes:
@@ -108,10 +108,10 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 @pytest.fixture
-def bench(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> ArbiterBench:
+def bench(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> ArbiterFixture:
     """Return an arbiter with two publishers."""
     monkeypatch.setattr(command_arbiter, "SenderSubscription", FakeSenderSubscription)
-    return ArbiterBench()
+    return ArbiterFixture()
 
 
 def test_the_first_publisher_owns_the_lease_until_it_expires() -> None:
@@ -128,7 +128,7 @@ def test_the_first_publisher_owns_the_lease_until_it_expires() -> None:
 
 
 def test_a_renewed_lease_expires_later() -> None:
-    """A sole publisher that is put in as the owner keeps the lease from when it was renewed."""
+    """A sole publisher that is set as owner keeps the lease from when it was renewed."""
     lease = CommandLease(0.2)
     lease.owner = A
     lease.renew(1.0)
@@ -136,7 +136,7 @@ def test_a_renewed_lease_expires_later() -> None:
     assert lease.accepts(B, 1.3)
 
 
-def test_a_suspended_lease_does_not_expire(bench: ArbiterBench, clock: list[float]) -> None:
+def test_a_suspended_lease_does_not_expire(bench: ArbiterFixture, clock: list[float]) -> None:
     """However long the owner is silent, another one is accepted only a lease after the suspension ends."""
     bench.send(A, b"first")
     bench.suspended = True
@@ -150,7 +150,7 @@ def test_a_suspended_lease_does_not_expire(bench: ArbiterBench, clock: list[floa
     assert bench.passed_on == [b"first", b"third", b"fifth"]
 
 
-def test_an_owner_that_leaves_the_graph_loses_the_lease(bench: ArbiterBench, clock: list[float]) -> None:
+def test_an_owner_that_leaves_the_graph_loses_the_lease(bench: ArbiterFixture, clock: list[float]) -> None:
     """An owner whose publisher is gone has no lease any more, although no acknowledgement is missing."""
     bench.suspended = True
     bench.send(A, b"first")
@@ -160,7 +160,7 @@ def test_an_owner_that_leaves_the_graph_loses_the_lease(bench: ArbiterBench, clo
     assert bench.passed_on == [b"first", b"second"]
 
 
-def test_no_command_counts_twice_when_one_publisher_remains(bench: ArbiterBench) -> None:
+def test_no_command_counts_twice_when_one_publisher_remains(bench: ArbiterFixture) -> None:
     """The executor's copies of messages that came with their senders are dropped when those subscriptions close."""
     bench.send(A, b"first")
     bench.queue.extend([(b"first", None), (b"refused", None)])
@@ -171,7 +171,7 @@ def test_no_command_counts_twice_when_one_publisher_remains(bench: ArbiterBench)
     assert bench.passed_on == [b"first"]
 
 
-def test_a_late_node_name_is_in_the_warning(bench: ArbiterBench, clock: list[float]) -> None:
+def test_a_late_node_name_is_in_the_warning(bench: ArbiterFixture, clock: list[float]) -> None:
     """A publisher that is refused before its node's name arrives is named as soon as it does, at any message rate."""
     bench.graph[1] = SimpleNamespace(
         endpoint_gid=list(B), node_namespace="?", node_name="_NODE_NAME_UNKNOWN_", qos_profile=QOS
@@ -183,11 +183,11 @@ def test_a_late_node_name_is_in_the_warning(bench: ArbiterBench, clock: list[flo
         bench.send(A, b"another")
         bench.graph[1] = publisher(B)
     unnamed, named = bench.warnings
-    assert unnamed == "command of a node without a name refused: /a commands"
-    assert named == "command of /b refused: /a commands"
+    assert unnamed == "command of a node without a name refused: /a owns the crane"
+    assert named == "command of /b refused: /a owns the crane"
 
 
-def test_refused_publishers_in_turn_are_one_warning(bench: ArbiterBench, clock: list[float]) -> None:
+def test_refused_publishers_in_turn_are_one_warning(bench: ArbiterFixture, clock: list[float]) -> None:
     """However many are refused, and in which order: a warning comes only with a new one, and ends after a time."""
     bench.graph.append(publisher(C))
     bench.send(A, b"first")
@@ -196,14 +196,14 @@ def test_refused_publishers_in_turn_are_one_warning(bench: ArbiterBench, clock: 
         bench.send(C, b"refused")
         clock[0] += 0.01
         bench.send(A, b"another")
-    assert bench.warnings == [f"command of {names} refused: /a commands" for names in ("/b", "/b and /c")]
+    assert bench.warnings == [f"command of {names} refused: /a owns the crane" for names in ("/b", "/b and /c")]
     clock[0] += 3.0
     bench.send(A, b"last")
     assert bench.warnings[-1] == ""
 
 
 def test_the_warning_of_a_refused_publisher_ends_when_it_owns_the_crane(
-    bench: ArbiterBench, clock: list[float]
+    bench: ArbiterFixture, clock: list[float]
 ) -> None:
     """A publisher that was refused and is the owner by now is not warned of."""
     bench.send(A, b"first")
@@ -212,10 +212,10 @@ def test_the_warning_of_a_refused_publisher_ends_when_it_owns_the_crane(
     bench.send(B, b"third")
     clock[0] += LEASE
     bench.send(B, b"fourth")
-    assert bench.warnings == ["command of /b refused: /a commands", ""]
+    assert bench.warnings == ["command of /b refused: /a owns the crane", ""]
 
 
-def test_an_invalid_command_acquires_no_lease(bench: ArbiterBench, clock: list[float]) -> None:
+def test_an_invalid_command_acquires_no_lease(bench: ArbiterFixture, clock: list[float]) -> None:
     """Neither the first publisher nor one after the end of a lease becomes the owner by an invalid command."""
     bench.send(B, b"invalid")
     bench.send(A, b"first")
@@ -226,7 +226,7 @@ def test_an_invalid_command_acquires_no_lease(bench: ArbiterBench, clock: list[f
     assert bench.passed_on == [b"invalid", b"first", b"invalid, too", b"second"]
 
 
-def test_an_invalid_command_renews_no_lease(bench: ArbiterBench, clock: list[float]) -> None:
+def test_an_invalid_command_renews_no_lease(bench: ArbiterFixture, clock: list[float]) -> None:
     """However often the owner sends invalid commands: another publisher is accepted when the lease is over."""
     bench.send(A, b"first")
     for _ in range(4):
@@ -236,26 +236,26 @@ def test_an_invalid_command_renews_no_lease(bench: ArbiterBench, clock: list[flo
     assert bench.passed_on[-1] == b"second"
 
 
-@pytest.mark.parametrize("proven", [True, False])
+@pytest.mark.parametrize("has_commanded", [True, False])
 def test_a_sole_publisher_owns_the_lease_after_its_first_command(
-    proven: bool, bench: ArbiterBench, clock: list[float]
+    has_commanded: bool, bench: ArbiterFixture, clock: list[float]
 ) -> None:
-    """A sole publisher that commanded keeps the crane when others come; a silent one does not, nor while suspended."""
+    """A sole publisher keeps the crane when others come; one that never commanded does not, expiry suspended or not."""
     bench.suspended = True
     bench.set_publishers(A)
     clock[0] += LEASE
     bench.arbiter.update()
-    if proven:
+    if has_commanded:
         bench.queue.append((b"first", None))
         assert bench.arbiter.take_one()
     bench.set_publishers(A, B)
     clock[0] += LEASE
     bench.arbiter.update()
     bench.send(B, b"second")
-    assert bench.passed_on == ([b"first"] if proven else [b"second"])
+    assert bench.passed_on == ([b"first"] if has_commanded else [b"second"])
 
 
-def test_a_remaining_publisher_must_acquire_the_lease(bench: ArbiterBench, clock: list[float]) -> None:
+def test_a_remaining_publisher_must_acquire_the_lease(bench: ArbiterFixture, clock: list[float]) -> None:
     """The crane of an owner that has left does not fall to a publisher that remains and never commanded it."""
     for gids in ((A,), (A, B)):
         bench.set_publishers(*gids)
@@ -270,7 +270,7 @@ def test_a_remaining_publisher_must_acquire_the_lease(bench: ArbiterBench, clock
     assert bench.passed_on == [b"second", b"third"]
 
 
-def test_a_publisher_that_is_not_matched_takes_no_lease_away(bench: ArbiterBench, clock: list[float]) -> None:
+def test_a_publisher_that_is_not_matched_takes_no_lease_away(bench: ArbiterFixture, clock: list[float]) -> None:
     """A publisher that is in the graph without being matched, by another type or not yet, leaves the owner's lease."""
     bench.matched, bench.graph = [A], []
     clock[0] += LEASE

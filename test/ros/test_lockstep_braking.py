@@ -13,6 +13,7 @@ from crane_sim.ros.plant import braking
 from crane_sim.ros.plant import lockstep as lockstep_module
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.simulation_run import SimulationRun
+from crane_sim.ros.plant_node import PlantNode
 
 PERIOD = SCENE.period_ns
 REASON = "controller: it was killed"  # of the braking
@@ -104,6 +105,19 @@ def test_states_are_resent_to_peers_that_are_behind(
     sent = topics.states
     assert not lockstep.in_sync()
     assert topics.states == sent + 1
+
+
+def test_every_crane_beside_is_waited_for_once(simulation: SimulationRun) -> None:
+    """Commas without a name between them, slashes and repeated names add no subscriber that the plant waits for."""
+    host, beside = FakeHost(), "left, /right/,,left,"
+    make_lockstep(host, simulation, beside=beside)
+    peers = {topic for topic in host.queues if topic.endswith("/joint_states")}
+    assert peers == {"/left/joint_states", "/right/joint_states"}
+    settings = {"expected_controllers": 1, "expected_trackers": 0, "expected_recorders": 0, "beside": beside}
+    topics = SimpleNamespace(missing=lambda state_subscribers, _: str(state_subscribers))
+    plant: Any = PlantNode
+    node = SimpleNamespace(_settings=SimpleNamespace(**settings), _simulation=simulation, _topics=topics)
+    assert plant._missing(node) == str(1 + len(peers))
 
 
 def test_two_pauses_end_one_by_one(simulation: SimulationRun, topics: FakeTopics) -> None:

@@ -109,7 +109,7 @@ def test_a_dead_subscriber_is_waited_for_until_its_lease_ends(
     topics: PlantTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The wait on both topics together ends with the liveliness lease of the middleware."""
-    monkeypatch.setattr(messages, "LEASE", 2.0)
+    monkeypatch.setattr(messages, "LIVELINESS_LEASE", 2.0)
     began = time.monotonic()
     topics.flush()
     assert 2.0 <= time.monotonic() - began < 4.0  # s; twice that on two topics one after the other

@@ -13,10 +13,10 @@ from bench_graph import PERIOD, NodeProcess, Remote, graph, remote, wait_until
 from process_helpers import started_program
 
 from crane_sim import load_scene
-from crane_sim.ros.common.messages import LEASE
+from crane_sim.ros.common.messages import LIVELINESS_LEASE
 
 COMMANDER = Path(__file__).parents[1] / "programs" / "constant_controller.py"
-LONG = f"command_lease:={LEASE}"  # s: on a busy machine a process may stall for 0.3 s
+LONG = f"command_lease:={LIVELINESS_LEASE}"  # s: on a busy machine a process may stall for 0.3 s
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def test_a_second_publisher_waits_for_the_lease(bench: tuple[Remote, dict[str, s
     with started_commander(env, "first", 1.0) as first:
         wait_until(lambda: is_applied(client, 1.0))
         with started_commander(env, "second", 2.0):
-            line = "command of /knuckle/second refused: /knuckle/first commands"
+            line = "command of /knuckle/second refused: /knuckle/first owns the crane"
             wait_until(lambda: any(line in message for _, message in client.warnings))
             reached = client.states[-1]
             wait_until(lambda: client.states[-1] > reached + 50 * PERIOD)

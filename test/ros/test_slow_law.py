@@ -37,5 +37,5 @@ def test_a_slow_law_keeps_its_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPa
                 time.sleep(TIME)
             assert [effort[0] for effort in slow.efforts] == FIRST[:1] * STEPS
             assert any(
-                "command of /knuckle/remote refused: /knuckle/slow commands" in line for _, line in slow.warnings
+                "command of /knuckle/remote refused: /knuckle/slow owns the crane" in line for _, line in slow.warnings
             )

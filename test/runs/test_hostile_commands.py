@@ -15,7 +15,7 @@ from process_helpers import started_program
 
 from crane_sim import load_scene, orchestration, simulate
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
-from crane_sim.ros.common.messages import LEASE
+from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.serialization import JointWire
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
@@ -118,7 +118,7 @@ def run_with_flood(scene: Scene, mode: str, env: dict[str, str], file: Path) -> 
     scene.dump(file)
     common = (f"scene:={file}", f"mode:={mode}")
     # On a busy machine controller and flood may both stall for longer than the usual lease of 0.3 s.
-    long_lease = (f"command_lease:={LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
+    long_lease = (f"command_lease:={LIVELINESS_LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
     flood = [sys.executable, PROGRAMS / "hostile_flood.py"]
     with (
         NodeProcess("crane_sim.ros.plant_node", env, *common, *long_lease) as plant,

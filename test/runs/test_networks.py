@@ -8,7 +8,7 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -36,10 +36,18 @@ def can_isolate() -> bool:
     return tools and run_to_completion(["unshare", "-Urn", "true"]).returncode == 0
 
 
+def open_files(pid: int) -> list[str]:
+    """Return what every open file descriptor of a process refers to."""
+    links = []
+    for descriptor in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(FileNotFoundError):  # closed since it was listed: a node that starts opens and closes files
+            links.append(os.readlink(descriptor))
+    return links
+
+
 def sockets(pid: int) -> list[tuple[str, str]]:
     """Return (table, local address) of every internet socket that a process has open."""
-    links = [os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir() if file.is_symlink()]
-    inodes = {link[8:-1] for link in links if link.startswith("socket:[")}
+    inodes = {link[8:-1] for link in open_files(pid) if link.startswith("socket:[")}
     addresses = []
     for table in ("udp", "udp6", "tcp", "tcp6"):
         for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:

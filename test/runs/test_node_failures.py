@@ -51,7 +51,7 @@ class NodeKiller:
     def run(self, path: Path | None, **options: Any) -> dict[str, Any]:
         """Return the summary of a run with these kills."""
         callbacks: dict[str, Callable[..., object]] = {
-            "on_filled": self.record_active,
+            "on_activated": self.record_active,
             "on_progress": self.kill_due,
             "on_news": self.news.append,
         }

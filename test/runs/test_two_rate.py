@@ -141,7 +141,7 @@ def test_realtime_holds_and_counts() -> None:
     assert setpoints.figures()["late"] == 1 and not setpoints.warning(half)
     assert (
         setpoints.apply_to(half, make_state(60))
-        and setpoints.warning(half) == "no demand for 0.16 s: the last one holds"
+        and setpoints.warning(half) == "no setpoint for 0.16 s: the last one holds"
     )
 
 

@@ -18,15 +18,15 @@ from crane_sim.simulation.hardware import joint_mechanics
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.base_motion import base_motion_at, base_positions
 from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
-from crane_sim.trajectories.profiles import Wave
+from crane_sim.trajectories.profiles import SineMotion
 
 pytestmark = pytest.mark.interpreted
 SWING = {"frequency": 0.7, "phase": "90 deg"}  # most of the acceleration at t = 0
 LIST = {"roll": {"amplitude": 0.0, "frequency": 0.7, "offset": "3 deg"}}
 
 
-def test_forces_keep_their_constant_part() -> None:
-    """A constant and the offset of a sine stay, other varying forces are zero, and every type stays."""
+def test_forces_are_at_their_mean() -> None:
+    """Constants stay, sines leave their offset, tables their mean, other varying forces none, and every type stays."""
     cases: tuple[tuple[Any, Any], ...] = (
         (Constant(2.0), Constant(2.0)),
         (Sine(3.0, 0.7, 1.5, pi / 2), Sine(0.0, 0.0, 1.5)),
@@ -34,7 +34,7 @@ def test_forces_keep_their_constant_part() -> None:
         (Polynomial((2.0, 0.0)), Polynomial((2.0, 0.0))),
         (Polynomial((2.0, 1.0)), Polynomial((0.0, 0.0))),
         (Table((0.0, 1.0), (3.0, 3.0)), Table((0.0, 1.0), (3.0, 3.0))),
-        (Table((0.0, 1.0), (3.0, 0.0)), Table((0.0, 1.0), (0.0, 0.0))),
+        (Table((0.0, 1.0, 4.0), (2.0, 4.0, 0.0)), Table((0.0, 1.0, 4.0), (2.25, 2.25, 2.25))),  # (3 + 6) / 4
     )
     for force, mean in cases:
         assert average(force) == mean and type(average(force)) is type(force)
@@ -44,7 +44,7 @@ def test_forces_keep_their_constant_part() -> None:
 @pytest.mark.parametrize("drive", [PrescribedAxis, PrescribedHoist])
 def test_prescribed_drives_rest(drive: Any) -> None:
     """A drive whose motion is given has no acceleration, at any time."""
-    motion = average(drive(Wave(0.2, 1.0, 1.8, pi / 2).motion()))[0]
+    motion = average(drive(SineMotion(0.2, 1.0, 1.8, pi / 2).motion()))[0]
     assert not motion.coefficients[:, 1:].any() and motion.amplitude == 0.0
 
 
@@ -73,10 +73,10 @@ def motion_at(base: Any, t: float) -> Any:
 
 def numbers_of(law: Any) -> np.ndarray:
     """Return all numbers of an LQR law in one vector: target, efforts and gains."""
-    numbers, channel = [law.target], law.channels
-    while channel is not None:
-        numbers += [[channel.effort], channel.gain]
-        channel = channel.tail
+    numbers, row = [law.target], law.rows
+    while row is not None:
+        numbers += [[row.effort], row.gain]
+        row = row.tail
     return np.concatenate(numbers)
 
 
@@ -84,6 +84,9 @@ PITCHED = {
     "base_motion": {"pitch": SWING | {"amplitude": "3 deg"}},
     "forces": [{"node": 1, "axis": "x", "force": SWING | {"kind": "sine", "amplitude": 10.0}}],
 }
+WINDAGE = {"payload.windage": {"area": 0.02, "drag_coefficient": 1.2}}
+BREEZE = {"wind": {"speed": 5.0, "direction": 0.5}}
+GUSTY = {"wind": BREEZE["wind"] | {"gusts": {"spectrum": "dryden", "intensity": 0.5}}}
 CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "surge": ("knuckle_lqr", {"base_motion": {"surge": SWING | {"amplitude": 0.5}}}, {}),
     "roll": ("knuckle_lqr", {"base_motion": {"roll": SWING | {"amplitude": "5 deg"}}}, {}),
@@ -93,6 +96,7 @@ CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
         {"base_motion": {"roll": SWING | {"amplitude": "2 deg", "offset": "3 deg"}}},
         {"base_motion": LIST},
     ),
+    "gusts": ("knuckle_lqr", WINDAGE | GUSTY, WINDAGE | BREEZE),
     "wind": ("knuckle_lqr", {"payload_force": {"x": SWING | {"kind": "sine", "amplitude": 3.0}}}, {}),
     "pitch and gusts": ("overhead_lqr", PITCHED, {}),
 }

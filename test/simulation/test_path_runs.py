@@ -1,7 +1,6 @@
 """Runs along a path: their figures, and laws that are given a new path while at work."""
 
 import sys
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,9 +8,11 @@ import pytest
 from process_helpers import started_program
 from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from two_rate_messages import OneTopicNode
 
 import crane_sim
 from crane_sim import orchestration
+from crane_sim.laws import with_initial_state
 from crane_sim.ros.common.messages import reference_message
 from crane_sim.ros.controller.path_input import TrajectoryInput
 from crane_sim.simulation.metrics import Tracking, in_base
@@ -56,10 +57,8 @@ def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
 
 def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
     """A plant that is stepped with the law's efforts, as a node does, gives the figures of the whole run."""
-    scene = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
-    plant, law = Plant(scene), scene.law
-    assert law is not None
-    for _ in range(scene.steps):
+    plant, law = Plant(SCENE), with_initial_state(SCENE.law)
+    for _ in range(SCENE.steps):
         plant.advance(law(plant.t, plant.q, plant.v))
     actual = plant.summary()
     assert {name: actual[name] for name in FIGURES} == {name: run.summary[name] for name in FIGURES}
@@ -73,11 +72,11 @@ def test_a_scene_without_a_path_has_no_such_figures() -> None:
 
 def test_errors_are_seen_from_the_base() -> None:
     """What a moving base carries along stays where it is, in the base's own axes."""
-    rates = np.array([0.3, 0.5, 0.7, 0.2, 0.1, 0.4])
-    base = Base(np.zeros(6), rates[:, None], np.ones((6, 1)), np.zeros((6, 1)))
+    amplitudes = np.array([0.3, 0.5, 0.7, 0.2, 0.1, 0.4])
+    base = Base(np.zeros(6), amplitudes[:, None], np.ones((6, 1)), np.zeros((6, 1)))
     t, place = np.array([0.0, 0.4, 1.9]), np.array([1.3, -0.2, -1.0])
-    angles = np.outer(np.sin(t), rates[:2:-1])
-    world = np.outer(np.sin(t), rates[:3]) + Rotation.from_euler("ZYX", angles).apply(place)
+    angles = np.outer(np.sin(t), amplitudes[:2:-1])
+    world = np.outer(np.sin(t), amplitudes[:3]) + Rotation.from_euler("ZYX", angles).apply(place)
     assert np.max(np.abs(in_base(base, t, world) - place)) < 1e-14  # rounding
 
 
@@ -106,33 +105,17 @@ def test_a_new_path_goes_on_from_the_old_one() -> None:
         old, now = (evaluate(to_piecewise_polynomial(path), np.array([1.5]), k) for path in (OLD, new))
         assert now == pytest.approx(old, abs=1e-12)
     ends = evaluate(to_piecewise_polynomial(new), np.array([2.5, 5.5, 99.0]))
-    assert ends == pytest.approx(np.array([[5.0, 5.0], [7.0, 6.0], [7.0, 6.0]]), abs=1e-9)  # times of some seconds
+    assert ends == pytest.approx(
+        np.array([[5.0, 5.0], [7.0, 6.0], [7.0, 6.0]]), abs=1e-9
+    )  # rounding of powers of t up to 5 s
 
 
-def test_a_law_at_work_keeps_what_it_has_learnt() -> None:
+def test_replacing_the_path_keeps_the_internal_state() -> None:
     """The path deep inside a law is replaced, and its memory is the same array."""
     law = Follower(Follower(OLD, 2.0), np.ones(3))
     new = join_trajectory(Waypoints(NAMES, POINTS), OLD, NAMES, 0.0)
     actual = with_trajectory(law, new)
     assert actual.inner.inner is new and actual.memory is law.memory and actual.inner.memory == 2.0
-
-
-class OneTopicNode:
-    """A node that keeps the callback of its subscription, and its log."""
-
-    def __init__(self) -> None:
-        """Begin with nothing."""
-        self.callback: Any = None
-        self.lines: list[str] = []
-
-    def create_subscription(self, _type: type, topic: str, callback: Any, _qos: Any) -> None:
-        """Keep the callback."""
-        assert topic == "joint_trajectory"
-        self.callback = callback
-
-    def get_logger(self) -> SimpleNamespace:
-        """Return what keeps warnings."""
-        return SimpleNamespace(warning=lambda line, **_: self.lines.append(line))
 
 
 def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> JointTrajectory:
@@ -145,25 +128,25 @@ def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> Joi
 
 def test_trajectories_from_the_topic() -> None:
     """A message becomes the law's path, once; the node's own, and what does not fit, change nothing."""
-    node, law, own = OneTopicNode(), Follower(OLD, None), reference_message(SCENE.actuated, ())
-    orders = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
-    assert orders.apply_to(law, 1.0) is law
+    node, law, own = OneTopicNode("joint_trajectory"), Follower(OLD, None), reference_message(SCENE.actuated, ())
+    path_input = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
+    assert path_input.apply_to(law, 1.0) is law
     for ignored in (own, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
         node.callback(ignored)
-        assert orders.apply_to(law, 1.0) is law
+        assert path_input.apply_to(law, 1.0) is law
     assert len(node.lines) == 3 and all(line.startswith("joint_trajectory: refused: ") for line in node.lines)
     node.callback(message([[3.0, 4.0], [5.0, 6.0]]))
-    new = orders.apply_to(law, 1.0).inner
+    new = path_input.apply_to(law, 1.0).inner
     assert isinstance(new, Trajectory)
     actual = evaluate(to_piecewise_polynomial(new), np.array([1.0, 2.0, 3.0, 9.0]))
     start = evaluate(to_piecewise_polynomial(OLD), np.array([1.0]))[0]
     assert actual == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
-    assert orders.apply_to(Follower(new, None), 1.1).inner is new
+    assert path_input.apply_to(Follower(new, None), 1.1).inner is new
 
 
-def test_a_law_without_a_path_hears_nothing() -> None:
-    """A node whose law follows no path does not even subscribe."""
-    node = OneTopicNode()
+def test_a_law_without_a_path_does_not_subscribe() -> None:
+    """A node whose law follows no path has no subscription."""
+    node = OneTopicNode("joint_trajectory")
     TrajectoryInput(node, SCENE, Follower(1.0, None))  # pyright: ignore[reportArgumentType]
     assert node.callback is None
 
@@ -173,22 +156,21 @@ import time, rclpy
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 rclpy.init()
 node = rclpy.create_node("sender", namespace="pendulum")
-orders = node.create_publisher(JointTrajectory, "joint_trajectory", 10)
+publisher = node.create_publisher(JointTrajectory, "joint_trajectory", 10)
 point = JointTrajectoryPoint(positions=[1.35, 1.0], velocities=[0.0, 0.0])
 point.time_from_start.sec = 4
-while rclpy.ok() and not orders.get_subscription_count():
+while rclpy.ok() and not publisher.get_subscription_count():
     time.sleep(0.02)
-orders.publish(JointTrajectory(joint_names=["x", "y"], points=[point]))
+publisher.publish(JointTrajectory(joint_names=["x", "y"], points=[point]))
 rclpy.spin(node)
 """
 
 
-def test_a_run_follows_what_the_topic_says(domain_id: int, ros_environment: dict[str, str]) -> None:
+def test_a_run_follows_a_received_trajectory(domain_id: int, ros_environment: dict[str, str]) -> None:
     """Plant and controller in processes of their own: a trajectory sent to them leads the payload off its scene's path.
 
     It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's path is 1 m and more.
     """
-    scene = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
     with started_program([sys.executable, "-c", SENDER], env=ros_environment):
-        summary = orchestration.run(scene, record=None, domain_id=domain_id)
+        summary = orchestration.run(SCENE, record=None, domain_id=domain_id)
     assert summary["tracking_peak"] > 0.98  # within the law's own error; 0.006 without the message

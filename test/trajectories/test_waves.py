@@ -10,7 +10,7 @@ import yaml
 import crane_sim
 from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.base_motion import axis_at
-from crane_sim.trajectories.waves import Response, Sea, Waves, apply_response, density, sample_sea
+from crane_sim.trajectories.waves import ResponseAmplitudeOperator, Sea, SineSum, apply_response, density, sample_sea
 
 pytestmark = pytest.mark.interpreted
 
@@ -65,8 +65,8 @@ def test_a_sea_does_not_repeat() -> None:
 
 def test_a_response_is_interpolated_and_its_ends_are_held() -> None:
     """Amplitudes go straight between the table's rows, phases the short way round; beyond the ends both are held."""
-    waves = Waves(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
-    table = Response((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
+    waves = SineSum(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
+    table = ResponseAmplitudeOperator((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
     actual = apply_response(waves, table)
     assert actual.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
     assert np.rad2deg(actual.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)

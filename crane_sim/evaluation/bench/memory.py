@@ -5,6 +5,7 @@ import signal
 import statistics
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,12 @@ _MAX_STEP_RATE = 30_000.0  # steps/s, more than any lockstep makes: the run must
 _MB = 1e6
 
 
-def resident(pid: int) -> float:
-    """Return the resident memory [MB] of a process."""
-    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
+def resident(pid: int) -> float | None:
+    """Return the resident memory [MB] of a process, None where it has exited."""
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
+    except (FileNotFoundError, ProcessLookupError):  # the second one: it exits between opening and reading
+        return None
 
 
 class MemorySampler:
@@ -27,18 +31,18 @@ class MemorySampler:
 
     Attributes:
         times: s of the run, one per sample.
-        samples: resident memory [MB] by node, one per sample.
+        samples: (time [s], resident memory [MB]) by node, for the time that its process exists.
         steps: of the run, one number per sample.
     """
 
     def __init__(self, seconds: float) -> None:
         """Sample the run that this process is about to start, from its first step on."""
         self.times: list[float] = []
-        self.samples: dict[str, list[float]] = {}
+        self.samples: dict[str, list[tuple[float, float]]] = {}
         self.steps: list[int] = []
         self._seconds, self._began, self._pids = seconds, 0.0, dict[str, int]()
 
-    def on_filled(self, name: str, pid: int) -> None:
+    def on_activated(self, name: str, pid: int) -> None:
         """Record the process id of a node."""
         self._pids[name] = pid
 
@@ -52,7 +56,8 @@ class MemorySampler:
             self.times.append(elapsed)
             self.steps.append(step)
             for name, pid in self._pids.items():
-                self.samples.setdefault(name, []).append(resident(pid))
+                if (memory := resident(pid)) is not None:
+                    self.samples.setdefault(name, []).append((elapsed, memory))
         if elapsed >= self._seconds:
             signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
 
@@ -78,7 +83,7 @@ def measure(
     scene = load_scene(name, {"duration": _MAX_STEP_RATE * period * max(seconds, 1.0)})
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         path = Path(folder, "bench.rrd") if recorder else None
-        summary = run(scene, record=path, on_progress=sampler, on_filled=sampler.on_filled)
+        summary = run(scene, record=path, on_progress=sampler, on_activated=sampler.on_activated)
     if summary.get("error") != "interrupted":
         raise RuntimeError(summary.get("error", "the run ended before its time"))
     if not sampler.times or sampler.times[-1] < seconds - 2.0 * INTERVAL:
@@ -91,25 +96,23 @@ def measure(
         "recorded_steps": summary.get("recorded_steps"),  # None: without a recorder
         "sample_times_s": [round(t, 3) for t in sampler.times],
         "sample_steps": sampler.steps,
-        "resident": {
-            node: _memory_figures(sampler.times, samples, warm_up) for node, samples in sampler.samples.items()
-        },
+        "resident": {node: memory_figures(samples, warm_up) for node, samples in sampler.samples.items()},
         "machine": machine(),
     }
 
 
-def _memory_figures(times: list[float], samples: list[float], warm_up: float) -> dict[str, Any]:
-    warm = [mb for t, mb in zip(times, samples, strict=True) if t >= warm_up] or samples[-1:]
-    warm_times = [t for t in times if t >= warm_up]
-    slope = statistics.linear_regression(warm_times, warm).slope if len(warm_times) > 1 else 0.0
+def memory_figures(samples: Sequence[tuple[float, float]], warm_up: float) -> dict[str, Any]:
+    """Return the figures of a process's samples (time [s], MB), of which those before `warm_up` [s] are no growth."""
+    times, resident_MB = zip(*([sample for sample in samples if sample[0] >= warm_up] or samples[-1:]), strict=True)
+    slope = statistics.linear_regression(times, resident_MB).slope if len(times) > 1 else 0.0
     return {
-        "start_MB": samples[0],
-        "after_warm_up_MB": warm[0],
-        "end_MB": warm[-1],
-        "most_MB": max(samples),
-        "growth_MB": warm[-1] - warm[0],
+        "start_MB": samples[0][1],
+        "after_warm_up_MB": resident_MB[0],
+        "end_MB": resident_MB[-1],
+        "most_MB": max(memory for _, memory in samples),
+        "growth_MB": resident_MB[-1] - resident_MB[0],
         "slope_MB_per_hour": slope * 3600.0,
-        "samples_MB": [round(mb, 3) for mb in samples],
+        "samples_MB": [round(memory, 3) for _, memory in samples],
     }
 
 

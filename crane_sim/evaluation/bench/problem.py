@@ -100,7 +100,7 @@ def _mass(model: Any) -> float:
 
 def _is_plain(model: Any) -> bool:
     """Return whether nothing but a free trolley and the cable is modelled."""
-    optional_groups = ("hoist", "joints", "rods", "forces", "switches", "bridge")
+    optional_groups = ("hoist", "joints", "rods", "forces", "switches", "bridge", "wind")
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None
     return free and all(getattr(model, name, None) is None for name in optional_groups)
 
@@ -109,7 +109,7 @@ def _has_all_springs(model: Crane) -> bool:
     """Return whether springs hold boom, jib and rope, and nothing else acts."""
     arm, cable = model.support, model.cable
     springs = isinstance(cable, ForceRope) and None not in (arm.boom_spring, arm.jib_spring, cable.spring)
-    return springs and model.drag is None and model.swing_friction is None
+    return springs and model.drag is None and model.swing_friction is None and model.wind is None
 
 
 def _starts_at_rest(scene: Scene) -> bool:

@@ -51,8 +51,9 @@ def measure(
 ) -> dict[str, Any]:
     """Return the timing errors of real-time runs and of the bare loop, interleaved.
 
-    For each of the two: quantiles of the lateness (step taken after its deadline) and of the period error (distance of
-    one period from its nominal length), µs; overruns, steps that end after the next deadline; the mean rate, Hz.
+    For each of the two: quantiles of the lateness (step taken after its deadline) and of the period error, or jitter
+    (distance of one period from its nominal length), µs; overruns, steps that end after the next deadline; the mean
+    rate, Hz.
 
     Args:
         name: scene of the catalogue, with a sampled law.
@@ -72,14 +73,14 @@ def measure(
             raise RuntimeError(summary["error"])
         summaries["plant"].append(summary)
     kinds = {kind: _timing_figures(values) for kind, values in summaries.items()}
-    medians = (kinds[kind]["period_error_us"]["p99"]["rounds"] for kind in ("plant", "bare"))
+    p99_by_round = (kinds[kind]["period_error_us"]["p99"]["rounds"] for kind in ("plant", "bare"))
     return {
         "scene": name,
         "period_s": period,
         "steps_per_round": scene.steps,
         "rounds": rounds,
         **kinds,
-        "ratio_of_p99_period_errors": ratio(*medians),
+        "ratio_of_p99_period_errors": ratio(*p99_by_round),
         "machine": machine(),
     }
 
@@ -105,5 +106,5 @@ def _line(figures: dict[str, Any]) -> str:
     for key, words in (("period_error_us", "period error"), ("lateness_us", "late")):
         numbers = "/".join(f"{values['median']:.0f}" for values in figures[key].values())
         figures_text.append(f"{words} p50/p99/max {numbers}")
-    over, steps = sum(figures["overruns"]), figures["rate_Hz"]["median"]
-    return f"{', '.join(figures_text)}; {over} overruns, {steps:.3f} Hz"
+    over, rate = sum(figures["overruns"]), figures["rate_Hz"]["median"]
+    return f"{', '.join(figures_text)}; {over} overruns, {rate:.3f} Hz"

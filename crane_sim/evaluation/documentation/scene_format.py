@@ -35,8 +35,24 @@ ends with the time, the cause and what to change, and exit code 1; the recording
 `overhead_slack` and `overhead_limits` show it. A fixed step that the stiffest motion cannot bear is refused with the
 largest safe one.
 """
-TITLES = {"knuckle": "Knuckle crane", "overhead": "Overhead crane", "pendulum": "Pendulum"}
-EXAMPLES = {"knuckle": "knuckle_setpoint", "overhead": "overhead_hoist_energy", "pendulum": "pendulum_offshore"}
+TITLES = {
+    "knuckle": "Knuckle crane",
+    "tower": "Tower crane",
+    "mobile": "Mobile crane",
+    "bridge": "Bridge crane with hook and sling",
+    "gantry": "Gantry crane",
+    "overhead": "Overhead crane",
+    "pendulum": "Pendulum",
+}
+EXAMPLES = {
+    "knuckle": "knuckle_setpoint",
+    "tower": "tower_gust",
+    "mobile": "mobile_lift",
+    "bridge": "bridge_hook_and_sling",
+    "gantry": "port_sts_container",
+    "overhead": "overhead_hoist_energy",
+    "pendulum": "pendulum_offshore",
+}
 """An example scene of the catalogue for each kind of crane."""
 HEADS = "| key | value | unit | default | |\n|---|---|---|---|---|"
 

@@ -24,6 +24,11 @@ is in `world`. Joints keep the order of the tables below, those that take effort
 
 ORIGINS = {
     "knuckle": "The origin is the pivot of the boom, on the axis about which the tower slews.",
+    "tower": "The origin is on the tower's axis, at the height of the jib's underside, where the rope begins.",
+    "mobile": "The origin is on the slewing axis; `superstructure.foot` says where the boom's foot pin is from there.",
+    "bridge": "The origin is on the trolley's rail, where `trolley` and `bridge` are zero.",
+    "gantry": "The origin is on the trolley's rail, where `trolley` and `bridge` are zero. `payload_x` .. `payload_z` "
+    "are the load's centre of mass in the axes of the base.",
     "overhead": "The origin is on the trolley's rail, at the height of the cable's upper end, where `trolley` (and "
     "`bridge`) are zero. In 2 dimensions everything moves in the plane of x and z. Efforts of trolley and bridge are "
     "forces along their joints; that of the hoist is a force on its length, positive pays out.",
@@ -39,6 +44,31 @@ SIGNS = (
     Sign("knuckle", "rope", "m", "the payload at the jib's end", "longer"),
     Sign("knuckle", "swing_tangential", "rad", "the rope in the boom's plane", "to where a positive slew goes"),
     Sign("knuckle", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
+    Sign("tower", "slew", "rad", "the jib along x", "counter-clockwise from above"),
+    Sign("tower", "trolley", "m", "the tower's axis", "outwards: its radius"),
+    Sign("tower", "rope", "m", "the hook at the trolley", "longer"),
+    Sign("tower", "swing_tangential", "rad", "the rope in the jib's plane", "to where a positive slew goes"),
+    Sign("tower", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
+    Sign("mobile", "slew", "rad", "the boom in the plane of x and z, towards x", "counter-clockwise from above"),
+    Sign("mobile", "boom", "rad", "horizontal", "upwards: its elevation"),
+    Sign("mobile", "telescope", "m", "no boom", "longer: from the foot pin to the tip"),
+    Sign("mobile", "rope", "m", "the hook at the boom's tip", "longer"),
+    Sign("mobile", "swing_tangential", "rad", "the rope in the boom's plane", "to where a positive slew goes"),
+    Sign("mobile", "swing_radial", "rad", "the rope leans neither way", "away from the slewing axis"),
+    Sign("bridge", "trolley", "m", "the origin", "along x"),
+    Sign("bridge", "bridge", "m", "the origin", "along y"),
+    Sign("bridge", "rope", "m", "the hook at the trolley", "longer"),
+    Sign("bridge", "swing_tangential", "rad", "the rope across y", "along y"),
+    Sign("bridge", "swing_radial", "rad", "the rope across x", "along x"),
+    Sign("bridge", "link_k_x", "1", "further link k across x; of tower and mobile cranes, too", "along x"),
+    Sign("bridge", "link_k_y", "1", "further link k across y", "along y"),
+    Sign("bridge", "link_k_z", "1", "a horizontal link k", "upwards: hanging it is -1"),
+    Sign("gantry", "trolley", "m", "the origin", "along x: it moves the falls' upper ends, not the load"),
+    Sign("gantry", "bridge", "m", "the origin", "along y: as the trolley"),
+    Sign("gantry", "hoist", "m", "no length of the falls", "longer: the load follows by their elasticity"),
+    Sign("gantry", "payload_x", "m", "the origin", "along x"),
+    Sign("gantry", "payload_y", "m", "the origin", "along y"),
+    Sign("gantry", "payload_z", "m", "the origin", "upwards: below the rail it is negative"),
     Sign("pendulum", "tip_x", "m", "the origin", "along x"),
     Sign("pendulum", "tip_y", "m", "the origin", "along y"),
     Sign("pendulum", "tip_z", "m", "the origin", "along z"),
@@ -71,6 +101,11 @@ left of it and e_z up, the payload is at rope × (sin θ₂ e_r + cos θ₂ sin 
 force on its length, positive pays out, so that a hanging load is held by a negative one.""",
     "overhead": """Swing angles are absolute: each from the downward vertical, not from the link above. In 3 dimensions
 links are unit vectors, for which no angle is singular.""",
+    "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower and mobile cranes as
+well, are unit vectors in the axes of the base. A payload with an inertia adds its attitude `payload_qw` ..
+`payload_qz`, the unit quaternion from its axes to those of the base.""",
+    "gantry": """`payload_qw` .. `payload_qz` are the unit quaternion from the load's axes to those of the base. Skew,
+trim and list are its rotations about z, y and x.""",
     "base": """The base turns by yaw first, then by pitch about its new y, then by roll about its new x: its axes in
 `world` are Rz(yaw) Ry(pitch) Rx(roll).""",
 }
@@ -80,7 +115,16 @@ links are unit vectors, for which no angle is singular.""",
 def section() -> list[str]:
     """Return the lines of the page's section."""
     lines = ["## Signs and origins", "", WORLD, ""]
-    titles = {"knuckle": "Knuckle crane", "pendulum": "Pendulum", "overhead": "Overhead crane", "base": "Moving base"}
+    titles = {
+        "knuckle": "Knuckle crane",
+        "tower": "Tower crane",
+        "mobile": "Mobile crane",
+        "bridge": "Bridge crane with hook and sling",
+        "gantry": "Gantry crane",
+        "pendulum": "Pendulum",
+        "overhead": "Overhead crane",
+        "base": "Moving base",
+    }
     for crane, title in titles.items():
         lines += [f"### Joints: {title}" if crane != "base" else f"### {title}", ""]
         lines += [ORIGINS[crane], ""] if crane in ORIGINS else []

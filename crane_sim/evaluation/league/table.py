@@ -59,7 +59,7 @@ class Line(NamedTuple):
     saturated: Shown
 
 
-def lines(cells: Iterable[Cell]) -> dict[str, list[Line]]:
+def tables_by_crane(cells: Iterable[Cell]) -> dict[str, list[Line]]:
     """Return the lines of each crane; cells of laws that do not apply have none."""
     by_crane: dict[str, list[Line]] = {}
     for cell in cells:
@@ -80,10 +80,10 @@ def _line(cell: Cell) -> Line:
     return Line._make((*name, *numbers.values()))
 
 
-def write_comparison(cells: Sequence[Cell], drawn: bool) -> str:
-    """Return the page in Markdown; `drawn`: it has a figure."""
+def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
+    """Return the page in Markdown; `drawn`: its figure is of these cells."""
     sections = [HEAD + FIGURE * drawn + HOW]
-    for crane, own in lines(cells).items():
+    for crane, own in tables_by_crane(cells).items():
         sections.append(f"## {crane.capitalize()}\n\n" + _markdown(own))
     for title, reasons in (("Not controlled", "failed"), ("Does not apply", "refused")):
         rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]

@@ -53,7 +53,7 @@ class _Killer(threading.Thread):
         self._gaps, self._pids, self._filled = gaps, dict[str, int](), list[tuple[str, int]]()
         self._all_filled, self._killed = threading.Event(), list[tuple[str, int]]()
 
-    def on_filled(self, name: str, pid: int) -> None:
+    def on_activated(self, name: str, pid: int) -> None:
         """Record the new process of a role."""
         wait_for_discovery(name, pid)
         self._pids[name] = pid
@@ -73,7 +73,8 @@ class _Killer(threading.Thread):
             with suppress(ProcessLookupError):  # it has just ended by itself, with the run: no kill
                 os.kill(pid, signal.SIGKILL)
                 self._killed.append((victim, instant))
-            self.plant_memory.append(resident(self._pids["plant"]))
+            if (memory := resident(self._pids["plant"])) is not None:
+                self.plant_memory.append(memory)
 
     def kills(self) -> list[Kill]:
         """Return the kills."""
@@ -98,7 +99,7 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         bare = pool.submit(run_sleep_process, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
-        summary = run(loaded, record=Path(folder, "soak.rrd"), on_filled=killer.on_filled, **options)
+        summary = run(loaded, record=Path(folder, "soak.rrd"), on_activated=killer.on_activated, **options)
         time.sleep(0.1)  # ten times the interval at which the monitor writes
         received, recorded = monitored.read(), steps_in(Path(summary["recording"]))
         machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms

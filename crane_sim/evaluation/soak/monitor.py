@@ -16,7 +16,7 @@ _DISCOVERY = 1.0  # s, several times what nodes on one machine take to find each
 
 
 def wait_for_discovery(role: str, _pid: int) -> None:
-    """Give a monitor time to discover the plant before its first step: for `on_filled` of a run."""
+    """Give a monitor time to discover the plant before its first step: for `on_activated` of a run."""
     if role == "plant":
         time.sleep(_DISCOVERY)
 

@@ -30,7 +30,7 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         for _ in range(rounds):
             data["bare"].append(run_sleep_process(PERIOD, scene.steps))
-            summary = run(scene, mode="realtime", record=None, domain_id=domain, on_filled=wait_for_discovery)
+            summary = run(scene, mode="realtime", record=None, domain_id=domain, on_activated=wait_for_discovery)
             if "error" in summary:
                 raise RuntimeError(summary["error"])
             data["plant"].append(summary)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import lean_kernel, routine
+from crane_sim.numerics.jit import lean_generic, lean_kernel, routine
 
 
 class Directions(NamedTuple):
@@ -23,11 +23,20 @@ class Directions(NamedTuple):
 
 
 class UpperEnd(NamedTuple):
-    """Acceleration of the first link's upper end and of its length, as functions of its tension."""
+    """Acceleration of the first link's upper end and of its length, as functions of its tension: on rails."""
 
     axes_inv_mass: tuple[float, float]  # 1/kg, of trolley and bridge
     hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, see `hoist_response`
     hoist_bias_acc: float  # m/s², acceleration of the length without tension
+    rate: float  # m/s, of the length
+
+
+class SupportEnd(NamedTuple):
+    """Acceleration of the first link's upper end and of its length, as functions of its tension: on any support."""
+
+    mobility: float  # 1/kg, of the end along the first link
+    hoist_inv_mass: float  # 1/kg, as of `UpperEnd`
+    hoist_bias_acc: float  # m/s²
     rate: float  # m/s, of the length
 
 
@@ -47,9 +56,14 @@ def dot(units, k, j):
     return units[k, 0] * units[j, 0] + units[k, 1] * units[j, 1] + units[k, 2] * units[j, 2]
 
 
-@lean_kernel
-def first_inv_mass(links, top):
+@lean_generic
+def first_inv_mass(top, links):
     """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
+    return links.inv_masses[0] + top.mobility
+
+
+@first_inv_mass.register(UpperEnd)
+def _(top, links):
     x, y = links.units[0, 0], links.units[0, 1]
     return links.inv_masses[0] + top.axes_inv_mass[0] * x * x + top.axes_inv_mass[1] * y * y
 
@@ -79,7 +93,7 @@ def solve_tensions(links, top, acc, tension, ratio):
         tension, ratio: to fill; the second one is of the elimination.
     """
     n, inv_masses = len(tension), links.inv_masses
-    inverse = 1.0 / (first_inv_mass(links, top) + top.hoist_inv_mass)
+    inverse = 1.0 / (first_inv_mass(top, links) + top.hoist_inv_mass)
     upper = -dot(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
     tension[0], ratio[0] = (relative_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
     if top.hoist_inv_mass < 0.0:
@@ -101,8 +115,25 @@ def hoisted_length_acceleration(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.hoist_inv_mass >= 0.0:
         return top.hoist_bias_acc + top.hoist_inv_mass * tension[0]
-    free = relative_acceleration(links, acc, 0) - first_inv_mass(links, top) * tension[0]
+    free = relative_acceleration(links, acc, 0) - first_inv_mass(top, links) * tension[0]
     return free + dot(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
+
+
+@lean_generic
+def first_end_acceleration(top, links, acc, tension):
+    """Return the relative acceleration (3 floats) of the first link's ends, its own pull on the upper one included.
+
+    On any support `acc` has that pull already: the end then does not move along the link alone.
+    """
+    return end_acceleration(acc, 0)
+
+
+@first_end_acceleration.register(UpperEnd)
+def _(top, links, acc, tension):
+    x, y, z = end_acceleration(acc, 0)
+    x -= top.axes_inv_mass[0] * links.units[0, 0] * tension[0]
+    y -= top.axes_inv_mass[1] * links.units[0, 1] * tension[0]
+    return x, y, z
 
 
 @lean_kernel
@@ -128,9 +159,7 @@ def direction_accelerations(links, top, acc, tension, out, at):
     payload.
     """
     n, units, inv_masses = len(tension), links.units, links.inv_masses
-    x, y, z = end_acceleration(acc, 0)
-    x -= top.axes_inv_mass[0] * units[0, 0] * tension[0]
-    y -= top.axes_inv_mass[1] * units[0, 1] * tension[0]
+    x, y, z = first_end_acceleration(top, links, acc, tension)
     coriolis = 2.0 * top.rate / links.lengths[0]
     for k in range(n):
         total = project_across(units, k, x, y, z)

@@ -15,6 +15,7 @@ from crane_sim.files.types import Positive
 from crane_sim.models.effects import RopeSpring, add_spring, add_spring_energy
 from crane_sim.models.rotating_frame import inertial_acceleration
 from crane_sim.models.supports import support_acceleration, tip_acceleration, tip_mobility
+from crane_sim.models.supports.hoist import winch_acceleration
 from crane_sim.numerics.jit import generic, kernel
 
 Vector = tuple[float, float, float]
@@ -85,30 +86,36 @@ def rope_tension(rope, p, pose, rope_state, tau, force, reaction):
 
 @rope_tension.register(ForceRope)
 def _(rope, p, pose, rope_state, tau, force, reaction):
+    return winch_tension(p.friction, p, pose, rope_state, tau, force, reaction)
+
+
+@generic
+def winch_tension(friction, p, pose, rope_state, tau, force, reaction):
+    """Return the tension [N] of a force-driven winch with the joints' friction; other arguments of `rope_tension`."""
+    return winch_pull(p.cable, tau, rope_state)
+
+
+@generic
+def winch_pull(rope, tau, rope_state):
+    """Return the tension [N] at which the efforts on a winch without inertia balance; 0 of one without an effort."""
+    return 0.0
+
+
+@winch_pull.register(ForceRope)
+def _(rope, tau, rope_state):
     return -add_spring(rope.spring, tau[3], rope_state.length)
 
 
 @rope_tension.register(RateRope)
 def _(rope, p, pose, rope_state, tau, force, reaction):
     return imposed_tension(
-        p, pose, rope_state, tau, force, reaction, imposed_acceleration(rope.time_constant, rope_state, tau[3])
+        p, pose, rope_state, tau, force, reaction, winch_acceleration(rope.time_constant, rope_state.rate, tau[3])
     )
 
 
 @rope_tension.register(LockedRope)
 def _(rope, p, pose, rope_state, tau, force, reaction):
     return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
-
-
-@generic
-def imposed_acceleration(time_constant, rope_state, u):
-    """Return the second derivative of the rope's length that the winch imposes at input u."""
-    return u
-
-
-@imposed_acceleration.register(float)
-def _(time_constant, rope_state, u):
-    return (u - rope_state.rate) / time_constant
 
 
 @kernel
@@ -170,6 +177,14 @@ def limit_winch(rope, u):
 @limit_winch.register(ForceRope)
 def _(rope, u):
     return (u[0], u[1], u[2], min(u[3], 0.0))
+
+
+@kernel
+def without_rate(rope_state, xc):
+    """Return the payload state whose rope neither runs out nor in."""
+    nx, ny, nz = rope_state.n
+    rate = rope_state.rate
+    return (xc[0], xc[1], xc[2], xc[3] - rate * nx, xc[4] - rate * ny, xc[5] - rate * nz)
 
 
 @generic

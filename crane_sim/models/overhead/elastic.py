@@ -17,10 +17,13 @@ from crane_sim.models.moving_base import BaseKinematics, base_kinematics_at, imp
 from crane_sim.models.overhead.base_load import NO_LOAD, Moving, axes_load, imposed_gradient
 from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.overhead.payload_wind import add_elastic_wind
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response, input_count
+from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine
 from crane_sim.trajectories.inputs import value_at
+from crane_sim.trajectories.wind import Wind
 
 
 class Springs(NamedTuple):
@@ -45,6 +48,8 @@ class ElasticCrane(NamedTuple):
     switches: Switches | None = None
     energy_meter: Meter | None = None
     base: Moving | None = None
+    wind: Wind | None = None
+    windage: Windage | None = None  # of the payload
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
 
@@ -279,7 +284,9 @@ def write_elastic_derivative(p, t, x, tau, out):
     n, tension, lost = link_pull(p, x, 0)
     lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
     supplied = drive_upper_end(p, t, x, tau, n, tension, out) + add_node_forces(p.forces, p, t, x, out) - lost
-    supplied += add_base_accelerations(base_kinematics_at(p.base, p.gravity, t), p, x, out)
+    base = base_kinematics_at(p.base, p.gravity, t)
+    supplied += add_base_accelerations(base, p, x, out)
+    supplied += add_elastic_wind(p.wind, p, base, t, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
@@ -327,7 +334,7 @@ def drive_upper_end(p, t, x, tau, n, tension, out):
         out[nq + 1] = bias_acc + inv_mass * tension * n[1] + inv_mass * load.y
         supplied += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
-        inv_mass, bias_acc = hoist_response(p.hoist, t, tau)
+        inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
         out[nq + first - 1] = bias_acc + inv_mass * tension
         supplied += hoist_power(p.hoist, tau, x[nq + first - 1], tension)
     return supplied

@@ -26,8 +26,9 @@ from crane_sim.models.overhead.elastic import (
 )
 from crane_sim.models.overhead.modes import mode_of
 from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.overhead.payload_wind import elastic_wind_jacobian, elastic_wind_power_jacobian
 from crane_sim.models.supports.hoist import hoist_power, hoist_response
-from crane_sim.models.supports.rails import axis_power, axis_response, input_count
+from crane_sim.models.supports.rails import axis_linear_span, axis_power, axis_response, input_count
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
 from crane_sim.trajectories.inputs import value_at
@@ -133,7 +134,9 @@ def slopes_of_power(p, t, x, tau):
         for f in range(d + 1):
             factors[f] = 0.0
     add_node_forces_power(p.forces, p, t, power)
-    base_power_jacobian(base_kinematics_at(p.base, p.gravity, t), p, x, power)
+    base = base_kinematics_at(p.base, p.gravity, t)
+    base_power_jacobian(base, p, x, power)
+    elastic_wind_power_jacobian(p.wind, p, base, t, x, power)
     return power
 
 
@@ -161,8 +164,9 @@ def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
     nq, _, _, _ = elastic_layout(p)
     v = x[nq + i]
     step = 1e-3 * abs(v) + 1e-9  # the power is quadratic in v on both sides of v = 0
-    ahead, behind = axis_power(axis, tau, own, v + step, pull), axis_power(axis, tau, own, v - step, pull)
-    power[nq + i] += (ahead - behind) / (2.0 * step)
+    low, high, width = axis_linear_span(axis, v, (v - step, v + step, 2.0 * step))
+    ahead, behind = axis_power(axis, tau, own, high, pull), axis_power(axis, tau, own, low, pull)
+    power[nq + i] += (ahead - behind) / width
     return axis_power(axis, tau, own, v, 1.0) - axis_power(axis, tau, own, v, 0.0)
 
 
@@ -208,7 +212,9 @@ def bands_at(p, t, x, tau):
     bands = Bands(np.zeros((nq, 4 * d - 1)), np.zeros((nq, 4 * d - 1)), power_slopes(p.energy_meter, p, t, x, tau))
     slopes, weights, n = allocate_slopes(d), np.zeros(d), len(p.cable.masses)
     add_axes_jacobian(p, t, x, tau, slopes, weights, bands)
-    base_jacobian(base_kinematics_at(p.base, p.gravity, t), p, weights, bands)
+    base = base_kinematics_at(p.base, p.gravity, t)
+    base_jacobian(base, p, weights, bands)
+    elastic_wind_jacobian(p.wind, p, base, t, x, bands)
     for k in range(1, n):
         fill_slopes(p, x, k, slopes)
         for a in range(d):
@@ -248,14 +254,14 @@ def add_link(slopes, upper_inv_masses, lower_inv_mass, size, starts, bands):
 @routine
 def add_axes_jacobian(p, t, x, tau, slopes, inv_masses, bands):
     """Add the first link, axes and hoist; fill the axes' `inv_masses` (d,) [1/kg]."""
-    _, first, d, _ = elastic_layout(p)
+    nq, first, d, _ = elastic_layout(p)
     info, lower_inv_mass = fill_slopes(p, x, 0, slopes), 1.0 / mass_of(p, x, 1)
     inv_masses[0] = axis_jacobian(p, p.trolley, t, x, tau, 0, 0, bands)
     if d == 3:
         inv_masses[1] = axis_jacobian(p, p.bridge, t, x, tau, 1, input_count(p.trolley), bands)
     add_link(slopes, inv_masses, lower_inv_mass, (d - 1, d), (0, first), bands)
     if first == d:
-        top, hoist_inv_mass = first - 1, hoist_response(p.hoist, t, tau)[0]
+        top, hoist_inv_mass = first - 1, hoist_response(p.hoist, t, tau, x, nq + first - 1)[0]
         add_entry(bands, d, top, top, -hoist_inv_mass, info.spring, info.damping)
         for a in range(d):
             position, velocity = info.spring * slopes.unit[a], info.damping * slopes.unit[a]
@@ -268,11 +274,12 @@ def add_axes_jacobian(p, t, x, tau, slopes, inv_masses, bands):
 
 @kernel
 def axis_jacobian(p, axis, t, x, tau, i, own, bands):
-    """Return the inverse mass of axis i; add what its velocity does to its acceleration, which is linear in it."""
+    """Return the inverse mass of axis i; add what its velocity does to its acceleration."""
     nq, _, d, modes = elastic_layout(p)
     mode = mode_of(p.switches, x, modes, i)
-    inv_mass, still = axis_response(axis, t, tau, own, 0.0, mode)
-    bands.velocities[i, 2 * d - 1] += axis_response(axis, t, tau, own, 1.0, mode)[1] - still
+    low, high, width = axis_linear_span(axis, x[nq + i], (0.0, 1.0, 1.0))
+    inv_mass, still = axis_response(axis, t, tau, own, low, mode)
+    bands.velocities[i, 2 * d - 1] += (axis_response(axis, t, tau, own, high, mode)[1] - still) / width
     return inv_mass
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.guards import Guard, decode, encode, smaller_guard
+from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.base_load import to_world_in_place
 from crane_sim.models.overhead.elastic import (
@@ -19,13 +19,13 @@ from crane_sim.models.overhead.elastic import (
 )
 from crane_sim.models.overhead.modes import (
     changes_before,
-    friction_event,
     hoist_guard,
     limits_guard,
     mode_count,
     payload_guard,
     switching_of,
 )
+from crane_sim.models.supports.friction import either, retake_of
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
 from crane_sim.numerics.jit import lean_kernel, routine
@@ -110,7 +110,7 @@ def _(p):
         or has_friction(p.bridge)
         or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
     )
-    return switching_of(p.switches, forces, elastic_layout(p)[0])
+    return switching_of(p.switches, forces, elastic_layout(p)[0], either(retake_of(p.trolley), retake_of(p.bridge)))
 
 
 @lean_kernel

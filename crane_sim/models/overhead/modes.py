@@ -1,22 +1,12 @@
 """Switching and terminal events of an overhead crane: friction, limits, a slack link, changes of the payload.
 
 Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping), then
-the number of payload changes up to then.
+one for that of the hoist, where it has some, then the number of payload changes up to then.
 """
 
 from typing import Any, NamedTuple
 
-from crane_sim.models.guards import (
-    BACKWARDS,
-    FORWARDS,
-    LOWER,
-    STICKS,
-    UPPER,
-    Guard,
-    decode,
-    encode,
-    smaller_guard,
-)
+from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
 from crane_sim.models.stops import describe_length_event
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.system import Switching
@@ -35,20 +25,21 @@ class Switches(NamedTuple):
 
 
 @generic
-def switching_of(switches, forces, nq):
+def switching_of(switches, forces, nq, retake):
     """Return the result of `system.switching` for a crane with these switches.
 
     Args:
         switches: None for a crane without.
         forces: whether guards need velocities or forces, links that may not go slack apart.
         nq: number of coordinates, which stand first in the state and then their rates.
+        retake: of `Switching`.
     """
     return None
 
 
 @switching_of.register(Switches)
-def _(switches, forces, nq):
-    return Switching(1000, 0 if forces or switches.taut > 0.0 else nq)
+def _(switches, forces, nq, retake):
+    return Switching(1000, 0 if forces or switches.taut > 0.0 else nq, retake)
 
 
 @lean_generic
@@ -100,12 +91,6 @@ def _(switches, t):
 
 
 @lean_kernel
-def friction_event(axis, mode):
-    """Return the number of the event that an axis' friction has come to a mode."""
-    return encode(Guard.FRICTION, axis, FORWARDS if mode > 0.0 else BACKWARDS if mode < 0.0 else STICKS)
-
-
-@lean_kernel
 def limits_guard(switches, best, axis, q):
     """Return the smallest guard, the travel limits of an axis at q counted in."""
     margin = min(q - switches.lower[axis], switches.upper[axis] - q)
@@ -149,8 +134,7 @@ def describe_switch(switches: Switches | None, number: int) -> tuple[str, str]:
     if kind == Guard.LENGTH:
         shortest = switches.shortest if switches is not None else 0.0
         return describe_length_event("hoisted link", "hoist", index, shortest)
-    axis = ("trolley", "bridge")[index]
+    axis = ("trolley", "bridge", "hoist")[index]
     if kind == Guard.TRAVEL:
         return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
-    motion = {STICKS: "sticks", FORWARDS: "slips forwards", BACKWARDS: "slips backwards"}[outcome]
-    return f"the {axis} {motion}", ""
+    return describe_friction(axis, outcome), ""

@@ -1,4 +1,4 @@
-"""Given forces on nodes: wind on the payload, a tag line, a push."""
+"""External forces on nodes: wind on the payload, a tag line, a push."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ from crane_sim.trajectories.inputs import value_at
 
 
 class NodeForces(NamedTuple):
-    """A force along one axis of the base on one node, and the further ones: a list that kernels walk by type."""
+    """A force along one axis of the base on one node, and the others: a linked list, unrolled at compile time."""
 
     node: int  # 1 .. N
     axis: int  # 0, 1, 2: x, y, z

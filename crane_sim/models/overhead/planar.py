@@ -50,7 +50,19 @@ from crane_sim.models.overhead.modes import (
     slack_guard,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_reflected_mass, hoist_response
+from crane_sim.models.overhead.payload_wind import add_links_wind
+from crane_sim.models.supports.hoist import (
+    HOIST,
+    Hoist,
+    hoist_coordinates,
+    hoist_friction_guard,
+    hoist_modes,
+    hoist_power,
+    hoist_reflected_mass,
+    hoist_response,
+    hoist_sticks,
+    mode_of_stopped_hoist,
+)
 from crane_sim.models.supports.rails import (
     Axis,
     axis_guard,
@@ -60,9 +72,11 @@ from crane_sim.models.supports.rails import (
     has_friction,
     mode_after_stop,
 )
+from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.trajectories.inputs import value_at
+from crane_sim.trajectories.wind import Wind
 
 
 class PlanarCrane(NamedTuple):
@@ -78,6 +92,8 @@ class PlanarCrane(NamedTuple):
     switches: Switches | None = None
     energy_meter: Meter | None = None
     base: Moving | None = None
+    wind: Wind | None = None
+    windage: Windage | None = None  # of the payload
 
 
 class Solved(NamedTuple):
@@ -86,7 +102,7 @@ class Solved(NamedTuple):
     trolley: float  # m/s²
     paid: float  # m/s², of the first link's length
     pull: float  # N, of the cable and of a moving base on the trolley along x
-    base_power: float  # W, that the moving base supplies
+    outside_power: float  # W, that the moving base and the wind supply
 
 
 @layout_of.register(PlanarCrane)
@@ -143,14 +159,16 @@ def forward_dynamics(p, t, x, tau, w):
     nq, first, modes = layout_of(p)
     fill_links(p, x, w)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
-    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
+    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
     assemble_rhs(w, bias_acc, p.gravity)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
-    field = add_links_load(base_kinematics_at(p.base, p.gravity, t), p.trolley, p.rods, w, x[0], x[nq], rate)
+    base = base_kinematics_at(p.base, p.gravity, t)
+    field = add_links_load(base, p.trolley, p.rods, w, x[0], x[nq], rate)
     twist = add_joints(p.joints, w, x, first) + field.x
     w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
     w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
     add_node_forces(p.forces, t, w)
+    wind_power = add_links_wind(p.wind, p, base, t, w, (x[0], x[nq], rate))
     rhs_along = w[RHS_ALONG, 0]
     solve_links(p.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
     pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
@@ -158,7 +176,7 @@ def forward_dynamics(p, t, x, tau, w):
         paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]
     else:
         paid = massless_hoist_acceleration(w, inv_mass, rhs_along)
-    return Solved(bias_acc + inv_mass * pull, paid, pull, field.power)
+    return Solved(bias_acc + inv_mass * pull, paid, pull, field.power + wind_power)
 
 
 @system.rhs_into.register(PlanarCrane)
@@ -191,7 +209,7 @@ def chain_power(p, t, x, tau, solved, w):
     nq, first, _ = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
-    power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.base_power
+    power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.outside_power
     return power + node_forces_power(p.forces, p, t, x, w, rate)
 
 
@@ -223,11 +241,13 @@ def node_velocities(p, x, w, rate):
 @system.state.register(PlanarCrane)
 def _(p, t, q, v):
     nq, _, modes = layout_of(p)
-    x = np.zeros(modes + mode_count(p.switches, 1))
+    x = np.zeros(modes + mode_count(p.switches, 1 + hoist_modes(p.hoist)))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
         x[modes], x[len(x) - 1] = np.sign(v[0]), changes_before(p.switches, t)
+        if hoist_modes(p.hoist):
+            x[len(x) - 2] = np.sign(v[1])
     return x
 
 
@@ -276,12 +296,14 @@ def _(p, t, x, out):
 
 @smallest_guard.register(PlanarCrane)
 def _(p, t, x, tau, w):
-    nq, _, modes = layout_of(p)
-    forces = p.switches.taut > 0.0 or (has_friction(p.trolley) and x[modes] == 0.0)
+    nq, first, modes = layout_of(p)
+    sticks = (has_friction(p.trolley) and x[modes] == 0.0) or hoist_sticks(p.hoist, x)
+    forces = p.switches.taut > 0.0 or sticks
     pull = forward_dynamics(p, t, x, tau, w).pull if forces else 0.0
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
+    best = hoist_friction_guard(p.hoist, best, x, nq + first - 1, tau, w[TENSION, 0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
     value, number = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
     return value, number, int(forces)
@@ -289,4 +311,8 @@ def _(p, t, x, tau, w):
 
 @mode_of_stopped_axis.register(PlanarCrane)
 def _(p, t, x, tau, axis, mode):
-    return mode_after_stop(p.trolley, mode, tau, 0, forward_dynamics(p, t, x, tau, system.workspace(p)).pull)
+    w = system.workspace(p)
+    pull = forward_dynamics(p, t, x, tau, w).pull
+    if axis == HOIST:
+        return mode_of_stopped_hoist(p.hoist, mode, tau, w[TENSION, 0])
+    return mode_after_stop(p.trolley, mode, tau, 0, pull)

@@ -18,25 +18,30 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
-from crane_sim.models.guards import Guard, decode, encode, smaller_guard
+from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.overhead import layout_of, switch
 from crane_sim.models.overhead.modes import (
     Switches,
     changes_before,
-    friction_event,
     hoist_guard,
     limits_guard,
     mode_of,
     payload_guard,
     payload_mass,
 )
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import (
+    HOIST,
+    ForceHoist,
     Hoist,
     MasslessHoist,
     hoist_coordinates,
+    hoist_friction_guard,
     hoist_power,
     hoist_reflected_mass,
     hoist_response,
+    hoist_sticks,
+    mode_of_stopped_hoist,
 )
 from crane_sim.models.supports.rails import (
     Axis,
@@ -160,7 +165,7 @@ def solve_swing(p, t, x, tau):
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
-    of_hoist = hoist_response(p.hoist, t, tau)
+    of_hoist = hoist_response(p.hoist, t, tau, x, nq + 1)
     a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
     turning = -(first / second) * (c * a + across_acc)
     return Swing(s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c)
@@ -178,14 +183,30 @@ def _(hoist, x, paid):
 
 
 @generic
-def mode_rates(switches):
+def mode_rates(switches, hoist):
     """Return the derivatives of the modes, zeros."""
     return ()
 
 
 @mode_rates.register(Switches)
-def _(switches):
-    return 0.0, 0.0
+def _(switches, hoist):
+    return (0.0, *drum_modes(hoist, 0.0), 0.0)
+
+
+@generic
+def drum_modes(hoist, rate):
+    """Return the mode of the hoist at this rate as a tuple, empty for one without friction."""
+    return ()
+
+
+@drum_modes.register(ForceHoist)
+def _(hoist, rate):
+    return drum_modes(hoist.friction, rate)
+
+
+@drum_modes.register(Friction)
+def _(hoist, rate):
+    return (np.sign(rate),)
 
 
 @system.rhs.register(RodCrane)
@@ -195,7 +216,7 @@ def _(p, t, x, u):
     swing = solve_swing(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, swing.paid)
     power = meter_entry(p.energy_meter, supplied_power(p, x, tau, swing))
-    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches))
+    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches, p.hoist))
 
 
 @kernel
@@ -218,19 +239,19 @@ def _(hoist, x, i):
 
 
 @generic
-def initial_modes(switches, t, v):
-    """Return the modes that a crane with trolley velocity v starts in at time t."""
+def initial_modes(switches, hoist, t, v):
+    """Return the modes that a crane with joint velocities v starts in at time t."""
     return ()
 
 
 @initial_modes.register(Switches)
-def _(switches, t, v):
-    return np.sign(v), changes_before(switches, t)
+def _(switches, hoist, t, v):
+    return (np.sign(v[0]), *drum_modes(hoist, v[1]), changes_before(switches, t))
 
 
 @system.state.register(RodCrane)
 def _(p, t, q, v):
-    known = initial_modes(p.switches, t, v[0])
+    known = initial_modes(p.switches, p.hoist, t, v)
     return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.energy_meter, 0.0), *known)
 
 
@@ -301,12 +322,13 @@ def _(p, t, x, u, work):
     nq, _, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     taut = p.switches.taut > 0.0
-    forces = taut or (has_friction(p.trolley) and x[modes] == 0.0)
+    forces = taut or (has_friction(p.trolley) and x[modes] == 0.0) or hoist_sticks(p.hoist, x)
     tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     best = hoist_guard(p.switches, best, hoisted_rod(p.hoist, p.cable, x)[0])
-    best = payload_guard(p.switches, best, t, x[modes + 1])
+    best = hoist_friction_guard(p.hoist, best, x, nq + 1, tau, tension)
+    best = payload_guard(p.switches, best, t, x[len(x) - 1])
     value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if taut else best
     return value, number, int(forces)
 
@@ -324,16 +346,25 @@ def total_energy(p, x):
     return system.kinetic(p, x) + system.potential(p, x)
 
 
+@kernel
+def mode_of_stopped_joint(p, joint, mode, tau, swing):
+    """Return the new mode of trolley or hoist, at rest at this Swing, after its guard has failed in `mode`."""
+    if joint == HOIST:
+        return mode_of_stopped_hoist(p.hoist, mode, tau, swing.tension)
+    return mode_after_stop(p.trolley, mode, tau, 0, swing.pull)
+
+
 @switch.register(RodCrane)
 def _(p, t, x, tau, number):
     nq, _, modes = layout_of(p)
-    kind, _, _ = decode(number)
+    kind, joint, _ = decode(number)
     if kind == Guard.PAYLOAD:
-        after = replace_entry(x, modes + 1, x[modes + 1] + 1.0)
+        after = replace_entry(x, len(x) - 1, x[len(x) - 1] + 1.0)
         gained = total_energy(p, after) - total_energy(p, x)  # the payload takes its energy along
         return replace_entry(after, modes - 1, x[modes - 1] + gained), number, True
     if kind == Guard.FRICTION:
-        still = replace_entry(replace_entry(x, nq, 0.0 if x[modes] != 0.0 else x[nq]), modes, 0.0)
-        mode = mode_after_stop(p.trolley, x[modes], tau, 0, solve_swing(p, t, still, tau).pull)
-        return replace_entry(still, modes, mode), friction_event(0, mode), True
+        rate, at = (nq + 1, len(x) - 2) if joint == HOIST else (nq, modes)
+        still = replace_entry(replace_entry(x, rate, 0.0 if x[at] != 0.0 else x[rate]), at, 0.0)
+        mode = mode_of_stopped_joint(p, joint, x[at], tau, solve_swing(p, t, still, tau))
+        return replace_entry(still, at, mode), friction_event(joint, mode), True
     return x, number, False

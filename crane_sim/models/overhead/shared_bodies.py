@@ -6,17 +6,18 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
-from crane_sim.models.guards import TAUT, Guard, decode
+from crane_sim.models.guards import TAUT, Guard, decode, friction_event
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.double import DoubleCrane
 from crane_sim.models.overhead.elastic import ElasticCrane, dimensions
-from crane_sim.models.overhead.modes import describe_switch, friction_event, switching_of
+from crane_sim.models.overhead.modes import describe_switch, switching_of
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
-from crane_sim.models.supports.hoist import PrescribedHoist, limit_hoist
+from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.hoist import HOIST, PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
 
 
@@ -140,7 +141,8 @@ def _(p):
 @system.switching.register(RodCrane)
 @system.switching.register(PlanarCrane)
 def _(p):
-    return switching_of(p.switches, has_friction(p.trolley), layout_of(p)[0])
+    rubs, retake = has_friction(p.trolley) or has_friction(p.hoist), either(retake_of(p.trolley), retake_of(p.hoist))
+    return switching_of(p.switches, rubs, layout_of(p)[0], retake)
 
 
 @system.guard.register(PlanarCrane)
@@ -161,7 +163,7 @@ def _(p, t, x, u, number):
 @switch.register(PlanarCrane)
 @switch.register(SpatialCrane)
 def _(p, t, x, tau, number):
-    nq, _, modes = layout_of(p)
+    nq, first, modes = layout_of(p)
     kind, axis, _ = decode(number)
     x = x.copy()
     if kind == Guard.PAYLOAD:
@@ -170,10 +172,11 @@ def _(p, t, x, tau, number):
         x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along
         return x, number, True
     if kind == Guard.FRICTION:
-        failed = x[modes + axis]
-        x[nq + axis], x[modes + axis] = (0.0 if failed != 0.0 else x[nq + axis]), 0.0
-        x[modes + axis] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
-        return x, friction_event(axis, x[modes + axis]), True
+        rate, mode = (nq + first - 1, len(x) - 2) if axis == HOIST else (nq + axis, modes + axis)
+        failed = x[mode]
+        x[rate], x[mode] = (0.0 if failed != 0.0 else x[rate]), 0.0
+        x[mode] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
+        return x, friction_event(axis, x[mode]), True
     return x, number, False
 
 
@@ -207,10 +210,9 @@ def _(p, held):
 
 
 def works_between_samples(p: Any) -> bool:
-    """Return whether work is done besides that of held efforts at samples: by motions, friction, forces, the base."""
+    """Return whether work is done besides that of held efforts at samples: by motions, friction, forces, base, wind."""
     parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
-    return (
-        imposed or rubs or any(getattr(p, name, None) is not None for name in ("joints", "forces", "switches", "base"))
-    )
+    others = ("joints", "forces", "switches", "base", "wind")
+    return imposed or rubs or any(getattr(p, name, None) is not None for name in others)

@@ -37,7 +37,20 @@ from crane_sim.models.overhead.modes import (
     switching_of,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_reflected_mass, hoist_response
+from crane_sim.models.overhead.payload_wind import add_nodes_wind
+from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.hoist import (
+    HOIST,
+    Hoist,
+    hoist_coordinates,
+    hoist_friction_guard,
+    hoist_modes,
+    hoist_power,
+    hoist_reflected_mass,
+    hoist_response,
+    hoist_sticks,
+    mode_of_stopped_hoist,
+)
 from crane_sim.models.supports.rails import (
     Axis,
     axis_guard,
@@ -48,7 +61,9 @@ from crane_sim.models.supports.rails import (
     input_count,
     mode_after_stop,
 )
+from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.trajectories.wind import Wind
 
 
 class SpatialCrane(NamedTuple):
@@ -63,6 +78,8 @@ class SpatialCrane(NamedTuple):
     switches: Switches | None = None
     energy_meter: Meter | None = None
     base: Moving | None = None
+    wind: Wind | None = None
+    windage: Windage | None = None  # of the payload
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
 
@@ -81,7 +98,7 @@ class Solved(NamedTuple):
     top: UpperEnd
     pull: tuple[float, float]  # N, of the cable and of a moving base on trolley and bridge
     axes: tuple[float, float]  # m/s², of trolley and bridge
-    base_power: float  # W, that the moving base supplies
+    outside_power: float  # W, that the moving base and the wind supply
 
 
 @layout_of.register(SpatialCrane)
@@ -146,7 +163,7 @@ def fill_links(p, x, links):
 @lean_routine
 def forward_dynamics(p, t, x, tau, work):
     """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in work."""
-    nq, _, modes = layout_of(p)
+    nq, first, modes = layout_of(p)
     links, acc, tension, ratio = work
     fill_links(p, x, links)
     rate, position, velocity = hoisted_link(p.hoist, p.cable, x, nq)[1], (x[0], x[1]), (x[nq], x[nq + 1])
@@ -159,14 +176,15 @@ def forward_dynamics(p, t, x, tau, work):
     )
     base = base_kinematics_at(p.base, p.gravity, t)
     load = axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
-    power = add_nodes_load(base, links, position, velocity, rate, acc)
+    power = load.power + add_nodes_load(base, links, position, velocity, rate, acc)
+    power = power + add_nodes_wind(p.wind, p, base, t, links, (position, velocity, rate), acc)
     acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
-    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau)
+    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
     top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
     axes = acc[0, 0] + inv_mass_x * x_pull, acc[0, 1] + inv_mass_y * y_pull
-    return Solved(top, (x_pull + load.x, y_pull + load.y), axes, load.power + power)
+    return Solved(top, (x_pull + load.x, y_pull + load.y), axes, power)
 
 
 @system.rhs_into.register(SpatialCrane)
@@ -203,7 +221,7 @@ def chain_power(p, t, x, tau, solved, work):
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull[0])
     power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], solved.pull[1])
     power += hoist_power(p.hoist, tau, rate, work.tension[0])
-    return power + solved.base_power + node_forces_power(p.forces, p, t, x, work.links, rate)
+    return power + solved.outside_power + node_forces_power(p.forces, p, t, x, work.links, rate)
 
 
 @generic
@@ -221,11 +239,13 @@ def _(forces, p, t, x, links, rate):
 @system.state.register(SpatialCrane)
 def _(p, t, q, v):
     nq, _, modes = layout_of(p)
-    x = np.zeros(modes + mode_count(p.switches, 2))
+    x = np.zeros(modes + mode_count(p.switches, 2 + hoist_modes(p.hoist)))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
         x[modes], x[modes + 1], x[len(x) - 1] = np.sign(v[0]), np.sign(v[1]), changes_before(p.switches, t)
+        if hoist_modes(p.hoist):
+            x[len(x) - 2] = np.sign(v[2])
     return x
 
 
@@ -278,20 +298,23 @@ def write_positions(p, x, out):
 
 @system.switching.register(SpatialCrane)
 def _(p):
-    return switching_of(p.switches, has_friction(p.trolley) or has_friction(p.bridge), layout_of(p)[0])
+    rubs = has_friction(p.trolley) or has_friction(p.bridge) or has_friction(p.hoist)
+    retake = either(either(retake_of(p.trolley), retake_of(p.bridge)), retake_of(p.hoist))
+    return switching_of(p.switches, rubs, layout_of(p)[0], retake)
 
 
 @smallest_guard.register(SpatialCrane)
 def _(p, t, x, tau, work):
-    nq, _, modes = layout_of(p)
+    nq, first, modes = layout_of(p)
     sticks = (has_friction(p.trolley) and x[modes] == 0.0) or (has_friction(p.bridge) and x[modes + 1] == 0.0)
-    forces = sticks or p.switches.taut > 0.0
+    forces = sticks or hoist_sticks(p.hoist, x) or p.switches.taut > 0.0
     pull = forward_dynamics(p, t, x, tau, work).pull if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull[0]), encode(Guard.FRICTION, 0))
     bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), pull[1])
     best = limits_guard(p.switches, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 0, x[0])
     best = limits_guard(p.switches, best, 1, x[1])
     best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
+    best = hoist_friction_guard(p.hoist, best, x, nq + first - 1, tau, work.tension[0])
     best = payload_guard(p.switches, best, t, x[len(x) - 1])
     value, number = slack_guard(p.switches, best, work.tension, len(work.tension))
     return value, number, int(forces)
@@ -299,7 +322,10 @@ def _(p, t, x, tau, work):
 
 @mode_of_stopped_axis.register(SpatialCrane)
 def _(p, t, x, tau, axis, mode):
-    pull = forward_dynamics(p, t, x, tau, system.workspace(p)).pull
+    work = system.workspace(p)
+    pull = forward_dynamics(p, t, x, tau, work).pull
+    if axis == HOIST:
+        return mode_of_stopped_hoist(p.hoist, mode, tau, work.tension[0])
     if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
         return mode_after_stop(p.trolley, mode, tau, 0, pull[0])
     return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), pull[1])

@@ -1,6 +1,7 @@
 """A crane: support x cable x payload and their effects, put together.
 
-State x = (support state, payload state), and a third float, the energy supplied [J], when the crane is metered.
+State x = (support state, payload state), then the energy supplied [J] when the crane is metered, then four floats of
+the joints' friction where there is some.
 
 Outputs: joint coordinates, energies, accelerations, points in the world.
 """
@@ -47,6 +48,14 @@ from crane_sim.models.moving_base import (
     turned_about_z,
 )
 from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
+from crane_sim.models.single_rope.joint_friction import (
+    Contacts,
+    add_joint_friction,
+    append_contact_rates,
+    append_contacts,
+    hold_joints,
+    keep_contacts,
+)
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports import (
     actuated_joints,
@@ -65,13 +74,16 @@ from crane_sim.models.supports import (
     support_potential,
     tip_acceleration,
     with_base,
+    with_wind,
     yaw,
 )
 from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel
 from crane_sim.trajectories.base_motion import Base, SplineBase
 from crane_sim.trajectories.inputs import value_at
+from crane_sim.trajectories.wind import Wind
 
 SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
 
@@ -89,6 +101,8 @@ class Crane(NamedTuple):
     base: Base | SplineBase | None = None
     force: PayloadForce | None = None
     stops: Stops | None = None
+    wind: Wind | None = None
+    friction: Contacts | None = None
 
 
 class Motion(NamedTuple):
@@ -100,6 +114,7 @@ class Motion(NamedTuple):
     payload_acceleration: tuple[float, float, float]  # second rates of change of the payload's coordinates
     tension: float
     tip_force: tuple[float, float, float]  # N, of rope and swing joints on the tip
+    efforts: Any  # on the joints (nu,): of drives, base, friction of joints and of the swing
 
 
 @generic
@@ -159,15 +174,19 @@ def base_of(p, t, xs):
 
 
 @kernel
-def solve_motion(p, t, xs, xc, tau):
-    """Return the Motion of crane p at time t and its state under joint efforts tau."""
-    pose = forward_kinematics(p.support, xs)
+def solve_motion(p, t, x, tau):
+    """Return the Motion of crane p at time t in state x under joint efforts tau."""
+    xs, xc = x[0], x[1]
+    pose = hold_joints(p.friction, forward_kinematics(p.support, xs), x)
     rope_state = rope_kinematics(pose, xc)
     position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
     base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
     force = add_imposed(base, p.load.mass, (0.0, 0.0, -p.load.mass * p.gravity), position, moving)
-    force = add_payload_force(p.force, add_drag(p.drag, force, airspeed(base, position, moving)), p, t, xs)
-    tau = with_base(p.support, tau, base, pose)
+    flow, air = airflow_at(p.wind, p.base, t, yaw(p.support, xs)), airspeed(base, position, moving)
+    force = add_payload_force(p.force, add_drag(p.drag, force, air), p, t, xs)
+    force = add_wind(flow, p.load.windage, force, position, air)
+    tau = with_wind(p.support, with_base(p.support, tau, base, pose), flow, base, pose)
+    tau = add_joint_friction(p.friction, tau, rope_state, x)
     force, reaction, tau = add_swing_friction(p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support)
     tension = rope_tension(p.cable, p, pose, rope_state, tau, force, reaction)
     nx, ny, nz = tension * rope_state.n[0], tension * rope_state.n[1], tension * rope_state.n[2]
@@ -176,39 +195,45 @@ def solve_motion(p, t, xs, xc, tau):
     _, w_dot = tip_acceleration(p.support, pose, qdd)
     inverse = 1.0 / p.load.mass
     inertial = ((force[0] - nx) * inverse, (force[1] - ny) * inverse, (force[2] - nz) * inverse)
-    return Motion(pose, rope_state, qdd, frame_acceleration(inertial, position, velocity, w, w_dot), tension, tip)
+    payload_acceleration = frame_acceleration(inertial, position, velocity, w, w_dot)
+    return Motion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau)
 
 
 @system.rhs.register(Crane)
 def _(p, t, x, u):
     xs, xc = x[0], x[1]
-    motion = solve_motion(p, t, xs, xc, system.effort(u, p, t, x))
-    return append_power(
-        p.energy_meter, ((*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)), p, t, x, u
-    )
+    motion = solve_motion(p, t, x, system.effort(u, p, t, x))
+    derivative = (*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)
+    derivative = append_power(p.energy_meter, derivative, p, t, x, u)
+    return append_contact_rates(p.friction, derivative, x, motion.rope_state.rate)
 
 
 @system.power.register(Crane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    motion = solve_motion(p, t, x[0], x[1], tau)
+    motion = solve_motion(p, t, x, tau)
+    tau = add_joint_friction(p.friction, tau, motion.rope_state, x)
     position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], motion.pose.yaw_rate), base_of(p, t, x[0])
-    force = add_drag(p.drag, (0.0, 0.0, 0.0), airspeed(base, position, moving))
-    force = add_payload_force(p.force, force, p, t, x[0])
+    flow, air = airflow_at(p.wind, p.base, t, yaw(p.support, x[0])), airspeed(base, position, moving)
+    force = add_payload_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p, t, x[0])
+    force = add_wind(flow, p.load.windage, force, position, air)
     (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
-    joints = drive_power(p.support, with_base(p.support, tau, base, motion.pose), motion.pose, motion.tip_force)
+    driven = with_wind(p.support, with_base(p.support, tau, base, motion.pose), flow, base, motion.pose)
+    joints = drive_power(p.support, driven, motion.pose, motion.tip_force)
     joints = joints + winch_power(p.cable, tau, motion.rope_state, motion.tension)
     return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, motion.rope_state)
 
 
 @system.project.register(Crane)
 def _(p, x):
-    return metered_like(p.energy_meter, x, (x[0], project_to_rope(p.cable, forward_kinematics(p.support, x[0]), x[1])))
+    pose = forward_kinematics(p.support, x[0])
+    projected = metered_like(p.energy_meter, x, (x[0], project_to_rope(p.cable, pose, x[1])))
+    return keep_contacts(p.friction, x, projected, rope_kinematics(pose, x[1]))
 
 
 @system.tensions.register(Crane)
 def _(p, t, x, u, rows, i, first):
-    rows[i, first] = solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+    rows[i, first] = solve_motion(p, t, x, system.effort(u, p, t, x)).tension
 
 
 @system.saturate.register(Crane)
@@ -233,12 +258,12 @@ def _(p, row):
 
 @system.state.register(Crane)
 def _(p, t, q, v):
-    return metered_state(p.energy_meter, state_from_joints(p.support, p, q, v))
+    return append_contacts(p.friction, metered_state(p.energy_meter, state_from_joints(p.support, p, q, v)), v)
 
 
 @system.acceleration.register(Crane)
 def _(p, t, x, u):
-    return joint_accelerations(p.support, p, solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)))
+    return joint_accelerations(p.support, p, solve_motion(p, t, x, system.effort(u, p, t, x)))
 
 
 @system.kinetic.register(Crane)
@@ -295,7 +320,7 @@ def _(p, t, x, out):
 
 @system.with_meter.register(Crane)
 def _(p, held):
-    lossy = p.swing_friction is not None or p.drag is not None or p.force is not None
+    lossy = any(part is not None for part in (p.swing_friction, p.drag, p.force, p.wind, p.friction))
     imposed = isinstance(p.cable, RateRope) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 

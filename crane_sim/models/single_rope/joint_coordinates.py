@@ -17,6 +17,7 @@ from crane_sim.models.supports import (
 )
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.numerics.jit import generic, kernel
 
 POLE = 1e-9
@@ -24,6 +25,7 @@ POLE = 1e-9
 
 
 @joint_coordinates.register(Knuckle)
+@joint_coordinates.register(TelescopicBoom)
 def _(support, p, x):
     xs, xc = x[0], x[1]
     rope_state = rope_kinematics(forward_kinematics(p.support, xs), xc)
@@ -44,6 +46,7 @@ def _(rope, rope_state):
 
 
 @actuated_joints.register(Knuckle)
+@actuated_joints.register(TelescopicBoom)
 def _(support, p, x):
     q, v = winch_joint(p.cable, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
     return (*x[0][:3], *q), (*x[0][3:], *v)
@@ -61,11 +64,13 @@ def _(rope, row):
 
 
 @efforts_from_row.register(Knuckle)
+@efforts_from_row.register(TelescopicBoom)
 def _(support, p, row):
     return (row[0], row[1], row[2], *winch_effort(p.cable, row))
 
 
 @state_from_joints.register(Knuckle)
+@state_from_joints.register(TelescopicBoom)
 def _(support, p, q, v):
     d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
     rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
@@ -81,6 +86,7 @@ def _(support, p, q, v):
 
 
 @joint_accelerations.register(Knuckle)
+@joint_accelerations.register(TelescopicBoom)
 def _(support, p, motion):
     rope_state = motion.rope_state
     tip, _ = tip_acceleration(p.support, motion.pose, motion.support_acceleration)

@@ -1,17 +1,43 @@
-"""Terminal guards of a crane with one rope: functions of positions alone, unless the rope must stay taut."""
+"""Guards of a crane with one rope: of positions alone, unless the rope must stay taut or joints stick and slip."""
 
 from crane_sim import system
 from crane_sim.models.cables.rope import rope_kinematics
-from crane_sim.models.guards import LOWER, UPPER, Guard, encode, smaller_guard
+from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.single_rope.crane import Crane, solve_motion
-from crane_sim.models.stops import Stops, describe_stop, switching_of
+from crane_sim.models.single_rope.joint_friction import (
+    Contacts,
+    after_guard,
+    any_held,
+    at_rest,
+    friction_guards,
+    loads_of,
+    with_contact,
+)
+from crane_sim.models.stops import Stops, describe_stop, length_guard, switching_of
 from crane_sim.models.supports import forward_kinematics, support_guard
-from crane_sim.numerics.jit import lean_routine
+from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.numerics.jit import generic, lean_generic, lean_routine
+from crane_sim.system import Switching
+
+POSITIONS = 6  # of support and payload
+NO_LOADS = (0.0, 0.0, 0.0, 0.0)
 
 
 @system.switching.register(Crane)
 def _(p):
-    return switching_of(p.stops)
+    return friction_switching(p.friction, p.stops)
+
+
+@generic
+def friction_switching(friction, stops):
+    """Return the result of `system.switching` for a crane with this friction of its joints."""
+    return switching_of(stops, POSITIONS)
+
+
+@friction_switching.register(Contacts)
+def _(friction, stops):
+    turning = either(either(retake_of(friction.slew), retake_of(friction.boom)), retake_of(friction.jib))
+    return Switching(1000, 0, either(turning, retake_of(friction.rope)))
 
 
 @system.guard.register(Crane)
@@ -22,22 +48,48 @@ def _(p, t, x, u, work):
 @lean_routine
 def smallest_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
-    stops, forces = p.stops, p.stops.taut > 0.0
+    stops, taut = p.stops, p.stops.taut > 0.0
+    forces = taut or any_held(p.friction, x)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
-    margin = rope_state.length + stops.lead * min(rope_state.rate, 0.0) - stops.shortest
-    best = margin, encode(Guard.LENGTH, LOWER)
-    best = smaller_guard(best, stops.longest - rope_state.length, encode(Guard.LENGTH, UPPER))
-    best = support_guard(p.support, best, x[0])
-    if forces:
-        tension = solve_motion(p, t, x[0], x[1], system.effort(u, p, t, x)).tension
+    best = support_guard(p.support, length_guard(stops, rope_state.length, rope_state.rate), x[0])
+    tension, loads = contact_forces(p.friction, p, t, x, u) if forces else (0.0, NO_LOADS)
+    if taut:
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))
-    value, number = best
+    value, number = friction_guards(p.friction, best, x, rope_state.rate, loads)
     return value, number, int(forces)
+
+
+@lean_generic
+def contact_forces(friction, p, t, x, u):
+    """Return (tension [N], loads of `joint_friction.loads_of`, zeros of a crane without friction of its joints)."""
+    return solve_motion(p, t, x, system.effort(u, p, t, x)).tension, NO_LOADS
+
+
+@contact_forces.register(Contacts)
+def _(friction, p, t, x, u):
+    motion = solve_motion(p, t, x, system.effort(u, p, t, x))
+    return motion.tension, loads_of(p, motion)
 
 
 @system.apply_reset_map.register(Crane)
 def _(p, t, x, u, number):
+    return switch_joint(p.friction, p, t, x, u, number)
+
+
+@generic
+def switch_joint(friction, p, t, x, u, number):
+    """Return the result of `system.apply_reset_map` for a crane with this friction of its joints."""
     return x, number, False
+
+
+@switch_joint.register(Contacts)
+def _(friction, p, t, x, u, number):
+    kind, joint, _ = decode(number)
+    if kind != Guard.FRICTION:
+        return x, number, False
+    still = at_rest(x, joint, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
+    loads = loads_of(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
+    return (*with_contact(still, joint, after_guard(friction, joint, x[-1][joint], loads)), True)
 
 
 @system.describe_event.register(Crane)

@@ -1,6 +1,6 @@
 """Supports, which carry the upper end of the rope, one file each; here the functions that every support registers.
 
-A support registers all of `MANDATORY`, those of them that are coordinates of the whole crane in
+A support registers all of `MANDATORY`; one that `single_rope` puts together with a rope also `SINGLE_ROPE`, in
 `single_rope.joint_coordinates`. Everything else has a default, which its docstring says.
 
 A support works in a frame of its own: origin at its base, z up, turned about z by its yaw angle (a trolley's is 0).
@@ -8,7 +8,10 @@ Its state is a tuple (positions..., velocities...). All vectors below are in tha
 change of the tip's coordinates in it.
 """
 
-from crane_sim.numerics.jit import generic
+from crane_sim.models.moving_base import BaseKinematics
+from crane_sim.numerics.jit import generic, kernel
+
+_COORDINATES = 3  # of most supports
 
 
 @generic
@@ -20,6 +23,15 @@ def forward_kinematics(support, xs):
 @generic
 def support_acceleration(support, pose, gravity, tau, force):
     """Return the joint accelerations under joint efforts tau and a force (3,) [N] on the tip."""
+    raise NotImplementedError
+
+
+@generic
+def joint_loads(support, pose, gravity, tau, force, qdd):
+    """Return the efforts that the joints that friction holds are held against; arguments of `support_acceleration`.
+
+    qdd are its accelerations; the numbers of joints that move mean nothing.
+    """
     raise NotImplementedError
 
 
@@ -41,12 +53,39 @@ def add_yaw_moment(support, tau, couple):
     raise NotImplementedError
 
 
-@generic
+@kernel
 def with_base(support, tau, base, pose):
     """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
 
     `base` is that of `crane_sim.models.moving_base.base_kinematics_at`, in the axes of the support's frame. A support
     without masses, and a base that rests, leave tau as it is.
+    """
+    return add_base_efforts(base, support, tau, pose)
+
+
+@generic
+def add_base_efforts(base, support, tau, pose):
+    """Return the result of `with_base`: tau itself for a base at rest."""
+    return tau
+
+
+@add_base_efforts.register(BaseKinematics)
+def _(base, support, tau, pose):
+    return add_imposed_efforts(support, base, tau, pose)
+
+
+@generic
+def add_imposed_efforts(support, base, tau, pose):
+    """Return the joint efforts tau plus those of the inertial forces of a moving base on the support's masses."""
+    return tau
+
+
+@generic
+def with_wind(support, tau, flow, base, pose):
+    """Return the joint efforts tau plus those of the wind on the support's own bodies.
+
+    `flow` is that of `crane_sim.models.wind_load.airflow_at`, None without wind, and `base` as in `with_base`, both in
+    the axes of the support's frame. A support without windage leaves tau as it is.
     """
     return tau
 
@@ -89,6 +128,12 @@ def support_base_energy(support, base, pose, gravity):
     masses has none.
     """
     return 0.0, 0.0
+
+
+@generic
+def coordinate_count(support):
+    """Return the number of the support's coordinates, 3 by default."""
+    return _COORDINATES
 
 
 @generic
@@ -136,6 +181,7 @@ def efforts_from_row(support, p, row):
 MANDATORY = (
     *(forward_kinematics, support_acceleration, tip_acceleration, tip_mobility, add_yaw_moment, drive_power, yaw),
     *(support_polyline, support_polyline_size, support_kinetic, support_potential),
-    *(joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row),
 )
 """Functions that every support registers."""
+SINGLE_ROPE = joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row
+"""Functions of `single_rope`, all registered or none: a support without them carries a `suspended` cable."""

@@ -3,8 +3,20 @@
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
-from crane_sim.numerics.jit import generic, kernel, lean_generic
+from crane_sim.models.guards import Guard, encode, smaller_guard
+from crane_sim.models.supports.friction import (
+    Friction,
+    breakaway_mode,
+    friction_force,
+    friction_guard,
+    friction_response,
+    has_friction,
+    retake_of,
+)
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
+
+HOIST = 2  # index of the hoist among the joints that friction can hold, after trolley and bridge
 
 
 class PrescribedHoist(NamedTuple):
@@ -18,6 +30,7 @@ class ForceHoist(NamedTuple):
 
     reflected_mass: Positive  # kg, drum inertia over radius squared
     push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
+    friction: Friction | None = None  # N, of the drum, in terms of the rope
 
 
 class MasslessHoist(NamedTuple):
@@ -26,7 +39,13 @@ class MasslessHoist(NamedTuple):
     push: float = 0.0  # see `ForceHoist`
 
 
-Hoist = PrescribedHoist | ForceHoist | MasslessHoist
+class RateHoist(NamedTuple):
+    """A winch that imposes motion: its input is the length's acceleration, or its rate when it has a time constant."""
+
+    time_constant: Positive | None = None  # s
+
+
+Hoist = PrescribedHoist | ForceHoist | MasslessHoist | RateHoist
 
 
 @lean_generic
@@ -41,23 +60,134 @@ def _(hoist):
 
 
 @lean_generic
-def hoist_response(hoist, t, tau):
-    """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; of a massless winch (-1, tension [N])."""
+def hoist_response(hoist, t, tau, x, i):
+    """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; of a massless winch (-1, tension [N]).
+
+    Args:
+        hoist: its parameters.
+        t: time [s].
+        tau: efforts of all joints, the hoist's own the last one [N].
+        x, i: state, and the index of the length's rate in it.
+    """
     return 0.0, 0.0
 
 
 @hoist_response.register(PrescribedHoist)
-def _(hoist, t, tau):
+def _(hoist, t, tau, x, i):
     return 0.0, evaluate_motion(hoist.profile, t)[2]
 
 
 @hoist_response.register(ForceHoist)
-def _(hoist, t, tau):
-    return 1.0 / hoist.reflected_mass, tau[len(tau) - 1] / hoist.reflected_mass
+def _(hoist, t, tau, x, i):
+    return drum_response(hoist.friction, hoist.reflected_mass, tau[len(tau) - 1], x, i)
+
+
+@hoist_response.register(RateHoist)
+def _(hoist, t, tau, x, i):
+    return 0.0, winch_acceleration(hoist.time_constant, x[i], tau[len(tau) - 1])
+
+
+@lean_generic
+def winch_acceleration(time_constant, rate, u):
+    """Return the acceleration [m/s²] of the length that a winch imposes at input u."""
+    return u
+
+
+@winch_acceleration.register(float)
+def _(time_constant, rate, u):
+    return (u - rate) / time_constant
+
+
+@lean_generic
+def drum_response(friction, mass, force, x, i):
+    """Return the result of `hoist_response` for a drum under a force."""
+    return 1.0 / mass, force / mass
+
+
+@drum_response.register(Friction)
+def _(friction, mass, force, x, i):
+    return friction_response(friction, mass, force, x[i], hoist_mode(x))
+
+
+@lean_kernel
+def hoist_mode(x):
+    """Return the mode of the hoist's friction in state x: it stands before the number of payload changes."""
+    return x[len(x) - 2]
+
+
+@lean_generic
+def hoist_modes(hoist):
+    """Return the number of modes of the hoist: one where it has friction."""
+    return 0
+
+
+@hoist_modes.register(ForceHoist)
+def _(hoist):
+    return 1 if has_friction(hoist.friction) else 0
+
+
+@lean_generic
+def hoist_sticks(hoist, x):
+    """Return whether friction holds the hoist in state x."""
+    return False
+
+
+@hoist_sticks.register(ForceHoist)
+def _(hoist, x):
+    return drum_sticks(hoist.friction, x)
+
+
+@lean_generic
+def drum_sticks(friction, x):
+    """Return the result of `hoist_sticks` for a drum with this friction."""
+    return False
+
+
+@drum_sticks.register(Friction)
+def _(friction, x):
+    return hoist_mode(x) == 0.0
+
+
+@lean_generic
+def hoist_friction_guard(hoist, best, x, i, tau, tension):
+    """Return the smallest guard, that of the hoist's friction counted in, at the tension [N] of the first link."""
+    return best
+
+
+@hoist_friction_guard.register(ForceHoist)
+def _(hoist, best, x, i, tau, tension):
+    return drum_guard(hoist.friction, best, x, i, tau[len(tau) - 1] + tension)
+
+
+@lean_generic
+def drum_guard(friction, best, x, i, force):
+    """Return the result of `hoist_friction_guard` for a drum that `force` [N] would turn."""
+    return best
+
+
+@drum_guard.register(Friction)
+def _(friction, best, x, i, force):
+    return smaller_guard(best, friction_guard(friction, x[i], hoist_mode(x), force), encode(Guard.FRICTION, HOIST))
+
+
+@lean_generic
+def mode_of_stopped_hoist(hoist, mode, tau, tension):
+    """Return the mode of a hoist at rest after its guard has failed in `mode`, see `breakaway_mode`."""
+    return 0.0
+
+
+@mode_of_stopped_hoist.register(ForceHoist)
+def _(hoist, mode, tau, tension):
+    return breakaway_mode(hoist.friction, mode, tau[len(tau) - 1] + tension)
+
+
+@retake_of.register(ForceHoist)
+def _(part):
+    return retake_of(part.friction)
 
 
 @hoist_response.register(MasslessHoist)
-def _(hoist, t, tau):
+def _(hoist, t, tau, x, i):
     return -1.0, -tau[len(tau) - 1]
 
 
@@ -80,7 +210,7 @@ def hoist_power(hoist, tau, rate, tension):
 
 @hoist_power.register(ForceHoist)
 def _(hoist, tau, rate, tension):
-    return tau[len(tau) - 1] * rate
+    return (tau[len(tau) - 1] - friction_force(hoist.friction, rate)) * rate
 
 
 @generic

@@ -19,7 +19,7 @@ in addition to that at w = w' = 0.
 """
 
 from math import cos, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.files.types import AngleRange, NonNegative, Positive
 from crane_sim.models.effects import (
@@ -31,11 +31,13 @@ from crane_sim.models.effects import (
     add_spring_energy,
 )
 from crane_sim.models.guards import Guard, encode, travel_guard
-from crane_sim.models.moving_base import BaseKinematics, added_energy, added_spin, cross, dot, imposed_acceleration
+from crane_sim.models.moving_base import added_energy, added_spin, cross, dot, imposed_acceleration
 from crane_sim.models.supports import (
+    add_imposed_efforts,
     add_yaw_moment,
     drive_power,
     forward_kinematics,
+    joint_loads,
     support_acceleration,
     support_base_energy,
     support_guard,
@@ -45,9 +47,9 @@ from crane_sim.models.supports import (
     support_potential,
     tip_acceleration,
     tip_mobility,
-    with_base,
     yaw,
 )
+from crane_sim.models.wind_load import RodWindage
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine
 
@@ -61,6 +63,7 @@ class Rod(NamedTuple):
     axial_inertia: NonNegative | None = None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
     # does not turn with the slew
     limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
+    windage: RodWindage | None = None  # what it opposes to the `wind`; left out: none presses on it
 
 
 class Tower(NamedTuple):
@@ -78,6 +81,7 @@ class Knuckle(NamedTuple):
     tower: Tower
     boom_spring: BoomSpring | None = None
     jib_spring: JibSpring | None = None
+    motors: tuple[float, float, float] | None = None  # kg m², of the motors of slew, boom and jib, by the ratio squared
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
@@ -100,11 +104,12 @@ class KnucklePosture(NamedTuple):
     sg: float
     c: float  # K3 cos(beta - gamma), inertia coupling of boom and jib
     s: float  # K3 sin(beta - gamma)
-    slew_inertia: float  # kg m²
+    slew_inertia: float  # kg m², motors included
     hb: float  # -½ d(slew inertia)/d beta
     hg: float
     boom_inertia: float  # IB + K1
     jib_inertia: float  # IJ + K2
+    free: Any = None  # (slew, boom, jib), which of them friction does not hold; None: all are free
 
 
 @generic
@@ -118,6 +123,17 @@ def _(axial, inertia, c, s):
     return inertia * c * c + axial * s * s, (inertia - axial) * s * c
 
 
+@generic
+def motor_inertia(motors, inertias):
+    """Return the inertias (slew, boom, jib) with those of the motors added."""
+    return inertias
+
+
+@motor_inertia.register(tuple)
+def _(motors, inertias):
+    return inertias[0] + motors[0], inertias[1] + motors[1], inertias[2] + motors[2]
+
+
 @forward_kinematics.register(Knuckle)
 def _(support, xs):
     _, beta, gamma, yaw_rate, vb, vg = xs
@@ -129,6 +145,8 @@ def _(support, xs):
     p1, p2 = k1 * cb + k3 * cg, k2 * cg + k3 * cb
     boom_turning, boom_slope = turning_inertia(boom.axial_inertia, boom.inertia, cb, sb)
     jib_turning, jib_slope = turning_inertia(jib.axial_inertia, jib.inertia, cg, sg)
+    slew_inertia = support.tower.inertia + cb * p1 + cg * p2 + boom_turning + jib_turning
+    inertias = motor_inertia(support.motors, (slew_inertia, boom.inertia + k1, jib.inertia + k2))
     return KnucklePosture(
         tip=(boom.length * cb + jib.length * cg, 0.0, boom.length * sb + jib.length * sg),
         tip_velocity=(-boom.length * sb * vb - jib.length * sg * vg, 0.0, boom.length * cb * vb + jib.length * cg * vg),
@@ -143,35 +161,73 @@ def _(support, xs):
         sg=sg,
         c=k3 * (cb * cg + sb * sg),
         s=k3 * (sb * cg - cb * sg),
-        slew_inertia=support.tower.inertia + cb * p1 + cg * p2 + boom_turning + jib_turning,
+        slew_inertia=inertias[0],
         hb=sb * p1 + boom_slope,
         hg=sg * p2 + jib_slope,
-        boom_inertia=boom.inertia + k1,
-        jib_inertia=jib.inertia + k2,
+        boom_inertia=inertias[1],
+        jib_inertia=inertias[2],
+        free=None,
     )
+
+
+@lean_generic
+def free_moments(free, moments):
+    """Return the moments (slew, boom, jib) with those on joints that friction holds left out."""
+    return moments
+
+
+@free_moments.register(tuple)
+def _(free, moments):
+    slew, boom, jib = moments
+    return slew if free[0] else 0.0, boom if free[1] else 0.0, jib if free[2] else 0.0
+
+
+@lean_generic
+def free_coupling(free, coupling):
+    """Return the inertia coupling of boom and jib: none where friction holds one of them."""
+    return coupling
+
+
+@free_coupling.register(tuple)
+def _(free, coupling):
+    return coupling if free[1] and free[2] else 0.0
 
 
 @kernel
 def _solve_luff(pose, b2, b3):
     """Solve the 2x2 system of boom and jib."""
-    inverse = 1.0 / (pose.boom_inertia * pose.jib_inertia - pose.c * pose.c)
-    return (pose.jib_inertia * b2 - pose.c * b3) * inverse, (pose.boom_inertia * b3 - pose.c * b2) * inverse
+    c = free_coupling(pose.free, pose.c)
+    inverse = 1.0 / (pose.boom_inertia * pose.jib_inertia - c * c)
+    return (pose.jib_inertia * b2 - c * b3) * inverse, (pose.boom_inertia * b3 - c * b2) * inverse
 
 
-@support_acceleration.register(Knuckle)
-def _(support, pose, gravity, tau, force):
+@kernel
+def _moments(support, pose, gravity, tau, force):
+    """Return the moments [N m] that accelerate slew, boom and jib."""
     boom, jib = support.boom, support.jib
     fr, ft, fz = force
     wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
     u2 = add_spring(support.boom_spring, tau[1], pose.beta)
     u2, u3 = add_jib_spring(support.jib_spring, u2, tau[2], pose.beta, pose.gamma)
-    slew = (tau[0] + pose.tip[0] * ft + 2.0 * wa * (pose.hb * wb + pose.hg * wg)) / pose.slew_inertia
+    slew = tau[0] + pose.tip[0] * ft + 2.0 * wa * (pose.hb * wb + pose.hg * wg)
     b2 = u2 + boom.length * (pose.cb * fz - pose.sb * fr)
     b3 = u3 + jib.length * (pose.cg * fz - pose.sg * fr)
     b2 = b2 - gravity * boom.length * pose.cb * (0.5 * boom.mass + jib.mass) - pose.s * wg * wg - pose.hb * wa * wa
     b3 = b3 - gravity * jib.length * pose.cg * 0.5 * jib.mass + pose.s * wb * wb - pose.hg * wa * wa
+    return slew, b2, b3
+
+
+@support_acceleration.register(Knuckle)
+def _(support, pose, gravity, tau, force):
+    slew, b2, b3 = free_moments(pose.free, _moments(support, pose, gravity, tau, force))
     boom_acc, jib_acc = _solve_luff(pose, b2, b3)
-    return slew, boom_acc, jib_acc
+    return slew / pose.slew_inertia, boom_acc, jib_acc
+
+
+@joint_loads.register(Knuckle)
+def _(support, pose, gravity, tau, force, qdd):
+    slew, b2, b3 = _moments(support, pose, gravity, tau, force)
+    return slew, b2 - pose.c * qdd[2], b3 - pose.c * qdd[1]
 
 
 @tip_acceleration.register(Knuckle)
@@ -185,9 +241,9 @@ def _(support, pose, qdd):
 
 @tip_mobility.register(Knuckle)
 def _(support, pose, n):
-    slew = pose.tip[0] * n[1]
     boom = support.boom.length * (pose.cb * n[2] - pose.sb * n[0])
     jib = support.jib.length * (pose.cg * n[2] - pose.sg * n[0])
+    slew, boom, jib = free_moments(pose.free, (pose.tip[0] * n[1], boom, jib))
     boom_acc, jib_acc = _solve_luff(pose, boom, jib)
     return slew * slew / pose.slew_inertia + boom * boom_acc + jib * jib_acc
 
@@ -232,24 +288,13 @@ def _(support, pose, gravity):
     return add_jib_spring_energy(support.jib_spring, energy, pose.beta, pose.gamma)
 
 
-@with_base.register(Knuckle)
-def _(support, tau, base, pose):
-    return base_efforts(base, support, tau, pose)
-
-
 @drive_power.register(Knuckle)
 def _(support, tau, pose, force):
     return tau[0] * pose.yaw_rate + tau[1] * pose.beta_rate + tau[2] * pose.gamma_rate
 
 
-@generic
-def base_efforts(base, support, tau, pose):
-    """Return the joint efforts tau plus those of the base's inertial forces on tower, boom and jib."""
-    return tau
-
-
-@base_efforts.register(BaseKinematics)
-def _(base, support, tau, pose):
+@add_imposed_efforts.register(Knuckle)
+def _(support, base, tau, pose):
     slew, boom, jib = _efforts(base, support, pose)
     return (tau[0] + slew, tau[1] + boom, tau[2] + jib, *tau[3:])
 
@@ -286,9 +331,14 @@ def mass_load(base, rod, pose, root, root_rate, c, s, rate):
 @lean_kernel
 def middle(rod, pose, root, root_rate, c, s, rate):
     """Return (position [m], velocity [m/s]) of a rod's middle relative to the base (3,); arguments of `mass_load`."""
-    half = 0.5 * rod.length
-    at = (root[0] + half * c, 0.0, root[1] + half * s)
-    return at, (root_rate[0] - half * s * rate, pose.yaw_rate * at[0], root_rate[1] + half * c * rate)
+    return point_of_rod(0.5 * rod.length, pose, root, root_rate, c, s, rate)
+
+
+@lean_kernel
+def point_of_rod(reach, pose, root, root_rate, c, s, rate):
+    """Return (position [m], velocity [m/s]) relative to the base (3,) of a rod's point `reach` [m] from its root."""
+    at = (root[0] + reach * c, 0.0, root[1] + reach * s)
+    return at, (root_rate[0] - reach * s * rate, pose.yaw_rate * at[0], root_rate[1] + reach * c * rate)
 
 
 @lean_kernel

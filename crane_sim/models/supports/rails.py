@@ -6,17 +6,19 @@ its motion is imposed or friction holds it) and its bias acceleration: that when
 
 from typing import NamedTuple
 
-from crane_sim.files.types import NonNegative, Positive
+from crane_sim.files.types import Positive
+from crane_sim.models.supports.friction import (
+    Friction,
+    breakaway_mode,
+    friction_force,
+    friction_guard,
+    friction_response,
+    has_friction,
+    linear_span,
+    retake_of,
+)
 from crane_sim.numerics.jit import lean_generic
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
-
-
-class Friction(NamedTuple):
-    """Dry and viscous friction of wheels on a rail. Stick and slip are modes: nothing smooths the jump between them."""
-
-    coulomb: NonNegative  # N, while it slips
-    static: NonNegative  # N, up to which it sticks; at least the Coulomb force
-    viscous: NonNegative = 0.0  # N s/m, on top while it slips
 
 
 class ForceAxis(NamedTuple):
@@ -75,19 +77,6 @@ def _(axis, t, tau, i, v, mode):
 
 
 @lean_generic
-def friction_response(friction, mass, force, v, mode):
-    """Return (inverse mass, bias acceleration) of a mass on its rail under a force."""
-    return 1.0 / mass, force / mass
-
-
-@friction_response.register(Friction)
-def _(friction, mass, force, v, mode):
-    if mode == 0.0:
-        return 0.0, 0.0
-    return 1.0 / mass, (force - mode * friction.coulomb - friction.viscous * v) / mass
-
-
-@lean_generic
 def axis_mass(axis):
     """Return the mass [kg] that moves with the axis and is modelled: none when its motion is imposed."""
     return 0.0
@@ -109,32 +98,14 @@ def _(axis, tau, i, v, pull):
     return (tau[i] - friction_force(axis.friction, v)) * v
 
 
-@lean_generic
-def friction_force(friction, v):
-    """Return the friction force [N] against a velocity v other than 0."""
-    return 0.0
-
-
-@friction_force.register(Friction)
-def _(friction, v):
-    direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-    return direction * friction.coulomb + friction.viscous * v
-
-
-@lean_generic
-def has_friction(part):
-    """Return whether an axis, or what rubs there, sticks and slips."""
-    return False
-
-
 @has_friction.register(ForceAxis)
 def _(part):
     return has_friction(part.friction)
 
 
-@has_friction.register(Friction)
+@retake_of.register(ForceAxis)
 def _(part):
-    return True
+    return retake_of(part.friction)
 
 
 @lean_generic
@@ -146,17 +117,6 @@ def axis_guard(axis, v, mode, tau, i, pull):
 @axis_guard.register(ForceAxis)
 def _(axis, v, mode, tau, i, pull):
     return friction_guard(axis.friction, v, mode, tau[i] + pull)
-
-
-@lean_generic
-def friction_guard(friction, v, mode, force):
-    """Return the guard of `axis_guard` when `force` [N] would accelerate the axis."""
-    return 1.0
-
-
-@friction_guard.register(Friction)
-def _(friction, v, mode, force):
-    return friction.static - abs(force) if mode == 0.0 else mode * v
 
 
 @lean_generic
@@ -174,13 +134,11 @@ def _(axis, mode, tau, i, pull):
 
 
 @lean_generic
-def breakaway_mode(friction, mode, force):
-    """Return the mode of `mode_after_stop`."""
-    return 0.0
+def axis_linear_span(axis, v, otherwise):
+    """Return the result of `linear_span` for the friction of an axis."""
+    return otherwise
 
 
-@breakaway_mode.register(Friction)
-def _(friction, mode, force):
-    if mode != 0.0 and abs(force) <= friction.static:
-        return 0.0
-    return 1.0 if force > 0.0 else -1.0
+@axis_linear_span.register(ForceAxis)
+def _(axis, v, otherwise):
+    return linear_span(axis.friction, v, otherwise)

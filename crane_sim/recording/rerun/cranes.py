@@ -19,18 +19,22 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 import rerun as rr
 import rerun.urdf  # noqa: F401  (makes rr.urdf available)
+from scipy.spatial.transform import Rotation
 
 from crane_sim.description import gantry
+from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.description.workspace import make_bounding_box
 from crane_sim.recording.camera import TROLLEY, of_room
+from crane_sim.scenes.schema.rigging import ATTITUDE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from crane_sim.description.solids import Shape
     from crane_sim.description.workspace import BoundingBox
+    from crane_sim.models.falls.crane import Falls
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Layout, Numbers, Suspension
 
@@ -144,7 +148,7 @@ class RobotVisual:
         self._joints = {joint.name: joint for joint in tree.joints()}
         rec.send_chunks(tree.stream(include_joint_transforms=False))
         for joint in self._joints.values():
-            if joint.joint_type == "fixed" and layout.stand != joint.child_link:
+            if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT and layout.stand != joint.child_link:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand), static=True)
 
@@ -171,21 +175,47 @@ class RobotVisual:
             joint_value = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
             columns = joint.compute_transform_columns(joint_value.tolist(), clamp=False)
             self._rec.send_columns(f"tf/{joint.name}", time, columns)
-        self._hang(time, nodes[:, self._layout.tip :])
+        if ATTITUDE_JOINT in self._joints:
+            self._turn(time, np.column_stack([values[name] for name in ATTITUDE]))
+        if self._layout.ropes.falls is not None:
+            self._draw_lines(time, *fall_ends(self._layout.ropes.falls, values))
+        else:
+            tip = self._layout.ropes.tip
+            self._draw_lines(time, nodes[:, tip:-1], nodes[:, tip + 1 :])
+
+    def _turn(self, time: list[rr.TimeColumn], attitude: Numbers) -> None:
+        """Turn the payload by quaternions (F, 4), w first, from its axes to those of the base."""
+        joint, frames = self._joints[ATTITUDE_JOINT], len(attitude)
+        columns = rr.Transform3D.columns(
+            quaternion=np.roll(attitude, -1, axis=1),
+            parent_frame=[joint.parent_link] * frames,
+            child_frame=[joint.child_link] * frames,
+        )
+        self._rec.send_columns(f"tf/{ATTITUDE_JOINT}", time, columns)
 
     def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
 
-    def _hang(self, time: list[rr.TimeColumn], nodes: Numbers) -> None:
-        frames, links = nodes.shape[0], nodes.shape[1] - 1
-        start, end = nodes[:, :-1].reshape(-1, 3), nodes[:, 1:].reshape(-1, 3)
+    def _draw_lines(self, time: list[rr.TimeColumn], tops: Numbers, bottoms: Numbers) -> None:
+        """Add rods between points (F, n, 3)."""
+        frames, count = tops.shape[:2]
+        start, end = tops.reshape(-1, 3), bottoms.reshape(-1, 3)
         length = np.linalg.norm(end - start, axis=1)
         columns = rr.InstancePoses3D.columns(
             translations=0.5 * (start + end),
             quaternions=turn_from_z(end - start),
             scales=np.column_stack([np.ones_like(length), np.ones_like(length), length]),
         )
-        self._rec.send_columns("rope", time, columns.partition([links] * frames))
+        self._rec.send_columns("rope", time, columns.partition([count] * frames))
+
+
+def fall_ends(falls: Falls, values: Mapping[str, Numbers]) -> tuple[Numbers, Numbers]:
+    """Return both ends (F, n, 3) of falls, relative to the base, at joint coordinates (F,) by name."""
+    rail = np.column_stack([values["trolley"], values["bridge"], np.zeros_like(values["trolley"])])
+    load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
+    attitude = np.column_stack([values[name] for name in ATTITUDE])
+    rows = Rotation.from_quat(np.roll(attitude, -1, axis=1)).as_matrix()
+    return rail[:, None] + falls.top, load[:, None] + np.einsum("kij,nj->kni", rows, falls.bottom)
 
 
 def _as_vector(values: Numbers) -> tuple[float, float, float]:

@@ -62,7 +62,7 @@ class Recorder:
         self._session = Session(scene, path, live_port, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
         self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
-        self._mode = ""
+        self._simulation_state = ""
         self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
         self._last_message = time.monotonic()
         self.write_error = ""
@@ -96,11 +96,11 @@ class Recorder:
         """Take the target (nu,) that holds from a stamp on."""
         self._assembler.add_reference(stamp, target)
 
-    def mode(self, name: str) -> None:
-        """Take the simulation's mode."""
-        if name != self._mode and not self.write_error:
-            self._session.mode(self.last_step + self._assembler.waiting + 1, name)
-        self._mode = name
+    def simulation_state(self, name: str) -> None:
+        """Take the state of the simulation: playing, paused, ..."""
+        if name != self._simulation_state and not self.write_error:
+            self._session.simulation_state(self.last_step + self._assembler.waiting + 1, name)
+        self._simulation_state = name
 
     @property
     def recorded(self) -> int:

@@ -74,9 +74,9 @@ class Session:
         """Add how fast the run was lately: simulated seconds per second."""
         self._writer.pace(step, real_time_factor)
 
-    def mode(self, step: int, name: str) -> None:
-        """Add that the simulation went into another mode at the start of a step."""
-        self._writer.mode(step, name)
+    def simulation_state(self, step: int, name: str) -> None:
+        """Add that the simulation went into another state at the start of a step."""
+        self._writer.simulation_state(step, name)
 
     def close(self, summary: Mapping[str, Any], lost: int) -> dict[str, Any]:
         """Finish the file with the run's summary; return what the recorder adds to it.
@@ -140,6 +140,10 @@ def _write_reference(rows: Sequence[Row]) -> Numbers | None:
     return _array(references) if all(reference is not None for reference in references) else None
 
 
+UPRIGHT = {"_z": -1.0, "qw": 1.0}
+"""Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
+
+
 def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
     """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
 
@@ -149,8 +153,11 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
         return to_world(hanging_still(scene.actuated, reference, nodes), base)
     neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
     neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
-    if "link_1_z" in scene.joint_names:
-        neutral_q[:, scene.joint_names.index("link_1_z")] = -1.0  # the rope's direction is down
+    for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
+        if unit == "1" and name[-2:] in UPRIGHT:
+            neutral_q[:, i] = UPRIGHT[name[-2:]]
+    if "payload_x" in scene.joint_names:
+        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = reference[:, :2]
     return derive(scene, t, neutral_q, np.zeros_like(neutral_q), np.zeros_like(reference)).nodes
 
 

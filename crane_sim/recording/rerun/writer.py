@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 APPLICATION = "crane_sim"
-MODES = {"stopped": (110, 118, 128), "playing": (60, 150, 90), "paused": (200, 140, 40), "quitting": (110, 118, 128)}
+STATE_COLORS = {
+    "stopped": (110, 118, 128),
+    "playing": (60, 150, 90),
+    "paused": (200, 140, 40),
+    "quitting": (110, 118, 128),
+}
 FLUSH_SECONDS = 5.0
 INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
 
@@ -90,8 +95,8 @@ class RunWriter:
         """Add the simulated seconds per second before the start of a step."""
         self._log(step, "plots/rtf", rr.Scalars(real_time_factor))
 
-    def mode(self, step: int, name: str) -> None:
-        """Add that the simulation went into another mode at the start of a step."""
+    def simulation_state(self, step: int, name: str) -> None:
+        """Add that the simulation went into another state at the start of a step."""
         self._log(step, "plots/mode", rr.StateChange(state=name))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
@@ -116,8 +121,8 @@ class RunWriter:
             self._rec.log(channel.entity, _style(channel), static=True)
         speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
         self._rec.log("plots/rtf", speed, static=True)
-        modes = rr.StateConfiguration(values=list(MODES), colors=list(MODES.values()))
-        self._rec.log("plots/mode", modes, static=True)
+        states = rr.StateConfiguration(values=list(STATE_COLORS), colors=list(STATE_COLORS.values()))
+        self._rec.log("plots/mode", states, static=True)
 
     def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars | rr.StateChange) -> None:
         set_time(self._rec, self._layout, step)

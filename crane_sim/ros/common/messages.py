@@ -30,7 +30,7 @@ CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = qos_profile_sensor_data
 
 SECOND = 1_000_000_000  # ns
-LEASE = 2.0
+LIVELINESS_LEASE = 2.0
 """Liveliness lease of the middleware [s], after which a dead peer is removed, as in the profile in `config/`."""
 
 

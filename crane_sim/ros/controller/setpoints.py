@@ -1,4 +1,4 @@
-"""Demands of the slow half of a law on its fast half, which is a process of its own: the topic `tip_demand`."""
+"""Setpoints that the slow half of a law gives its fast half, a process of its own: the topic `tip_demand`."""
 
 from collections.abc import Callable, Sequence
 from math import isfinite
@@ -11,32 +11,32 @@ from crane_sim.laws import SlowHalf
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.states import State
 
-_WARNING_INTERVALS = 3.0  # intervals without a demand after which there is a warning
+_WARNING_INTERVALS = 3.0  # intervals without a setpoint after which there is a warning
 
 
-class _Demand(NamedTuple):
+class _Setpoint(NamedTuple):
     stamp: int  # ns, of the state that it was made for
     values: tuple[float, ...]  # (3 n,) positions, velocities, accelerations
 
 
 class Setpoints:
-    """The newest demand: awaited in lockstep, held in real time until the next one comes.
+    """The newest setpoint: awaited in lockstep, held in real time until the next one comes.
 
-    A demand is late when it misses the control step after the one that it was made for.
+    A setpoint is late when it misses the control step after the one that it was made for.
     """
 
     def __init__(self, node: Node, names: Sequence[str], lockstep: bool, answer: Callable[[State], None]) -> None:
-        """Subscribe.
+        """Subscribe to the topic.
 
         Args:
-            node: with the topic.
-            names: the coordinates that demands are of.
-            lockstep: whether to wait for the demand of every state that requires one.
-            answer: is called with the state that has waited, once its demand has come.
+            node: subscribes.
+            names: of the setpoint's coordinates.
+            lockstep: whether to wait for the setpoint of every state that requires one.
+            answer: is called with the state that has waited, once its setpoint has come.
         """
         self._node, self._names, self._lockstep, self._answer = node, list(names), lockstep, answer
-        self._newest: _Demand | None = None
-        self._ahead_of_reset = False  # the newest one is of a run whose states have not come yet
+        self._newest: _Setpoint | None = None
+        self._ahead_of_reset = False  # the newest is of a run whose states have not come yet
         self._waiting: State | None = None
         self._now = 0  # ns, of the newest state
         self._received = self._late = self._held = self._longest = 0
@@ -47,15 +47,15 @@ class Setpoints:
         return "" if self._subscription.get_publisher_count() else f"a publisher of {self._subscription.topic_name}"
 
     def reset(self) -> None:
-        """Drop the demand of the run before a reset of the plant; one that is of the new run stays."""
+        """Drop the setpoint of the run before a reset of the plant; one that is of the new run stays."""
         if not self._ahead_of_reset:
             self._newest = None
         self._ahead_of_reset = False
 
     def apply_to(self, half: SlowHalf, state: State) -> bool:
-        """Give the half the demand that holds at a state; False where it has not come yet, and the state waits."""
+        """Give the half the setpoint that holds at a state; False where it has not come yet, and the state waits."""
         self._now, self._waiting = state.stamp, None
-        stamp, values = self._newest or _Demand(state.stamp + 1, ())  # one from the future is from before a reset
+        stamp, values = self._newest or _Setpoint(state.stamp + 1, ())  # stamps restart: a later one is older
         if stamp > state.stamp or (self._lockstep and stamp < state.stamp and half.due(state.t)):
             self._waiting = state
             return False
@@ -65,31 +65,31 @@ class Setpoints:
         return True
 
     def warning(self, half: SlowHalf) -> str:
-        """Return one line where demands fail to come, empty while they do."""
+        """Return one line where setpoints fail to come, empty while they do."""
         holding_time = self._held / messages.SECOND
         return (
-            f"no demand for {holding_time:.3g} s: the last one holds"
+            f"no setpoint for {holding_time:.3g} s: the last one holds"
             if holding_time > _WARNING_INTERVALS * half.interval
             else ""
         )
 
     def figures(self) -> dict[str, Any]:
-        """Return the entries of a run's summary: numbers of demands and of late ones, the longest hold [s]."""
+        """Return the entries of a run's summary: numbers of setpoints and of late ones, the longest hold [s]."""
         return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.SECOND}
 
     def _on_message(self, message: JointTrajectory) -> None:
         values = self._read(message)
         if values is None:
-            line = f"demand for {list(message.joint_names)} is not one point of numbers for {self._names}: ignored"
+            line = f"setpoint for {list(message.joint_names)} is not one point of numbers for {self._names}: ignored"
             self._node.get_logger().warning(line, throttle_duration_sec=1.0)
             return
-        demand = _Demand(messages.nanoseconds(message.header.stamp), values)
-        if self._newest and demand != self._newest and demand.stamp <= self._newest.stamp:
+        setpoint = _Setpoint(messages.nanoseconds(message.header.stamp), values)
+        if self._newest and setpoint != self._newest and setpoint.stamp <= self._newest.stamp:
             self._ahead_of_reset = True  # the slow half has received the state after the reset first
-        if demand != self._newest:  # else it answers a state that lockstep sent again
-            self._newest = demand
+        if setpoint != self._newest:  # else it answers a state that lockstep sent again
+            self._newest = setpoint
             self._received += 1
-            self._late += demand.stamp < self._now
+            self._late += not self._ahead_of_reset and setpoint.stamp < self._now
         if self._waiting is not None:
             self._answer(self._waiting)
 

@@ -31,7 +31,7 @@ class CommandLease:
     """The lease on the crane: one owner at a time, known by the identifier of its publisher.
 
     Attributes:
-        owner: the owner, empty while there is none; a sole publisher that has sent valid commands may be put in.
+        owner: the owner, empty while there is none; a sole publisher that has sent valid commands may be set as owner.
     """
 
     def __init__(self, duration: float) -> None:
@@ -94,7 +94,10 @@ class CommandArbiter:
         self._refused: dict[bytes, float] = {}  # publishers refused lately, and the last instant [s]
         self._warning = ""  # of them
         self._publisher_names: dict[bytes, str] = {}  # at the last update, while there were several
-        self._sole_publisher, self._proven = b"", False  # the only publisher, and whether it has sent a valid command
+        self._sole_publisher, self._has_commanded = (
+            b"",
+            False,
+        )  # the only publisher, and whether it has sent a valid command
         self._last_command = self._last_update = 0.0  # s
 
     @property
@@ -178,9 +181,9 @@ class CommandArbiter:
             sole = self._sole_publisher  # the graph has a publisher before it is matched
         if sole != self._sole_publisher:
             # A publisher that was not in the graph before may have sent the first valid command already.
-            proven = sole == self._lease.owner or (not self._sole_publisher and self._proven)
-            self._sole_publisher, self._proven = sole, bool(sole) and proven
-        self._lease.owner = sole if self._proven else b""
+            has_commanded = sole == self._lease.owner or (not self._sole_publisher and self._has_commanded)
+            self._sole_publisher, self._has_commanded = sole, bool(sole) and has_commanded
+        self._lease.owner = sole if self._has_commanded else b""
 
     def _on_message(self, callback: Callback, data: bytes) -> None:
         if self._with_sender:
@@ -189,15 +192,15 @@ class CommandArbiter:
             self._open()  # the sender of this message is unknown; it is lost unless it is sent again
             return
         if callback(data):
-            self._last_command, self._proven = time.monotonic(), True
+            self._last_command, self._has_commanded = time.monotonic(), True
 
     def _open(self) -> None:
         now = time.monotonic()
         self._set_sole_publisher([self._sole_publisher])
         busy = now - self._last_command < self._lease_duration
         # A busy publisher needs a while to be matched with the subscriptions; then the middleware detects its death.
-        self._lease.renew(now + messages.LEASE if busy else self._last_command)
-        self._sole_publisher, self._proven = b"", False
+        self._lease.renew(now + messages.LIVELINESS_LEASE if busy else self._last_command)
+        self._sole_publisher, self._has_commanded = b"", False
         self._with_sender = {
             name: SenderSubscription(self._node, topic.kind, name, _QOS) for name, topic in self._topics.items()
         }
@@ -226,7 +229,7 @@ class CommandArbiter:
         if self._refused:
             refused = " and ".join(sorted({self._publisher_names.get(sender, _GONE) for sender in self._refused}))
             owner = self._publisher_names.get(self._lease.owner, _GONE)
-            self._warning = f"command of {refused} refused: {owner} commands"
+            self._warning = f"command of {refused} refused: {owner} owns the crane"
         self._simulation.warn(self._warning if self._refused else "", "commander")
 
     def _list_publishers(self) -> dict[bytes, str]:

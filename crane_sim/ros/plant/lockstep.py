@@ -165,4 +165,4 @@ class Lockstep:
         return nothing_to_answer or self._acknowledgements.may_be_alive(self._first_sent)
 
     def _update_acknowledgements(self) -> None:
-        self._acknowledgements.update(self._simulation.acknowledged, time.monotonic())
+        self._acknowledgements.update(self._simulation.all_acknowledged(), time.monotonic())

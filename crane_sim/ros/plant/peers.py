@@ -10,12 +10,21 @@ from crane_sim.recording.mcap.topic import has_stamp, stamp_of
 from crane_sim.ros.common import messages
 
 
+def peer_names(namespaces: str) -> tuple[str, ...]:
+    """Return the namespaces in a text with commas between them, without slashes around them, each once."""
+    names = (name.strip().strip("/") for name in namespaces.split(","))
+    return tuple(dict.fromkeys(name for name in names if name))
+
+
 class ClockPeers:
-    """The newest stamps of the other cranes' joint states."""
+    """The newest stamps of the other cranes' joint states.
+
+    A crane that was reset is behind the others, until it has caught up or they are reset, too.
+    """
 
     def __init__(self, node: Node, namespaces: str) -> None:
         """Subscribe to the plants in these namespaces, with commas between them."""
-        names = [name.strip().strip("/") for name in namespaces.split(",") if name.strip()]
+        names = peer_names(namespaces)
         self._stamps = dict.fromkeys(names, 0)  # ns
         self._subscriptions: dict[str, Subscription] = {
             name: node.create_subscription(
@@ -33,8 +42,8 @@ class ClockPeers:
 
     def behind(self, stamp: int) -> str:
         """Return the name of a crane in the graph that has not reached `stamp` [ns], empty where all have."""
-        behind = (name for name, newest in self._stamps.items() if newest < stamp)
-        return next((name for name in behind if self._subscriptions[name].get_publisher_count()), "")
+        late = (name for name, newest in self._stamps.items() if newest < stamp)
+        return next((name for name in late if self._subscriptions[name].get_publisher_count()), "")
 
     def take_one(self) -> bool:
         """Take a state without the executor; False where there is none."""

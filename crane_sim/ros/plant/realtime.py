@@ -14,7 +14,7 @@ from crane_sim.ros.common.timing import StepTiming
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.scheduler import should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
-from crane_sim.ros.plant.watchdog import TimeoutAction, Watchdog
+from crane_sim.ros.plant.watchdog import CommandTimeoutAction, Watchdog
 
 ACCEPTED = "accepted_command"  # each command that was not refused, with the stamp of the state that it answers
 _ARRAYS = "effort_controller/commands"
@@ -35,7 +35,7 @@ class Realtime:
         self._held, self._answered = self._zero, False  # the newest command, and whether it came after the last step
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
-        self._timed_out, self._timeouts = False, 0
+        self._timed_out, self._command_timeouts = False, 0
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
         self._wire = JointWire(simulation.scene.actuated, effort=True)
@@ -105,7 +105,7 @@ class Realtime:
 
     def figures(self) -> dict[str, Any]:
         """See `StepScheduler`; the timing of steps, and the number of time-outs of commands."""
-        return self._timing.figures() | {"silences": self._timeouts}
+        return self._timing.figures() | {"silences": self._command_timeouts}
 
     def _serve_until_due(self) -> None:
         self._host.spin(0.0)
@@ -146,16 +146,16 @@ class Realtime:
             return None
         self._watchdog.update()
         self._set_timed_out(self._watchdog.expired)
-        return self._zero if self._timed_out and self._settings.on_silence == TimeoutAction.ZERO else self._held
+        return self._zero if self._timed_out and self._settings.on_silence == CommandTimeoutAction.ZERO else self._held
 
     def _set_timed_out(self, timed_out: bool) -> None:
         """Begin or end the action at a time-out of commands, with its warning."""
         if timed_out == self._timed_out:
             return
-        timeout, action = self._watchdog.timeout, TimeoutAction(self._settings.on_silence)
+        timeout, action = self._watchdog.timeout, CommandTimeoutAction(self._settings.on_silence)
         self._timed_out = timed_out
-        self._timeouts += timed_out
-        self._simulation.plant.braking = timed_out and action == TimeoutAction.BRAKE
+        self._command_timeouts += timed_out
+        self._simulation.plant.braking = timed_out and action == CommandTimeoutAction.BRAKE
         self._simulation.warn(
             f"no valid command for {timeout:g} s: {action.description}" if timed_out else "", "commands"
         )

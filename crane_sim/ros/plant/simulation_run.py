@@ -55,10 +55,9 @@ class SimulationRun:
         """Whether the run is paused: commands and the wall clock move nothing."""
         return bool(self._pauses)
 
-    @property
-    def acknowledged(self) -> bool:
+    def all_acknowledged(self) -> bool:
         """See `PlantTopics`."""
-        return self._topics.acknowledged
+        return self._topics.all_acknowledged()
 
     def pause(self, paused: bool, source: str) -> None:
         """Begin or end the pause of a source, and publish the mode: the run is paused while any source pauses it."""

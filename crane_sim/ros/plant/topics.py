@@ -34,7 +34,7 @@ class PlantTopics:
         self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK) if clock else None
         self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR)
         self._description = node.create_publisher(String, "robot_description", messages.LATCHED)
-        self._simulation = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
+        self._simulation_state = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
         self._node, self._source = node, f"{node.get_namespace().strip('/')}/plant"
         self._state_wire = JointWire(joints, effort=False)
@@ -74,7 +74,7 @@ class PlantTopics:
 
     def publish_simulation_state(self, state: messages.SimulationState) -> None:
         """Publish the state of the simulation, latched."""
-        self._simulation.publish(UInt8(data=state))
+        self._simulation_state.publish(UInt8(data=state))
 
     def publish_diagnostics(self, stamp: int, warning: str, values: Mapping[str, object]) -> None:
         """Publish one diagnostic status, WARN where there is a `warning`."""
@@ -88,14 +88,14 @@ class PlantTopics:
         self.effort_subscribed = self._efforts.get_subscription_count() > 0
         self.payload_subscribed = self._pose.get_subscription_count() > 0
 
-    def missing(self, peers: int, recorders: int) -> str:
+    def missing(self, state_subscribers: int, effort_subscribers: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""
-        for publisher, number in ((self._states, peers), (self._efforts, recorders)):
+        for publisher, number in ((self._states, state_subscribers), (self._efforts, effort_subscribers)):
             if (matched := publisher.get_subscription_count()) < number:
                 return f"{number - matched} more subscriber(s) of {publisher.topic_name}"
         return ""
 
-    def rival(self) -> str:
+    def duplicate_publisher(self) -> str:
         """Return one line on another publisher of the joint states, empty where this one is alone in the graph."""
         topic = self._states.topic_name
         if self._node.count_publishers(topic) < 2:
@@ -103,9 +103,8 @@ class PlantTopics:
         names = sorted(publisher.node for publisher in publishers(self._node, topic))
         return f"{topic} has {len(names)} publishers: {', '.join(names)}"
 
-    @property
-    def acknowledged(self) -> bool:
-        """Whether all subscribers have acknowledged the newest joint state, as a dead process does not."""
+    def all_acknowledged(self) -> bool:
+        """Return whether all subscribers have acknowledged all joint states; a dead process has not."""
         return self._states.wait_for_all_acked(Duration(seconds=0))
 
     def flush(self, should_stop: Callable[[], bool] = lambda: False) -> None:
@@ -113,7 +112,7 @@ class PlantTopics:
 
         The wait ends with the liveliness lease of the middleware, after which a dead subscriber is removed.
         """
-        deadline = time.monotonic() + messages.LEASE
+        deadline = time.monotonic() + messages.LIVELINESS_LEASE
         for publisher in (self._states, self._efforts):
             while not publisher.wait_for_all_acked(_SLICE):
                 if should_stop() or time.monotonic() >= deadline:

@@ -7,7 +7,7 @@ import time
 from enum import StrEnum
 
 
-class TimeoutAction(StrEnum):
+class CommandTimeoutAction(StrEnum):
     """Actions of the plant at the time-out of commands."""
 
     ZERO = "zero"
@@ -21,23 +21,23 @@ class TimeoutAction(StrEnum):
 
 
 COMMAND_TIMEOUT_ACTIONS = {
-    TimeoutAction.ZERO.value: "zero effort",
-    TimeoutAction.HOLD.value: "the last effort holds",
-    TimeoutAction.BRAKE.value: "the brakes act",
+    CommandTimeoutAction.ZERO.value: "zero effort",
+    CommandTimeoutAction.HOLD.value: "the last effort holds",
+    CommandTimeoutAction.BRAKE.value: "the brakes act",
 }
 """Descriptions of the actions, by their names."""
 
 
 class Watchdog:
-    """Timer of the wall time since the newest command, without the time that is skipped.
+    """Timer of the wall time since the newest command, less the time that is skipped.
 
     Attributes:
         timeout: time without a command after which the watchdog expires, s; 0: never.
     """
 
-    def __init__(self, timeout: float, period: float) -> None:
-        """Expire after `timeout` s, in slow motion after two periods [s] of wall time: states come no faster."""
-        self.timeout = max(timeout, 2.0 * period) if timeout else 0.0
+    def __init__(self, timeout: float, wall_period: float) -> None:
+        """Start with a time-out [s] of at least two periods of wall time [s]: a slowed-down run publishes no faster."""
+        self.timeout = max(timeout, 2.0 * wall_period) if timeout else 0.0
         self._elapsed, self._last_update = 0.0, time.monotonic()
 
     @property
@@ -50,10 +50,10 @@ class Watchdog:
         self._elapsed, self._last_update = 0.0, time.monotonic()
 
     def update(self) -> None:
-        """Add the time since the last call of any of these."""
+        """Add the time since the last reset, update or skip."""
         now = time.monotonic()
         self._elapsed, self._last_update = self._elapsed + now - self._last_update, now
 
     def skip(self) -> None:
-        """Leave that time out: the run was paused."""
+        """Discard the time since then: the run was paused."""
         self._last_update = time.monotonic()

@@ -23,7 +23,7 @@ TOPICS = (
     "joint_trajectory",
     "simulation_state",
 )
-MODES = tuple(state.name.lower() for state in SimulationState)
+STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 
 
 class MessageDecoder:
@@ -44,7 +44,7 @@ class MessageDecoder:
             "joint_commands": self._on_command,
             "accepted_command": self._on_accepted,
             "joint_trajectory": self._on_reference,
-            "simulation_state": self._on_mode,
+            "simulation_state": self._on_simulation_state,
         }
 
     def _on_state(self, data: bytes) -> None:
@@ -82,12 +82,12 @@ class MessageDecoder:
             if target is not None:
                 self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
 
-    def _on_mode(self, data: bytes) -> None:
-        mode = messages.decode_simulation_state(data)
-        if mode is None:
+    def _on_simulation_state(self, data: bytes) -> None:
+        state = messages.decode_simulation_state(data)
+        if state is None:
             return
-        self._quitting = mode == SimulationState.QUITTING or (self._quitting and mode == SimulationState.STOPPED)
-        self._recorder.mode(MODES[mode] if mode < len(MODES) else str(mode))
+        self._quitting = state == SimulationState.QUITTING or (self._quitting and state == SimulationState.STOPPED)
+        self._recorder.simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
 
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
         """Return one value per actuated joint, or None where names are missing or unknown."""

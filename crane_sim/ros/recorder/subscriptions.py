@@ -71,7 +71,7 @@ class RecorderSubscriptions:
     def __init__(self, node: Node, receivers: Sequence[Mapping[str, Callback]]) -> None:
         """Subscribe to the topics of the receivers, which are callbacks by topic."""
         self._began, self.over = False, False
-        receivers = ({"simulation_state": self._on_mode}, *receivers)
+        receivers = ({"simulation_state": self._on_simulation_state}, *receivers)
         self._subscriptions: dict[str, PolledSubscription] = {}
         self._pending: list[_Message] = []
         self._newest = 0  # ns, when the last of them was sent
@@ -101,12 +101,12 @@ class RecorderSubscriptions:
                 return f"a publisher of {self._subscriptions[name].topic}"
         return ""
 
-    def _on_mode(self, data: bytes) -> None:
-        mode = messages.decode_simulation_state(data)
-        if mode is None:
+    def _on_simulation_state(self, data: bytes) -> None:
+        state = messages.decode_simulation_state(data)
+        if state is None:
             return
-        self._began = self._began or mode == SimulationState.PLAYING
-        self.over = self._began and mode in (SimulationState.STOPPED, SimulationState.QUITTING)
+        self._began = self._began or state == SimulationState.PLAYING
+        self.over = self._began and state in (SimulationState.STOPPED, SimulationState.QUITTING)
 
 
 class PolledSubscription:

@@ -19,9 +19,9 @@ from crane_sim.scenes.schema.groups import Group
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
 from crane_sim.trajectories.waves import (
     BREAKING_STEEPNESS,
-    Response,
+    ResponseAmplitudeOperator,
     Sea,
-    Waves,
+    SineSum,
     apply_response,
     max_observed_steepness,
     sample_sea,
@@ -202,7 +202,7 @@ class Answer(Group):
     # yaw rad per metre
     phases: tuple[Turn, ...] | None = None  # rad, by which the motion leads the wave; left out: 0
 
-    def table(self, name: str) -> Response:
+    def table(self, name: str) -> ResponseAmplitudeOperator:
         """Return the table of the axis `name`.
 
         Raises:
@@ -215,7 +215,7 @@ class Answer(Group):
                 raise SceneError(f"{where}.{column}: has {len(values)} values, frequencies has {count}")
         if any(later <= sooner for sooner, later in zip(self.frequencies, self.frequencies[1:], strict=False)):
             raise SceneError(f"{where}.frequencies = {list(self.frequencies)}: must increase")
-        return Response(self.frequencies, self.amplitudes, phases)
+        return ResponseAmplitudeOperator(self.frequencies, self.amplitudes, phases)
 
 
 def _constant(value: Any) -> Any:
@@ -251,7 +251,7 @@ class SeaGroup(Group):
     response: Answers | None = None  # how each axis answers a metre of wave; left out: the base heaves as the water
     # does
 
-    def motions(self, seed: int) -> dict[str, Waves]:
+    def motions(self, seed: int) -> dict[str, SineSum]:
         """Return the sinusoids of each axis that moves.
 
         Raises:
@@ -338,8 +338,8 @@ class BaseMotion(Group):
             return peak_notes(f"base_motion.file = {self.file!r}", base, duration)
         return self.sea.notes() if self.sea is not None else {}
 
-    def _sum(self, sea: dict[str, Waves]) -> Base:
-        none = Waves(np.empty(0), np.empty(0), np.empty(0))
+    def _sum(self, sea: dict[str, SineSum]) -> Base:
+        none = SineSum(np.empty(0), np.empty(0), np.empty(0))
         width = max(len(getattr(self, name)) + len(sea.get(name, none).amplitudes) for name in AXES)
         table, offsets = np.zeros((3, 6, width)), np.zeros(6)
         for i, name in enumerate(AXES):

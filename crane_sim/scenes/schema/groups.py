@@ -14,7 +14,7 @@ from crane_sim.integrators.rodas import Rodas
 from crane_sim.models.effects import LinearFriction, PaperFriction, PayloadForce, QuadraticFriction
 from crane_sim.scenes.schema.integrator import Auto
 from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
-from crane_sim.trajectories.profiles import Knots, Series, Smooth, Wave
+from crane_sim.trajectories.profiles import PolynomialMotion, SineMotion, SmoothMotion, SplineMotion
 
 
 class Group(BaseModel):
@@ -128,7 +128,9 @@ def _period(value: Any) -> Any:
 Profile = Annotated[
     Any,
     tagged_union_validator(
-        "kind", {"smooth": Smooth, "sine": Wave, "polynomial": Series, "table": Knots}, optional=True
+        "kind",
+        {"smooth": SmoothMotion, "sine": SineMotion, "polynomial": PolynomialMotion, "table": SplineMotion},
+        optional=True,
     ),
 ]
 

@@ -1,6 +1,7 @@
 """The groups of a scene file on the hardware between law and crane: sensors, actuators, brakes, faults."""
 
 import re
+from math import inf
 from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -63,6 +64,16 @@ class SensorGroup(Group):
     dropout: Probability = 0.0  # -, chance that a sample is lost; the last one stays
 
 
+class MotorGroup(Group):
+    """A motor behind a gear: its inertia moves with the joint, and its largest torque depends on its speed."""
+
+    ratio: Positive  # rad/joint's unit, turns of the motor for the joint's motion; of a wheel or drum of radius r: n/r
+    inertia: NonNegative = 0.0  # kg m², of rotor and gear about the motor's shaft; adds ratio² × it to the joint's
+    torque: Positive = inf  # N m, the largest one up to the base speed; left out: no limit
+    base_speed: NonNegative = 0.0  # rad/s, of the motor, from which on the largest torque falls
+    no_load_speed: Positive = inf  # rad/s, of the motor, at which it has fallen to 0 in a line; with `torque`
+
+
 class ActuatorGroup(Group):
     """Dynamics of a joint's drive, in the units of its effort.
 
@@ -74,6 +85,10 @@ class ActuatorGroup(Group):
     # out: none
     rate_limit: Positive | None = None  # effort's unit/s, largest rate of the effort; left out: none
     lag: NonNegative = 0.0  # s, time constant T of u' = (demand - u) / T, solved exactly within a period
+    limit_switches: Annotated[tuple[Real, Real], AfterValidator(_check_order)] | None = None  # joint's unit, beyond
+    # either the drive is off and its brake (`brake`) engaged to the end of the run; read at the ends of periods, the
+    # distance travelled beyond is in the summary; left out: none
+    motor: MotorGroup | None = None  # of a drive by force or torque; left out: no inertia, no limit by speed
     deadband: NonNegative = 0.0  # effort's unit, demands up to this size count as zero
     delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
 

@@ -1,35 +1,28 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
-from math import inf
+from math import cos, sin
 from typing import Literal
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import Angle, LengthRange, NonNegative, Positive, Real, Tilt
+from crane_sim.files.types import Angle, NonNegative, Positive, Real, Tilt
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.models.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
+from crane_sim.models.single_rope.joint_friction import Contacts, JointFriction, JointLuGre
+from crane_sim.models.stops import Stops
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
+from crane_sim.models.wind_load import RodWindage, Windage
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
-from crane_sim.scenes.schema.knuckle_checks import check_rods
+from crane_sim.scenes.schema.knuckle_checks import check_rods, checked_friction
 from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.winch import Rope
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.trajectory import Trajectory
-
-
-class Rope(Group):
-    """Drive of the rope by the winch."""
-
-    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
-    # out; the rope's acceleration [m/s²]; or nothing, the length stays
-    time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
-    # lag; left out: the input is an acceleration
-    limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
-    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
 
 
 class Springs(Group):
@@ -76,6 +69,8 @@ class KnuckleFile(SceneFile):
     payload: PointLoad  # a point mass at the rope's end
     initial: Initial  # the state at t = 0
     springs: Springs = Springs()  # springs on joints
+    friction: JointFriction | None = None  # dry friction of the actuated joints
+    lugre: JointLuGre | None = None  # the same by bristles, of joints without `friction`
     swing_friction: Friction = None  # friction of the swing joints
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
@@ -105,10 +100,7 @@ class KnuckleFile(SceneFile):
     @property
     def effort_units(self) -> tuple[str, ...]:
         """Units of the commands, of the actuated joints only."""
-        if self.rope.drive == "locked":
-            return "N m", "N m", "N m"
-        imposed = "m/s²" if self.rope.time_constant is None else "m/s"
-        return "N m", "N m", "N m", imposed if self.rope.drive == "rate" else "N"
+        return "N m", "N m", "N m", *self.rope.effort_unit
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -124,6 +116,18 @@ class KnuckleFile(SceneFile):
     def rope_length(self) -> float:
         """Length of the rope at t = 0 [m]."""
         return self.initial.q[3]
+
+    @property
+    def payload_height(self) -> float:
+        """Height of the payload above the tower's foot at t = 0 [m]."""
+        _, beta, gamma, length, tangential, radial = self.initial.q
+        return self.boom.length * sin(beta) + self.jib.length * sin(gamma) - length * cos(tangential) * cos(radial)
+
+    @property
+    def windages(self) -> dict[str, Windage | RodWindage | None]:
+        """What the bodies oppose to the wind."""
+        bodies = {"payload": self.payload, "boom": self.boom, "jib": self.jib}
+        return {f"{name}.windage": body.windage for name, body in bodies.items()}
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -151,37 +155,36 @@ class KnuckleFile(SceneFile):
             SceneError: groups contradict each other.
         """
         check_rods(self.boom, self.jib)
-        support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib)
+        support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib, self._motors())
         crane = Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
         base_motion, force = self.base_motion, self.payload_force
         return crane._replace(
             base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
             force=force.force() if force is not None else None,
             stops=self._stops(),
+            wind=self.airflow(),
+            friction=self._joint_friction(),
         )
 
+    def _motors(self) -> tuple[float, float, float] | None:
+        """Return the inertias of the motors of slew, boom and jib [kg m²], None without any."""
+        if reflected_inertia(self, "rope") > 0.0:
+            raise SceneError("actuators.rope.motor.inertia: the winch of rope.drive: force has no inertia; must be 0")
+        slew, boom, jib = (reflected_inertia(self, name) for name in ("slew", "boom", "jib"))
+        return (slew, boom, jib) if slew or boom or jib else None
+
+    def _joint_friction(self) -> Contacts | None:
+        return checked_friction(self.friction or JointFriction(), self.lugre or JointLuGre(), self.rope.drive)
+
     def _stops(self) -> Stops | None:
-        """Return the stops of the run, None where there are none."""
-        rope, by_rate = self.rope, self.rope.drive == "rate"  # whose length can reach zero under any load
-        if rope.limits is not None and rope.drive == "locked":
-            raise SceneError("rope.limits: belong to a rope that a winch moves, this drive is 'locked'")
-        if by_rate and not self.initial.q[3] >= MIN_LENGTH:
-            raise SceneError(f"initial.q[3] = {self.initial.q[3]}: a rope by rate is at least {MIN_LENGTH:g} m long")
-        if not (self.limits or by_rate or rope.slack == "stop"):
-            return None
-        taut, (low, high) = float(rope.slack == "stop"), rope.limits or (0.0, inf)
-        if low > MIN_LENGTH or not (by_rate or rope.limits is not None):
-            return Stops(low, high, taut=taut)
-        return Stops(MIN_LENGTH, high, LEAD_TIME, taut)
+        """Return the stops of the run, None where nothing has to be watched."""
+        return self.rope.stops(bool(self.limits or self._joint_friction()))
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive
-        if self.rope.time_constant is not None and drive != "rate":
-            raise SceneError(f"rope.time_constant: only a rate drive has one, this drive is {drive!r}")
+        self.rope.check(self.initial.q[3], self.initial.v[3], 3)
         if self.springs.rope is not None and drive != "force":
             raise SceneError(f"springs.rope: only a force drive can have one, this drive is {drive!r}")
-        if drive == "locked" and self.initial.v[3] != 0.0:
-            raise SceneError(f"initial.v[3] = {self.initial.v[3]}: a locked rope starts at rest")
         if drive == "locked":
             return LockedRope(self.initial.q[3])
         return RateRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)

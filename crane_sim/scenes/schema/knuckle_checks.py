@@ -1,7 +1,9 @@
-"""Validation of boom and jib of a knuckle-boom crane: inertias that no body has, and singular inertia matrices."""
+"""Validation of a knuckle-boom crane: inertias that no body has, singular inertia matrices, friction of joints."""
 
 from crane_sim.files.errors import SceneError
+from crane_sim.models.single_rope.joint_friction import Contacts, JointFriction, JointLuGre
 from crane_sim.models.supports.knuckle_boom import Rod
+from crane_sim.scenes.schema.friction_checks import checked
 
 ROUNDING = 1e-9
 """Relative: inertias that were computed elsewhere may miss a bound by it."""
@@ -28,3 +30,25 @@ def _check_mass(boom: Rod, jib: Rod) -> None:
             "boom.mass = 0: with boom and jib in line nothing resists their efforts; give the boom a mass or an "
             "inertia, or the jib both"
         )
+
+
+def checked_friction(friction: JointFriction, lugre: JointLuGre, drive: str) -> Contacts | None:
+    """Return the friction of the joints, None where no joint has any.
+
+    Args:
+        friction, lugre: by events, by bristles.
+        drive: of the rope.
+
+    Raises:
+        SceneError: a joint has both, or a value is out of range, or the winch is not driven by force.
+    """
+    parts = {}
+    for name in JointFriction._fields:
+        groups = {"friction": getattr(friction, name), "lugre": getattr(lugre, name)}
+        given = [(key, part) for key, part in groups.items() if part is not None]
+        if len(given) == 2:
+            raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
+        if name == "rope" and given and drive != "force":
+            raise SceneError(f"{given[0][0]}.rope: belongs to rope.drive: force, here it is {drive!r}")
+        parts[name] = checked(f"{given[0][0]}.{name}", given[0][1]) if given else None
+    return Contacts(**parts) if any(parts.values()) else None

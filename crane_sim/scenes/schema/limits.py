@@ -1,4 +1,4 @@
-"""Travel limits of a scene: where it starts and where its joints should go lie within them."""
+"""Travel limits of a scene: initial positions and targets lie within them."""
 
 from typing import NamedTuple
 

@@ -1,12 +1,14 @@
 """The form of a scene file with an overhead crane."""
 
+from math import cos
 from typing import Any
 
+from crane_sim.models.wind_load import RodWindage, Windage
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
-from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, on_base
+from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, in_wind, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
@@ -61,6 +63,19 @@ class OverheadFile(OverheadCrane):
         return sum(self.parts.lengths)
 
     @property
+    def payload_height(self) -> float:
+        """Height of the payload above the rails at t = 0 [m]."""
+        if self.initial.positions:
+            return self.initial.positions[-1][-1]
+        rises = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]
+        return sum(length * rise for length, rise in zip(self.parts.lengths, rises, strict=True))
+
+    @property
+    def windages(self) -> dict[str, Windage | RodWindage | None]:
+        """What the bodies oppose to the wind."""
+        return {"payload.windage": self.payload.windage if self.payload is not None else None}
+
+    @property
     def limits(self) -> tuple[Limit, ...]:
         """Travel limits of the joints that have some."""
         groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
@@ -90,7 +105,7 @@ class OverheadFile(OverheadCrane):
         """
         check_groups(self)
         check_start(self)
-        return on_base(self, crane_of(self))
+        return in_wind(self, on_base(self, crane_of(self)))
 
     def open_loop(self) -> Channels | tuple[float, ...]:
         """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""

@@ -128,7 +128,9 @@ def choose_cable_model(file: "OverheadCrane") -> str:
     requested, cable = file.cable.model, file.parts
     if requested != "auto":
         return requested
-    other_groups = file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion
+    other_groups = (
+        file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion or file.is_windy
+    )
     plain = file.dimensions == 2 and not other_groups
     light = max(cable.masses[:-1], default=0.0) * STRAIGHT_MASS_RATIO <= cable.masses[-1]
     return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"

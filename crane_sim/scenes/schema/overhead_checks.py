@@ -7,10 +7,9 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup
-from crane_sim.scenes.schema.overhead_models import check_straight
+from crane_sim.scenes.schema.overhead_models import check_straight, drum_friction
 
 LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's length from the start of its hoist's profile
-MAX_FRICTION = 1e12  # N, N s/m
 
 
 def check_groups(file: OverheadCrane) -> None:
@@ -65,10 +64,6 @@ def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
     for key in (position, speed):
         if drive == "prescribed" and key in start.model_fields_set:
             raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
-    friction = getattr(file.friction, name) if file.friction is not None else None
-    for key in ("coulomb", "static", "viscous") if friction is not None else ():
-        if getattr(friction, key) > MAX_FRICTION:
-            raise SceneError(f"friction.{name}.{key} = {getattr(friction, key)}: must be at most {MAX_FRICTION:g}")
     _check_finite(f"{name}.motion", group.motion)
 
 
@@ -131,6 +126,7 @@ def _check_hoist(file: OverheadCrane) -> None:
         raise SceneError(f"hoist.push = True: belongs to a drive by force, here it is {drive!r}")
     if file.hoist is not None:
         _check_finite("hoist.profile", file.hoist.profile)
+    drum_friction(file)
 
 
 def _check_inputs(file: OverheadCrane) -> None:

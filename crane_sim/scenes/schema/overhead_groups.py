@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.types import NonNegative, Positive, Real, Tilt
-from crane_sim.models.supports.rails import Friction
+from crane_sim.models.supports.friction import Friction
+from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.groups import Channel, Group, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
@@ -76,10 +77,16 @@ class JointsGroup(Group):
     damping: Masses = (0.0,)  # N m s/rad, torque for its rate
 
 
-class PayloadGroup(Group):
-    """The last node's mass, in place of the last one of node_masses."""
+class MassGroup(Group):
+    """A mass of the payload."""
 
     mass: Size  # kg, of the payload
+
+
+class PayloadGroup(MassGroup):
+    """The payload: the last node's mass, in place of the last one of node_masses, and what it opposes to the wind."""
+
+    windage: Windage | None = None  # what it opposes to the `wind`; left out: none presses on it
 
 
 class HoistGroup(Group):
@@ -115,7 +122,7 @@ class Start(Group):
 class Change(Group):
     """Change of an event."""
 
-    payload: PayloadGroup  # its new mass
+    payload: MassGroup  # its new mass
 
 
 class Event(Group):
@@ -126,10 +133,11 @@ class Event(Group):
 
 
 class FrictionGroup(Group):
-    """Friction of the rails, of axes that a force drives; sticking and slipping are located as events."""
+    """Friction of joints that a force drives; sticking and slipping are located as events."""
 
     trolley: Friction | None = None  # on the rail along x
     bridge: Friction | None = None  # on the rails along y
+    hoist: Friction | None = None  # of the drum of a hoist with inertia, in terms of the rope; with rigid links
 
 
 class ForceGroup(Group):
@@ -160,7 +168,7 @@ class OverheadGroups(SceneFile):
     payload: PayloadGroup | None = None  # its mass, in place of the last node's
     hoist: HoistGroup | None = None  # changes the first link's length; left out: it is fixed
     joints: JointsGroup | None = None  # bending of the cable; also as `cable.joints`
-    friction: FrictionGroup | None = None  # of the rails
+    friction: FrictionGroup | None = None  # of rails and drum
     forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
     events: tuple[Event, ...] = ()  # changes of the payload at given times
     initial: Start = Start()  # the state at t = 0

@@ -16,9 +16,12 @@ from crane_sim.models.overhead.rod import Line, RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import Spring, SpringCrane
 from crane_sim.models.stops import MIN_LENGTH
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
-from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, Friction, PrescribedAxis
+from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
+from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.integrator import Demands, implicit, needs_frequency
+from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
 from crane_sim.scenes.schema.overhead_stiffness import stiffest
@@ -32,12 +35,12 @@ ELASTIC_KEYS = ("stiffness", "damping", "tension_only")  # of a cable: only an e
 def crane_of(file: OverheadCrane) -> Any:
     """Return the parameters of a scene's crane, its base at rest; their type chooses the equations.
 
-    The first row that applies; `plain`: no joints, no inertia of links and no forces on nodes; `steady`: nothing that
-    switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are merged.
+    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes, no wind; `steady`: nothing
+    that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are merged.
 
     | cable    | dimensions | links | base  | besides                                       | model          |
     |----------|------------|-------|-------|-----------------------------------------------|----------------|
-    | elastic  | 2          | 1     | rests | no forces, no hoist, steady, explicit method  | `SpringCrane`  |
+    | elastic  | 2          | 1     | rests | plain, no hoist, steady, explicit method      | `SpringCrane`  |
     | elastic  | 2 or 3     | any   | any   |                                               | `ElasticCrane` |
     | rigid    | 3          | any   | any   |                                               | `SpatialCrane` |
     | straight | 2          | any   | rests | plain                                         | `RodCrane`     |
@@ -54,9 +57,9 @@ def crane_of(file: OverheadCrane) -> Any:
     if file.dimensions == 3:
         return _spatial_crane(file)
     straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
-    plain = not (_bends(file) or file.cable.inertia or file.forces)
+    plain = not (_bends(file) or file.cable.inertia or file.forces or file.is_windy)
     if straight and not plain:
-        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes")
+        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes nor wind")
     if (straight or links == 1) and plain and rests:
         return _rod_crane(file)
     if links == 2 and plain and rests and switches_of(file) is None:
@@ -79,7 +82,7 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
     cable = Chain(np.array(file.parts.masses), lengths)
-    trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
+    trolley = trolley_of(file)
     return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), switches_of(file))
 
 
@@ -90,14 +93,12 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
     mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
     nodes, payload = np.stack([masses, distances]), float(masses[-1])
     cable = Line(float(lengths[0]), mass, first, second, payload, float(distances[-1]), nodes)
-    trolley = axis_of("trolley", file.trolley, 0.0, file.friction.trolley if file.friction else None)
+    trolley = trolley_of(file)
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
 
 
 def _double_crane(file: OverheadCrane) -> DoubleCrane:
-    return DoubleCrane(
-        axis_of("trolley", file.trolley, 0.0, None), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity
-    )
+    return DoubleCrane(trolley_of(file), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
 
 
 def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
@@ -107,20 +108,18 @@ def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
     if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
-    friction, carried = file.friction or FrictionGroup(), file.trolley.mass or 0.0
-    trolley = axis_of("trolley", file.trolley, 0.0, friction.trolley)
-    bridge = axis_of("bridge", file.bridge, carried, friction.bridge)
-    return SpatialCrane(trolley, bridge, cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file))
+    return SpatialCrane(
+        trolley_of(file), bridge_of(file), cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file)
+    )
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
-    hoist, friction, bridge = hoist_of(file), file.friction or FrictionGroup(), None
-    trolley = axis_of("trolley", file.trolley, 0.0, friction.trolley)
-    if file.dimensions == 3:
-        bridge = axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction.bridge)
+    hoist, trolley = hoist_of(file), trolley_of(file)
+    bridge = bridge_of(file) if file.dimensions == 3 else None
     springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
-    if alone and not file.base_motion and not implicit(file.integrator, demands_of(file, sampled=False)):
+    plain = not (file.base_motion or file.is_windy)
+    if alone and plain and not implicit(file.integrator, demands_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
@@ -158,8 +157,20 @@ def refuse_springs(file: OverheadCrane) -> None:
             raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
 
 
-def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None) -> Axis:
-    """Return an axis that also moves the mass `carried` [kg].
+def trolley_of(file: OverheadCrane) -> Axis:
+    """Return the trolley; raises SceneError as `axis_of` does."""
+    friction = file.friction.trolley if file.friction is not None else None
+    return axis_of("trolley", file.trolley, 0.0, friction, axis_motor(file, "trolley"))
+
+
+def bridge_of(file: OverheadCrane) -> Axis:
+    """Return the bridge, which carries the trolley; raises SceneError as `axis_of` does."""
+    friction = file.friction.bridge if file.friction is not None else None
+    return axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction, axis_motor(file, "bridge"))
+
+
+def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None, reflected: float) -> Axis:
+    """Return an axis that also moves the mass `carried` [kg], and its motor's `reflected` inertia [kg].
 
     Raises:
         SceneError: mass, motion or friction do not fit the drive.
@@ -169,15 +180,26 @@ def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Fricti
     _check_shape(f"{name}.motion", motion, drive)
     if friction is not None and drive != "force":
         raise SceneError(f"friction.{name}: belongs to a drive by force, here it is {drive!r}")
-    if friction is not None and friction.static < friction.coulomb:
-        raise SceneError(f"friction.{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}")
+    friction = checked(f"friction.{name}", friction)
     if drive == "force":
         if mass is None or not mass + carried > 0.0:
             raise SceneError(
                 f"{name}.mass = {mass}: a {name} driven by force has one; with what it carries, greater than 0"
             )
-        return ForceAxis(mass + carried, friction)
+        return ForceAxis(mass + carried + reflected, friction)
     return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
+
+
+def axis_motor(file: OverheadCrane, name: str) -> float:
+    """Return the mass [kg] that an axis' motor adds to it.
+
+    Raises:
+        SceneError: the motor does not fit the axis, or its axis is on a base that moves.
+    """
+    reflected = reflected_inertia(file, name)
+    if reflected > 0.0 and file.base_motion is not None:
+        raise SceneError(f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion")
+    return reflected
 
 
 def _check_shape(name: str, shape: Shape | None, drive: str) -> None:
@@ -201,8 +223,25 @@ def hoist_of(file: OverheadCrane) -> Hoist | None:
         if inertia is not None:
             raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
         return PrescribedHoist(profile.motion())
-    push = float(file.hoist.push)
-    return ForceHoist(inertia, push) if inertia else MasslessHoist(push)
+    push, friction = float(file.hoist.push), drum_friction(file)
+    reflected = reflected_inertia(file, "hoist")
+    if reflected > 0.0 and not inertia:
+        raise SceneError("actuators.hoist.motor.inertia: belongs to a hoist.inertia greater than 0, here is none")
+    return ForceHoist(inertia + reflected, push, friction) if inertia else MasslessHoist(push)
+
+
+def drum_friction(file: OverheadCrane) -> Friction | None:
+    """Return the friction of the hoist.
+
+    Raises:
+        SceneError: no drum has it, or its values do not fit each other.
+    """
+    friction = file.friction.hoist if file.friction is not None else None
+    if friction is not None and not (file.hoist and file.hoist.drive == "force" and file.hoist.inertia):
+        raise SceneError("friction.hoist: belongs to a hoist driven by force with a hoist.inertia, here is none")
+    if friction is not None and file.cable_model == "elastic":
+        raise SceneError("friction.hoist: belongs to rigid links, here cable.model is 'elastic'")
+    return checked("friction.hoist", friction)
 
 
 def forces_of(file: OverheadCrane) -> NodeForces | None:
@@ -225,7 +264,8 @@ def switches_of(file: OverheadCrane) -> Switches | None:
     """Return the conditions that switch the model or end the run, None without any."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
-    has_friction = file.friction is not None and (file.friction.trolley or file.friction.bridge)
+    friction = file.friction or FrictionGroup()
+    has_friction = any(checked(f"friction.{name}", part) for name, part in friction)
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
     if not (
         any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only
@@ -258,6 +298,18 @@ def on_base(file: OverheadCrane, crane: Any) -> Any:
         return crane._replace(base=base)
     carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
     return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
+
+
+def in_wind(file: OverheadCrane, crane: Any) -> Any:
+    """Return the crane in the scene's wind: as it is where none presses on its payload.
+
+    Raises:
+        SceneError: groups contradict each other.
+    """
+    wind = file.airflow()
+    if wind is None or file.payload is None:
+        return crane
+    return crane._replace(wind=wind, windage=file.payload.windage)
 
 
 def _check_plane(base: Base | SplineBase) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.models.stops import MIN_LENGTH
+from crane_sim.models.supports.friction import steepest_slope
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
@@ -45,12 +46,14 @@ def _shortest_first(file: OverheadCrane) -> float:
 
 
 def _friction_rate(file: OverheadCrane) -> float:
-    """Return the rate [1/s] at which the axes' viscous friction slows them at most."""
+    """Return the largest rate [1/s] at which viscous friction slows a joint, or Stribeck's falling one drives it."""
     friction, carried, rate = file.friction, file.trolley.mass or 0.0, 0.0
     if friction is not None and friction.trolley is not None:
-        rate = friction.trolley.viscous / carried
+        rate = steepest_slope(friction.trolley) / carried
     if friction is not None and friction.bridge is not None and file.bridge is not None:
-        rate = max(rate, friction.bridge.viscous / ((file.bridge.mass or 0.0) + carried))
+        rate = max(rate, steepest_slope(friction.bridge) / ((file.bridge.mass or 0.0) + carried))
+    if friction is not None and friction.hoist is not None and file.hoist is not None and file.hoist.inertia:
+        rate = max(rate, steepest_slope(friction.hoist) / file.hoist.inertia)
     return rate
 
 

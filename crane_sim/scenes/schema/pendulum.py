@@ -4,23 +4,22 @@ from math import sqrt
 from typing import Literal
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.files.types import NonNegative, Positive
 from crane_sim.models.cables.rope import LockedRope
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
+from crane_sim.models.wind_load import RodWindage, Windage
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path, target_of
+from crane_sim.scenes.schema.rigging import UNIT_TOLERANCE, Vector
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.trajectory import Trajectory
-
-Vector = tuple[Real, Real, Real]
-UNIT_TOLERANCE = 1e-6  # how far from 1 the length of a unit vector may be
 
 
 class Suspension(Group):
@@ -155,6 +154,16 @@ class PendulumFile(SceneFile):
         return self.rope.length
 
     @property
+    def payload_height(self) -> float:
+        """Height of the payload above the base's origin at t = 0 [m]."""
+        return self.initial.tip[2] + self.rope.length * self.initial_q[5]
+
+    @property
+    def windages(self) -> dict[str, Windage | RodWindage | None]:
+        """What the bodies oppose to the wind."""
+        return {"payload.windage": self.payload.windage}
+
+    @property
     def limits(self) -> tuple[Limit, ...]:
         """Travel limits of the joints that have some."""
         box = self.suspension.limits or Box()
@@ -195,6 +204,7 @@ class PendulumFile(SceneFile):
             base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
             force=self.payload_force.force() if self.payload_force is not None else None,
             stops=self._stops(),
+            wind=self.airflow(),
         )
 
     def open_loop(self) -> Inputs | tuple[float, ...]:

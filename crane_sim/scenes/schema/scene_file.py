@@ -5,13 +5,16 @@ from typing import Any
 
 from crane_sim.files.types import Name, Positive, Seed
 from crane_sim.integrators.dop853 import DOP853
+from crane_sim.models.wind_load import RodWindage, Windage
 from crane_sim.scenes.schema.base_motion import BaseMotion
 from crane_sim.scenes.schema.groups import Control, Method
 from crane_sim.scenes.schema.hardware import HardwareGroups
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit
+from crane_sim.scenes.schema.wind import WindGroup, blows
 from crane_sim.trajectories.inputs import Inputs
 from crane_sim.trajectories.trajectory import Trajectory
+from crane_sim.trajectories.wind import Wind
 
 
 class SceneFile(HardwareGroups, ABC):
@@ -26,6 +29,7 @@ class SceneFile(HardwareGroups, ABC):
     duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
     base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    wind: WindGroup | None = None  # presses on bodies with a `windage`; left out: the air rests, and nothing feels it
     control: Control | None = None  # the law; left out: open loop
     integrator: Method = DOP853()  # method and its accuracy
 
@@ -90,6 +94,36 @@ class SceneFile(HardwareGroups, ABC):
         Raises:
             SceneError: it has another number of values.
         """
+
+    @property
+    @abstractmethod
+    def windages(self) -> dict[str, Windage | RodWindage | None]:
+        """What the bodies oppose to the wind, by key of the file; None where one has no windage."""
+
+    @property
+    @abstractmethod
+    def payload_height(self) -> float:
+        """Height of the payload above the base's origin at t = 0 [m]."""
+
+    @property
+    def is_windy(self) -> bool:
+        """Whether a wind presses on a body.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        return blows(self.wind, self.windages, getattr(self, "payload_drag", None) is not None)
+
+    def airflow(self) -> Wind | None:
+        """Return the wind, None where none presses on a body.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        if not self.is_windy or self.wind is None:
+            return None
+        self.wind.check_ground(self.payload_height)
+        return self.wind.wind(self.seed, self.duration)
 
     @property
     def notes(self) -> dict[str, Any]:

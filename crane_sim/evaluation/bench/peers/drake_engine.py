@@ -45,7 +45,7 @@ MAX_STEP = 0.1  # s, of an error-controlled step: Drake's default
 
 
 class Drake:
-    """The engine; it models every problem of the benchmark; `unsupported_scenes` are not compared."""
+    """The engine: models every Problem class; of the benchmark's scenes, `unsupported_scenes` are left out."""
 
     name = "Drake"
     unsupported_scenes: ClassVar[dict[str, str]] = {

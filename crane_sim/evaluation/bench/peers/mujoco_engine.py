@@ -41,7 +41,7 @@ _METHODS = (
 
 
 class MuJoCo:
-    """The engine; it models every problem of the benchmark; `unsupported_scenes` are not compared."""
+    """The engine: models every Problem class; of the benchmark's scenes, `unsupported_scenes` are left out."""
 
     name = "MuJoCo"
     unsupported_scenes: ClassVar[dict[str, str]] = {

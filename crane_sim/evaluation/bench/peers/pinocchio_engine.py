@@ -33,12 +33,12 @@ FLAGS = (
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"  # as Pinocchio's own builds set them
 ).split()
 SWEEPS = {4: (2.7, 0.01), 8: (6.0, 0.03)}
-"""The first and last step by order, relative to the fastest motion."""
+"""The first and last step by order, in units of 1 / highest frequency."""
 _POINTER, _REAL, _LONG = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
 
 
 class Pinocchio:
-    """The engine; it models every problem of the benchmark; `unsupported_scenes` are not compared."""
+    """The engine: models every Problem class; of the benchmark's scenes, `unsupported_scenes` are left out."""
 
     name = "Pinocchio"
     unsupported_scenes: ClassVar[dict[str, str]] = {

@@ -31,7 +31,7 @@ using Model = pin::ModelTpl<double, 0, Joints>;
 using Data = pin::DataTpl<double, 0, Joints>;
 using JointModel = pin::JointModelTpl<double, 0, Joints>;
 
-struct Joint { // as `pinocchio_engine.packed` lays it out
+struct Joint { // as `pinocchio_engine.pack_joints` lays it out
     double slides, axis, offset[3], mass, centre[3], inertia[3], stiffness, rest;
 };
 

@@ -1,0 +1,90 @@
+"""The URDF of a gantry crane: a portal that travels, a trolley on it, and the load, which moves freely in the base.
+
+The origin of `world` is the trolley's rail, where `trolley` and `bridge` are zero. The falls are no joints: their ends
+follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps the
+axes of the base here, while a recording turns it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import numpy as np
+
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, UP, add_joint, add_link
+from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Body, Shape, point_mass
+from crane_sim.description.suspended import ATTITUDE_JOINT, box_edges, products_of
+
+if TYPE_CHECKING:
+    from crane_sim.models.falls.crane import Falls, FallsCrane
+    from crane_sim.models.loads import RigidLoad
+    from crane_sim.scenes.scene import Scene
+
+
+def depth_of(scene: Scene) -> float:
+    """Return the depth [m] of the drawn ground below the trolley's rail; the model has none."""
+    return 1.2 * float(scene.model.falls.length + 2.0 * abs(scene.model.falls.bottom[:, 2].mean()))
+
+
+def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
+    """Add links and joints of a scene's crane."""
+    crane: FallsCrane = scene.model
+    depth = depth_of(scene)
+    reach = _reach(scene, depth)
+    add_joint(robot, "fixed", "base", ("world", "base_link"))
+    add_link(robot, "base_link", [])
+    add_link(robot, "bridge_link", _portal(*reach, depth), point_mass(crane.support.bridge.mass))
+    add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))
+    ElementTree.SubElement(robot, "link", name="hoist_link")
+    add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
+    add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
+    add_joint(robot, "prismatic", "hoist", ("trolley_link", "hoist_link"), axis=DOWN)
+    parent = "base_link"
+    for axis, way in (("x", FORWARD), ("y", LEFT), ("z", UP)):
+        child = f"payload_{axis}_link"
+        ElementTree.SubElement(robot, "link", name=child)
+        add_joint(robot, "prismatic", f"payload_{axis}", (parent, child), axis=way)
+        parent = child
+    add_joint(robot, "fixed", ATTITUDE_JOINT, (parent, "payload_link"))
+    moments = np.diag(np.array(crane.load.inertia))
+    body = Body(
+        crane.load.mass, ORIGIN, (float(moments[0]), float(moments[1]), float(moments[2])), products_of(crane.load)
+    )
+    add_link(robot, "payload_link", spreader_visual(crane.load, crane.falls), body)
+
+
+def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
+    """Return a box of even density with the load's moments, and the spreader's beams above it."""
+    x, y, z = box_edges(load)
+    top, (a, b) = float(falls.bottom[:, 2].mean()), np.ptp(falls.bottom[:, :2], axis=0) + 0.3
+    shapes = [Shape((x, y, z), ORIGIN, RED)]
+    for share in (-0.45, -0.15, 0.15, 0.45):
+        shapes.append(Shape((1.02 * x, 0.02 * y, 1.02 * z), (0.0, share * y, 0.0), DARK))
+    beam = max(0.5 * (top + 0.5 * z), 0.3)
+    shapes.append(Shape((0.5 * x, 0.98 * y, 0.3), (0.0, 0.0, 0.5 * z + 0.2), YELLOW))
+    return [*shapes, Shape((float(a), float(b), 0.3 * beam), (0.0, 0.0, top - 0.1), STEEL)]
+
+
+def _reach(scene: Scene, depth: float) -> tuple[float, float]:
+    """Return the ends [m] of the drawn rail of the trolley."""
+    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(scene.model.support.trolley.limits or ())]
+    return min(places) - 0.4 * depth, max(places) + 0.4 * depth
+
+
+def _gantry_trolley(falls: Falls) -> list[Shape]:
+    a, b = (float(part) for part in np.ptp(falls.top[:, :2], axis=0) + 1.0)
+    return [Shape((a, b, 0.5), (0.0, 0.0, 0.4), DARK), Shape((0.6 * a, 0.5 * b, 0.8), (0.0, 0.0, 1.0), GREY)]
+
+
+def _portal(left: float, right: float, depth: float) -> list[Shape]:
+    """Return two girders along x on four legs."""
+    unit = depth / 30.0
+    shapes: list[Shape] = []
+    for side in (1.0, -1.0):
+        y = 4.5 * unit * side
+        shapes.append(Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), y, 1.0), YELLOW))
+        for x in (left + 2.0 * unit, right - 2.0 * unit):
+            shapes.append(Shape((unit, unit, depth), (x, y, -0.5 * depth), GREY))
+            shapes.append(Shape((2.5 * unit, 1.4 * unit, unit), (x, y, 0.5 * unit - depth), DARK))
+    return shapes

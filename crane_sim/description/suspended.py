@@ -1,0 +1,240 @@
+"""The URDF of tower, mobile and bridge cranes: the support, rope and swing, further links, the payload.
+
+The origin of `world` is the model's: at the height of the jib's underside on the tower's axis, on the slewing axis of a
+mobile crane, or on the trolley's rail. Further links are unit vectors in the axes of the base, so joints `level_*` undo
+the turns of rope and slew. A payload's attitude is four components of a quaternion, which no joints of a URDF can be:
+its link keeps the axes of the base here, while a recording turns it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from crane_sim.description.cables import SuspendedCable, add_directed
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_comment, add_joint, add_link
+from crane_sim.description.solids import (
+    ACROSS,
+    DARK,
+    GLASS,
+    GREY,
+    ORIGIN,
+    RED,
+    STEEL,
+    YELLOW,
+    Body,
+    Shape,
+    crate,
+    point_mass,
+)
+from crane_sim.models.loads import RigidLoad
+from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.telescopic_boom import TelescopicBoom
+from crane_sim.models.supports.tower_crane import TowerCrane
+
+if TYPE_CHECKING:
+    from crane_sim.models.suspended.crane import SuspendedCrane
+    from crane_sim.scenes.scene import Scene
+
+MAST_HEIGHT, COUNTER_JIB = 1.3, 0.3  # of a tower crane's size: drawn, not modelled
+ATTITUDE_JOINT = "attitude"
+"""The fixed joint above a payload with an attitude, which a recording turns."""
+FOOT_HEIGHT = 0.12  # of a mobile crane's size: of the model's origin above the ground
+
+
+def crane_size(scene: Scene) -> float:
+    """Return a typical length [m]: the jib to the trolley's furthest point, or the boom's."""
+    support, start = scene.model.support, scene.initial_q
+    if isinstance(support, Bridge):
+        return 1.5 * float(np.sum(scene.model.cable.lengths))
+    if isinstance(support, TowerCrane):
+        limits = support.trolley.limits
+        radii = [start[1], *(scene.reference or ())[1:2], *(limits or ())]
+        return 1.1 * max(map(abs, radii))
+    limits = support.telescope.limits
+    return max([start[2], *(scene.reference or ())[2:3], *(limits or ())])
+
+
+def ground_height(scene: Scene) -> float:
+    """Return the height [m] of the drawn ground, below all that hangs; the model has none."""
+    length = float(np.sum(scene.model.cable.lengths))
+    if isinstance(scene.model.support, Bridge):
+        return -1.3 * length
+    if isinstance(scene.model.support, TowerCrane):
+        return -max(MAST_HEIGHT * crane_size(scene), 1.15 * length)
+    return -FOOT_HEIGHT * crane_size(scene)
+
+
+def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
+    """Add links and joints of a scene's crane."""
+    crane: SuspendedCrane = scene.model
+    size = crane_size(scene)
+    add_joint(robot, "fixed", "base", ("world", "base_link"))
+    if isinstance(crane.support, Bridge):
+        tip = _add_bridge(robot, crane, scene, size)
+    elif isinstance(crane.support, TowerCrane):
+        tip = _add_tower(robot, crane.support, size, ground_height(scene))
+    else:
+        tip = _add_boom(robot, crane.support, size, scene.initial_q[2])
+    for name in ("swing_link", "rope_link"):
+        ElementTree.SubElement(robot, "link", name=name)
+    add_joint(robot, "revolute", "swing_tangential", (tip, "swing_link"), axis=FORWARD)
+    add_joint(robot, "revolute", "swing_radial", ("swing_link", "rope_link"), axis=RIGHT)
+    _add_rigging(robot, crane, size)
+
+
+def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, size: float) -> None:
+    """Add the rope's length, further links and the payload."""
+    lengths, masses = crane.cable.lengths.tolist(), [*crane.cable.masses[:-1].tolist(), crane.load.mass]
+    end = "rope_end_link"
+    ElementTree.SubElement(robot, "link", name=end)
+    add_joint(robot, "prismatic", "rope", ("rope_link", end), axis=DOWN)
+    turns = (("swing_radial", RIGHT), ("swing_tangential", FORWARD), ("slew", UP))
+    for joint, axis in turns[:2] if isinstance(crane.support, Bridge) else turns:
+        level = f"level_{joint}_link"
+        ElementTree.SubElement(robot, "link", name=level)
+        add_joint(robot, "revolute", f"level_{joint}", (end, level), ORIGIN, axis, mimic=joint)
+        end = level
+    for k in range(1, len(masses)):
+        add_link(robot, f"node_{k}", _hook_block(0.012 * size), point_mass(masses[k - 1]))
+    rotates = isinstance(crane.load, RigidLoad)
+    last = "attachment_link" if rotates else "payload_link"
+    if len(masses) == 1:
+        add_joint(robot, "fixed", "hook", (end, last))
+    else:
+        add_joint(robot, "fixed", "hook", (end, "node_1"))
+        add_directed(robot, SuspendedCable(tuple(lengths[1:]), tuple(masses[1:])), False, "node_1", 2, last)
+    if rotates:
+        ElementTree.SubElement(robot, "link", name=last)
+        add_joint(robot, "fixed", ATTITUDE_JOINT, (last, "payload_link"))
+    shapes, body = payload_visual(crane.load, size)
+    add_link(robot, "payload_link", shapes, body)
+
+
+def payload_visual(load: Any, size: float) -> tuple[list[Shape], Body]:
+    """Return (solids, body) of a payload in the frame of its attachment."""
+    edge = min(max((load.mass / 2400.0) ** (1.0 / 3.0), 0.02 * size), 0.1 * size)
+    if not isinstance(load, RigidLoad):
+        return crate(edge), point_mass(load.mass)
+    moments = np.diag(np.array(load.inertia))
+    center = tuple(-float(x) for x in load.attachment)
+    x, y, z = box_edges(load)
+    band = (1.01 * x, 0.06 * y, 1.01 * z)
+    shapes = [Shape((x, y, z), (center[0], center[1], center[2]), RED)]
+    shapes += [Shape(band, (center[0], center[1] + share * y, center[2]), DARK) for share in (0.35, -0.35)]
+    inertia = tuple(float(moment) for moment in moments)
+    moments_of = (inertia[0], inertia[1], inertia[2])
+    return shapes, Body(load.mass, (center[0], center[1], center[2]), moments_of, products_of(load))
+
+
+def box_edges(load: RigidLoad) -> tuple[float, float, float]:
+    """Return the edges [m] of the box of even density that has a load's moments of inertia."""
+    moments = np.diag(np.array(load.inertia))
+    x, y, z = (float(edge) for edge in np.sqrt(np.maximum(12.0 * (0.5 * moments.sum() - moments) / load.mass, 1e-6)))
+    return x, y, z
+
+
+def products_of(load: RigidLoad) -> tuple[float, float, float]:
+    """Return the entries xy, xz, yz of a load's inertia tensor [kg m²]."""
+    return load.inertia[0][1], load.inertia[0][2], load.inertia[1][2]
+
+
+def _hook_block(unit: float) -> list[Shape]:
+    return [
+        Shape((0.9 * unit, 0.5 * unit), ORIGIN, STEEL, ACROSS),
+        Shape((0.9 * unit, 0.5 * unit, 1.6 * unit), (0.0, 0.0, -0.3 * unit), YELLOW),
+    ]
+
+
+def _add_tower(robot: ElementTree.Element, support: TowerCrane, size: float, ground: float) -> str:
+    """Add mast, jib and trolley; return the link of the trolley."""
+    unit, inertia = 0.02 * size, getattr(support.slew, "inertia", 0.0)
+    mast = Shape((1.6 * unit, 1.6 * unit, -ground), (0.0, 0.0, 0.5 * ground), YELLOW)
+    foot = Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
+    add_link(robot, "base_link", [mast, foot])
+    add_comment(robot, "slew_link has no mass: on the slew axis it has no effect, and none is simulated")
+    add_link(robot, "slew_link", _jib(size, unit), Body(0.0, ORIGIN, (0.5 * inertia, 0.5 * inertia, inertia)))
+    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
+    add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
+    add_joint(robot, "prismatic", "trolley", ("slew_link", "trolley_link"), axis=FORWARD)
+    return "trolley_link"
+
+
+def _jib(size: float, unit: float) -> list[Shape]:
+    back, top = COUNTER_JIB * size, 0.14 * size
+    return [
+        Shape((size + back, unit, 1.2 * unit), (0.5 * (size - back), 0.0, 1.2 * unit), YELLOW),
+        Shape((1.2 * unit, 1.2 * unit, top), (0.0, 0.0, 0.5 * top + unit), YELLOW),
+        Shape((3.0 * unit, 2.0 * unit, 3.5 * unit), (1.5 * unit - back, 0.0, -0.2 * unit), DARK),
+        Shape((1.6 * unit, 1.5 * unit, 2.0 * unit), (1.8 * unit, 1.6 * unit, 0.0), GLASS),
+    ]
+
+
+def _jib_trolley(unit: float) -> list[Shape]:
+    return [
+        Shape((2.2 * unit, 1.4 * unit, 0.5 * unit), (0.0, 0.0, 0.3 * unit), DARK),
+        Shape((0.5 * unit, 1.0 * unit), ORIGIN, STEEL, ACROSS),
+    ]
+
+
+def _add_bridge(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene, size: float) -> str:
+    """Add bridge and trolley; return the link of the trolley."""
+    unit, support = 0.03 * size, crane.support
+    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(support.trolley.limits or ())]
+    left, right = min(places) - 0.3 * size, max(places) + 0.3 * size
+    girder = Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW)
+    carriages = [Shape((unit, 6.0 * unit, unit), (end, 0.0, 1.2 * unit), DARK) for end in (left, right)]
+    add_link(robot, "base_link", [])
+    add_link(robot, "bridge_link", [girder, *carriages], point_mass(support.bridge.mass))
+    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
+    add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
+    add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
+    return "trolley_link"
+
+
+def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, size: float, length: float) -> str:
+    """Add carrier, superstructure and boom; return the link at the boom's tip, whose axes are level."""
+    unit, parts, (ahead, above) = 0.02 * size, support.superstructure, support.superstructure.foot
+    first, second = support.base_section, support.telescope
+    add_link(robot, "base_link", _carrier(size, unit))
+    add_comment(robot, "slew_link has no mass: on the slew axis it has no effect, and none is simulated")
+    inertia = (0.5 * parts.inertia, 0.5 * parts.inertia, parts.inertia)
+    add_link(robot, "slew_link", _superstructure(unit), Body(0.0, ORIGIN, inertia))
+    root = 2.0 * first.center if first.center else 0.5 * length
+    thin = (0.0, first.inertia, first.inertia)
+    add_link(robot, "boom_link", _boom_section(root, 0.0, 1.3 * unit), Body(first.mass, (first.center, 0.0, 0.0), thin))
+    drawn, thin = min(2.0 * second.center, length), (0.0, second.inertia, second.inertia)
+    body = Body(second.mass, (-second.center, 0.0, 0.0), thin)
+    add_link(robot, "telescope_link", _boom_section(drawn, -drawn, unit), body)
+    ElementTree.SubElement(robot, "link", name="tip_link")
+    add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
+    add_joint(robot, "revolute", "boom", ("slew_link", "boom_link"), (ahead, 0.0, above), RIGHT)
+    add_joint(robot, "prismatic", "telescope", ("boom_link", "telescope_link"), axis=FORWARD)
+    add_joint(robot, "revolute", "boom_level", ("telescope_link", "tip_link"), ORIGIN, RIGHT, mimic="boom")
+    return "tip_link"
+
+
+def _boom_section(length: float, start: float, width: float) -> list[Shape]:
+    return [Shape((length, width, 1.2 * width), (start + 0.5 * length, 0.0, 0.0), YELLOW)]
+
+
+def _carrier(size: float, unit: float) -> list[Shape]:
+    height, ground = 3.0 * unit, -FOOT_HEIGHT * size
+    axles = [
+        Shape((0.9 * unit, 0.7 * unit), (x * unit, side * 1.6 * unit, ground + 0.9 * unit), DARK, ACROSS)
+        for x in (-4.5, -2.2, 2.2, 4.5)
+        for side in (1.0, -1.0)
+    ]
+    deck = Shape((12.0 * unit, 3.2 * unit, 1.4 * unit), (0.0, 0.0, ground + 0.5 * height), YELLOW)
+    column = Shape((1.3 * unit, -ground - height), (0.0, 0.0, 0.5 * (ground + height)), GREY)
+    return [deck, column, *axles]
+
+
+def _superstructure(unit: float) -> list[Shape]:
+    return [
+        Shape((3.2 * unit, 2.6 * unit, unit), ORIGIN, YELLOW),
+        Shape((1.4 * unit, 2.8 * unit, 1.4 * unit), (-2.6 * unit, 0.0, 0.2 * unit), DARK),
+        Shape((1.6 * unit, unit, 1.4 * unit), (1.2 * unit, 1.8 * unit, 0.3 * unit), GLASS),
+    ]

@@ -1,0 +1,258 @@
+"""A rigid load on n elastic falls below any support: equations of motion.
+
+Fall i leads from the point a_i, fixed in the support's frame and given from its tip, to b_i of the load, given from its
+centre of mass in its own axes. Of its unstretched length L_i = l + δ_i the winch drives l, common to all. With the
+distance ℓ_i of the two points and the elongation e_i = ℓ_i - L_i it pulls with
+
+    T_i = (EA_i / L_i) (e_i + τ e_i'),
+
+and a slack one with nothing. The rope on the drum is unstretched, so that a winch that pays out loses T + T²/(2 EA) for
+each metre: what the rope pulls, and the energy of the strain that goes with it.
+
+State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
+mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one.
+"""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+from crane_sim import system
+from crane_sim.models.attitude import align_quaternion, angular_velocity_of, quaternion_acceleration, rotation_of
+from crane_sim.models.effects import PayloadDrag, PayloadForce
+from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.loads import RigidLoad
+from crane_sim.models.moving_base import (
+    base_kinematics_at,
+    cross,
+    dot,
+    imposed_acceleration,
+    rotate_to_base,
+    to_turned_axes,
+    turned_about_z,
+)
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports import (
+    add_yaw_moment,
+    coordinate_count,
+    drive_power,
+    forward_kinematics,
+    support_acceleration,
+    with_base,
+    with_wind,
+    yaw,
+)
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
+from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
+from crane_sim.models.suspended.load_dynamics import (
+    BodyState,
+    add,
+    angular_acceleration,
+    imposed_load_power,
+    multiply,
+    subtract,
+)
+from crane_sim.models.wind_load import airflow_at
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.wind import Wind
+
+
+class Falls(NamedTuple):
+    """Elastic ropes between support and load, arrays of n."""
+
+    top: Any  # (n, 3) m, from the tip, in the support's frame
+    bottom: Any  # (n, 3) m, from the load's centre of mass, in its axes
+    length: float  # m, unstretched, where no winch changes it
+    offset: Any  # (n,) m, added to that length
+    axial_stiffness: Any  # (n,) N, EA of all parts of the fall together
+    relaxation: Any  # (n,) s, τ of the damping
+
+
+class FallsCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    support: Any  # of `crane_sim.models.supports`
+    falls: Falls
+    load: RigidLoad  # its attachment is not used
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    drag: PayloadDrag | None = None
+    energy_meter: Meter | None = None
+    base: Base | SplineBase | None = None
+    force: PayloadForce | None = None
+    stops: Stops | None = None
+    wind: Wind | None = None
+
+
+class Fall(NamedTuple):
+    """One fall at one instant, in the axes of the base."""
+
+    n: tuple[float, float, float]  # unit vector from the load's point to the support's
+    lever: tuple[float, float, float]  # m, of the load's point from its centre of mass
+    top: tuple[float, float, float]  # m, of the support's point from the tip, in the support's frame
+    spring: float  # N, EA e / L, also where it is slack
+    tension: float  # N, with the damping, also where it is slack
+    damping: float  # W, that the damper takes while taut
+
+
+class Pull(NamedTuple):
+    """Sum over the falls."""
+
+    force: tuple[float, float, float]  # N, on the load, in the axes of the base
+    moment: tuple[float, float, float]  # N m, on the load about its centre of mass, in the axes of the base
+    couple: float  # N m, on the support about the vertical through the tip
+    paid: float  # N, Σ T + T²/(2 EA): on the length
+    damping: float  # W, that dampers take
+
+
+class Solved(NamedTuple):
+    """Motion and forces at one instant."""
+
+    pose: NamedTuple  # of the support
+    support: Any  # accelerations of its coordinates
+    length: float  # m/s², acceleration of the falls' common length
+    center: tuple[float, float, float]  # m/s², of the load
+    alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
+    load: BodyState
+    pull: Pull
+    tau: Any  # efforts with those that base and falls add
+    base: Any
+
+
+@lean_kernel
+def falls_layout(p):
+    """Return (number nq of coordinates, index of the load's first one, index of the first mode)."""
+    first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
+    nq = first + 7
+    return nq, first, 2 * nq + meter_size(p.energy_meter)
+
+
+@lean_generic
+def common_length(hoist, p, x, nq):
+    """Return (unstretched length [m] of the falls, its rate [m/s])."""
+    i = coordinate_count(p.support)
+    return x[i], x[nq + i]
+
+
+@common_length.register(type(None))
+def _(hoist, p, x, nq):
+    return p.falls.length, 0.0
+
+
+@lean_kernel
+def body_state(p, x):
+    """Return the load's kinematics in state x."""
+    nq, first, _ = falls_layout(p)
+    quaternion, rate = align_quaternion(x, first + 3, nq + first + 3)
+    i = nq + first
+    position, velocity = (x[first], x[first + 1], x[first + 2]), (x[i], x[i + 1], x[i + 2])
+    return BodyState(position, velocity, rotation_of(quaternion), angular_velocity_of(quaternion, rate), quaternion)
+
+
+@lean_kernel
+def fall_state(falls, i, pose, turn, tip, load, length):
+    """Return Fall number i.
+
+    Args:
+        falls, i: the falls, number of this one.
+        pose, turn: posture of the support, sine and cosine of its yaw.
+        tip: (position, velocity) of the tip relative to the base.
+        load: BodyState.
+        length: (unstretched length without the offset, its rate).
+    """
+    s, c = turn
+    top = falls.top[i, 0], falls.top[i, 1], falls.top[i, 2]
+    arm = to_base_axes(top, s, c)
+    bottom = falls.bottom[i, 0], falls.bottom[i, 1], falls.bottom[i, 2]
+    lever, moves = multiply(load.rows, bottom), multiply(load.rows, cross(load.omega, bottom))
+    dx, dy, dz = subtract(add(tip[0], arm), add(load.position, lever))
+    vx, vy, vz = subtract(tip[1], add(load.velocity, moves))
+    vx, vy = vx - pose.yaw_rate * arm[1], vy + pose.yaw_rate * arm[0]
+    distance, rest = sqrt(dx * dx + dy * dy + dz * dz), length[0] + falls.offset[i]
+    n, stiffness = (dx / distance, dy / distance, dz / distance), falls.axial_stiffness[i] / rest
+    rate = n[0] * vx + n[1] * vy + n[2] * vz - length[1]
+    spring, damping = stiffness * (distance - rest), stiffness * falls.relaxation[i] * rate
+    return Fall(n, lever, top, spring, spring + damping, damping * rate)
+
+
+@lean_kernel
+def sum_falls(p, x, pose, turn, tip, load):
+    """Return the Pull of all falls; arguments of `fall_state`."""
+    nq, _, modes = falls_layout(p)
+    force, moment, couple, paid, damping = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0
+    length = common_length(p.hoist, p, x, nq)
+    for i in range(len(p.falls.offset)):
+        taut = x[modes + i]
+        fall = fall_state(p.falls, i, pose, turn, tip, load, length)
+        tension = taut * fall.tension
+        pull = tension * fall.n[0], tension * fall.n[1], tension * fall.n[2]
+        force, moment = add(force, pull), add(moment, cross(fall.lever, pull))
+        fx, fy, _ = to_turned_axes(pull, turn[0], turn[1])
+        couple -= fall.top[0] * fy - fall.top[1] * fx
+        strain = taut * fall.spring * fall.spring / (2.0 * p.falls.axial_stiffness[i])
+        paid += tension + strain
+        damping += taut * fall.damping
+    return Pull(force, moment, couple, paid, damping)
+
+
+@lean_routine
+def solve_dynamics(p, t, x, tau):
+    """Return motion and forces at time t in state x under joint efforts tau."""
+    nq, _, _ = falls_layout(p)
+    xs = support_state(p.support, x, nq)
+    pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
+    (s, c), load = sincos(angle), body_state(p, x)
+    pull = sum_falls(p, x, pose, (s, c), tip_motion(pose, s, c), load)
+    turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
+    tau = add_yaw_moment(p.support, tau, pull.couple)
+    fx, fy, fz = to_turned_axes(pull.force, s, c)
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, (-fx, -fy, -fz))
+    inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
+    given, moment = load_force(p, t, base, load)
+    ax, ay, az = add(pull.force, given)
+    imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
+    center = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
+    alpha = angular_acceleration(p.load, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
+    return Solved(pose, qdd, bias_acc + inv_mass * pull.paid, center, alpha, load, pull, tau, base)
+
+
+@system.rhs_into.register(FallsCrane)
+def _(p, t, x, u, out, work):
+    write_falls_derivative(p, t, x, u, out)
+
+
+@lean_routine
+def write_falls_derivative(p, t, x, u, out):
+    """Write the time derivative of the state into `out`."""
+    nq, first, modes = falls_layout(p)
+    tau = system.effort(u, p, t, x)
+    solved, ns = solve_dynamics(p, t, x, tau), coordinate_count(p.support)
+    for i in range(nq):
+        out[i] = x[nq + i]
+    for i in range(ns):
+        out[nq + i] = solved.support[i]
+    if first > ns:
+        out[nq + ns] = solved.length
+    i = nq + first
+    out[i], out[i + 1], out[i + 2] = solved.center
+    second = quaternion_acceleration(solved.load.quaternion, solved.load.omega, solved.alpha)
+    out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
+    for i in range(2 * nq, len(out)):
+        out[i] = 0.0
+    if modes > 2 * nq:
+        out[2 * nq] = falls_power(p, t, x, solved)
+
+
+@lean_kernel
+def falls_power(p, t, x, solved):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    nq, _, _ = falls_layout(p)
+    load, pull, rate = solved.load, solved.pull, common_length(p.hoist, p, x, nq)[1]
+    given, moment = load_force(p, t, solved.base, load)
+    reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
+    power = drive_power(p.support, solved.tau, solved.pose, reaction)
+    power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, p.load, load)
+    power += dot(given, load.velocity) + dot(moment, load.omega)
+    return power - pull.damping - pull.couple * solved.pose.yaw_rate

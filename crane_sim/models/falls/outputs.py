@@ -1,0 +1,266 @@
+"""Outputs of a crane with elastic falls: joint coordinates, falls_energies, tensions, points, and its events.
+
+Joint coordinates are the support's, the falls' common length where a winch changes it, the position of the load's
+centre of mass in the axes of the base, and its attitude, a quaternion (w, x, y, z).
+"""
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.attitude import align_quaternion
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.falls.crane import (
+    FallsCrane,
+    body_state,
+    common_length,
+    fall_state,
+    falls_layout,
+    falls_power,
+    solve_dynamics,
+)
+from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
+from crane_sim.models.moving_base import base_state, pose_at, to_world
+from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
+from crane_sim.models.supports import (
+    coordinate_count,
+    forward_kinematics,
+    support_guard,
+    support_kinetic,
+    support_polyline,
+    support_polyline_size,
+    support_potential,
+    yaw,
+)
+from crane_sim.models.supports.actuation import hoist_entry
+from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.suspended.crane import support_state, tip_motion, to_base_axes
+from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
+from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.system import Switching
+
+
+@system.project.register(FallsCrane)
+def _(p, x):
+    normalise(p, x)
+    return x
+
+
+@lean_routine
+def normalise(p, x):
+    """Give the quaternion its length 1, and take from its rates what is not across it."""
+    nq, first, _ = falls_layout(p)
+    i, v = first + 3, nq + first + 3
+    (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = align_quaternion(x, i, v)
+
+
+@system.joints.register(FallsCrane)
+def _(p, x):
+    nq, _, _ = falls_layout(p)
+    return x[:nq].copy(), x[nq : 2 * nq].copy()
+
+
+@system.state.register(FallsCrane)
+def _(p, t, q, v):
+    nq, _, modes = falls_layout(p)
+    x = np.zeros(modes + len(p.falls.offset))
+    for i in range(nq):
+        x[i], x[nq + i] = q[i], v[i]
+    fill_modes(p, x)
+    return x
+
+
+@routine
+def fill_modes(p, x):
+    """Set each fall's mode to that of its elongation."""
+    (_, _, modes), kinematics = falls_layout(p), kinematics_of(p, x)
+    for i in range(len(p.falls.offset)):
+        fall = fall_state(p.falls, i, *kinematics)
+        x[modes + i] = 1.0 if min(fall.spring, fall.tension) > 0.0 else 0.0
+
+
+@lean_kernel
+def kinematics_of(p, x):
+    """Return what `fall_state` takes besides the falls and a number, in state x."""
+    nq, _, _ = falls_layout(p)
+    xs = support_state(p.support, x, nq)
+    pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
+    return pose, (s, c), tip_motion(pose, s, c), body_state(p, x), common_length(p.hoist, p, x, nq)
+
+
+@system.acceleration.register(FallsCrane)
+def _(p, t, x, u):
+    nq, _, _ = falls_layout(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+
+
+@system.link_count.register(FallsCrane)
+def _(p):
+    return len(p.falls.offset)
+
+
+@system.tensions.register(FallsCrane)
+def _(p, t, x, u, rows, i, first):
+    (_, _, modes), kinematics = falls_layout(p), kinematics_of(p, x)
+    for k in range(len(p.falls.offset)):
+        rows[i, first + k] = x[modes + k] * fall_state(p.falls, k, *kinematics).tension
+
+
+@system.power.register(FallsCrane)
+def _(p, t, x, u):
+    return falls_power(p, t, x, solve_dynamics(p, t, x, system.effort(u, p, t, x)))
+
+
+@routine
+def falls_energies(p, base, x):
+    """Return (kinetic, potential) energy [J] relative to the base, and those that it adds; base: BaseState or None."""
+    nq, _, modes = falls_layout(p)
+    kinematics = kinematics_of(p, x)
+    pose, (s, c), _, load, (length, rate) = kinematics
+    (vx, vy, vz), m = load.velocity, p.load.mass
+    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
+    kinetic += 0.5 * m * (vx * vx + vy * vy + vz * vz) + turning_energy(p.load, load)
+    potential = support_potential(p.support, pose, p.gravity) + m * p.gravity * load.position[2]
+    for i in range(len(p.falls.offset)):
+        spring, rest = fall_state(p.falls, i, *kinematics).spring, length + p.falls.offset[i]
+        potential += x[modes + i] * 0.5 * spring * spring * rest / p.falls.axial_stiffness[i]
+    first, second = support_added_energy(base, p, pose, s, c), load_base_energy(base, p.load, load, p.gravity)
+    return kinetic, potential, first[0] + second[0], first[1] + second[1]
+
+
+@system.kinetic.register(FallsCrane)
+def _(p, x):
+    return falls_energies(p, None, x)[0]
+
+
+@system.potential.register(FallsCrane)
+def _(p, x):
+    return falls_energies(p, None, x)[1]
+
+
+@system.base_energy.register(FallsCrane)
+def _(p, t, x):
+    _, _, kinetic, potential = falls_energies(p, base_state(p.base, t, 0.0), x)
+    return kinetic, potential
+
+
+@system.point_count.register(FallsCrane)
+def _(p):
+    return support_polyline_size(p.support) + 1
+
+
+@system.tip_index.register(FallsCrane)
+def _(p):
+    return support_polyline_size(p.support) - 1
+
+
+@system.points.register(FallsCrane)
+def _(p, t, x, out):
+    nq, first, _ = falls_layout(p)
+    base, xs, i = pose_at(p.base, t), support_state(p.support, x, nq), 0
+    s, c = sincos(yaw(p.support, xs))
+    for point in support_polyline(p.support, xs):
+        out[i, 0], out[i, 1], out[i, 2] = to_world(base, to_base_axes(point, s, c))
+        i += 1
+    out[i, 0], out[i, 1], out[i, 2] = to_world(base, (x[first], x[first + 1], x[first + 2]))
+
+
+@system.actuated_joints.register(FallsCrane)
+def _(p, x):
+    (nq, _, _), i = falls_layout(p), coordinate_count(p.support)
+    q = (*support_entries(p.support, x, 0), *hoist_entry(p.hoist, x, i))
+    return q, (*support_entries(p.support, x, nq), *hoist_entry(p.hoist, x, nq + i))
+
+
+@system.efforts_from_row.register(FallsCrane)
+def _(p, row):
+    support = effort_entries(p.support, row)
+    return (*support, *hoist_entry(p.hoist, row, len(support)))
+
+
+@system.saturate.register(FallsCrane)
+def _(p, u):
+    return limit_hoist(p.hoist, u)
+
+
+@system.with_meter.register(FallsCrane)
+def _(p, held):
+    lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
+    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
+    return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
+
+
+@system.energy_supplied.register(FallsCrane)
+def _(p, x):
+    nq, _, modes = falls_layout(p)
+    return x[2 * nq] if modes > 2 * nq else 0.0
+
+
+@system.switching.register(FallsCrane)
+def _(p):
+    return Switching(1000, 0, None)
+
+
+@system.guard.register(FallsCrane)
+def _(p, t, x, u, work):
+    return falls_guard(p, x)
+
+
+@lean_routine
+def falls_guard(p, x):
+    """Return (the smallest guard, its number, evaluations): taut and slack falls, and the stops of a run."""
+    nq, _, modes = falls_layout(p)
+    best = stops_guard(p.stops, p, x, nq)
+    kinematics = kinematics_of(p, x)
+    for i in range(len(p.falls.offset)):
+        fall = fall_state(p.falls, i, *kinematics)
+        value = fall.tension if x[modes + i] > 0.0 else -min(fall.spring, fall.tension)
+        best = smaller_guard(best, value, encode(Guard.LINK, i))
+    value, number = best
+    return value, number, 0
+
+
+@lean_generic
+def stops_guard(stops, p, x, nq):
+    """Return the smallest guard of what ends a run: the limits of the support and of the falls' length."""
+    return 1e300, encode(Guard.LENGTH, LOWER)
+
+
+@stops_guard.register(Stops)
+def _(stops, p, x, nq):
+    length, rate = common_length(p.hoist, p, x, nq)
+    best = length_guard(stops, length, rate)
+    return support_guard(p.support, best, support_state(p.support, x, nq))
+
+
+@system.apply_reset_map.register(FallsCrane)
+def _(p, t, x, u, number):
+    return switch_fall(p, x, number)
+
+
+@routine
+def switch_fall(p, x, number):
+    """Return (the state with the fall's other mode, the event, whether the model goes on)."""
+    nq, _, modes = falls_layout(p)
+    kind, i, _ = decode(number)
+    if kind != Guard.LINK:
+        return x, number, False
+    y = x.copy()
+    y[modes + i] = 1.0 - x[modes + i]
+    if modes > 2 * nq:  # a slack rope loses what its spring held against the damper
+        y[2 * nq] += falls_energies(p, None, y)[1] - falls_energies(p, None, x)[1]
+    return y, encode(Guard.LINK, i, int(y[modes + i])), True
+
+
+@system.describe_event.register(FallsCrane)
+def _(p, number):
+    kind, i, outcome = decode(number)
+    if kind == Guard.LINK:
+        return f"fall {i + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
+    if kind == Guard.LENGTH:
+        return describe_length_event(
+            "shortest fall" if i == LOWER else "falls' rope", "hoist", i, (p.stops or Stops()).shortest
+        )
+    return describe_stop(p.support, p.stops or Stops(), number)

@@ -1,0 +1,223 @@
+"""Friction of the actuated joints of a crane with one rope: slew, boom and jib, and the winch of the rope.
+
+Each joint has one float at the end of the state: a mode (`models.supports.friction`) or the deflection of bristles
+(`models.supports.lugre`). A joint that sticks is a constraint: it leaves the equations of the others as if its inertia
+were infinite, and a winch that sticks is a rope that keeps its length.
+"""
+
+from typing import NamedTuple
+
+from crane_sim.models.cables.rope import imposed_tension, winch_pull, winch_tension, without_rate
+from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
+from crane_sim.models.stops import WINCH
+from crane_sim.models.supports import joint_loads
+from crane_sim.models.supports.friction import (
+    Friction,
+    breakaway_mode,
+    contact_effort,
+    contact_rate,
+    friction_guard,
+    initial_contact,
+    is_held,
+)
+from crane_sim.models.supports.lugre import LuGre
+from crane_sim.numerics.jit import generic, kernel, lean_generic
+from crane_sim.numerics.states import replace_entry, replace_field
+
+STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
+
+
+class JointFriction(NamedTuple):
+    """Dry friction of the actuated joints; sticking and slipping are located as events."""
+
+    slew: Friction | None = None  # N m, of the tower's bearing
+    boom: Friction | None = None  # N m, of the joint at the tower
+    jib: Friction | None = None  # N m, of the joint between boom and jib, on the jib's elevation
+    rope: Friction | None = None  # N, of a winch driven by force, in terms of the rope
+
+
+class JointLuGre(NamedTuple):
+    """Dry friction of the actuated joints by bristles, the smooth alternative to `friction`."""
+
+    slew: LuGre | None = None  # N m, of the tower's bearing
+    boom: LuGre | None = None  # N m, of the joint at the tower
+    jib: LuGre | None = None  # N m, of the joint between boom and jib, on the jib's elevation
+    rope: LuGre | None = None  # N, of a winch driven by force, in terms of the rope
+
+
+class Contacts(NamedTuple):
+    """Friction of the actuated joints, of either kind."""
+
+    slew: Friction | LuGre | None
+    boom: Friction | LuGre | None
+    jib: Friction | LuGre | None
+    rope: Friction | LuGre | None
+
+
+@generic
+def hold_joints(friction, pose, x):
+    """Return the posture of state x with the joints that friction holds."""
+    return pose
+
+
+@hold_joints.register(Contacts)
+def _(friction, pose, x):
+    slew, boom, jib, rope = x[-1]
+    free = not is_held(friction.slew, slew), not is_held(friction.boom, boom), not is_held(friction.jib, jib)
+    return replace_field(pose, "free", (*free, not is_held(friction.rope, rope)))
+
+
+@generic
+def add_joint_friction(friction, tau, rope_state, x):
+    """Return the joint efforts tau plus those of friction, which a joint that sticks has none of."""
+    return tau
+
+
+@add_joint_friction.register(Contacts)
+def _(friction, tau, rope_state, x):
+    (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
+    return (
+        tau[0] + contact_effort(friction.slew, va, slew),
+        tau[1] + contact_effort(friction.boom, vb, boom),
+        tau[2] + contact_effort(friction.jib, vg, jib),
+        *winch_effort(friction.rope, tau, rope_state.rate, rope),
+    )
+
+
+@generic
+def winch_effort(friction, tau, rate, contact):
+    """Return the winch's effort with friction as a tuple, empty for a winch without one."""
+    return tau[3:]
+
+
+@winch_effort.register(Friction)
+@winch_effort.register(LuGre)
+def _(friction, tau, rate, contact):
+    return (tau[3] + contact_effort(friction, rate, contact),)
+
+
+@winch_tension.register(Contacts)
+def _(friction, p, pose, rope_state, tau, force, reaction):
+    if pose.free[WINCH]:
+        return winch_pull(p.cable, tau, rope_state)
+    return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
+
+
+@kernel
+def loads_of(p, motion):
+    """Return the efforts (slew, boom, jib, winch) that friction holds where a joint sticks, at a Motion of crane p."""
+    gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
+    slew, boom, jib = joint_loads(p.support, motion.pose, gravity, efforts, tip, motion.support_acceleration)
+    return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
+
+
+@lean_generic
+def any_held(friction, x):
+    """Return whether friction holds a joint in state x."""
+    return False
+
+
+@any_held.register(Contacts)
+def _(friction, x):
+    slew, boom, jib, rope = x[-1]
+    turning = is_held(friction.slew, slew) or is_held(friction.boom, boom) or is_held(friction.jib, jib)
+    return turning or is_held(friction.rope, rope)
+
+
+@lean_generic
+def friction_guards(friction, best, x, rate, loads):
+    """Return the smallest guard, those of the joints' friction counted in.
+
+    Args:
+        friction: its parameters, None without one.
+        best: the smallest guard of all others.
+        x: state.
+        rate: of the rope [m/s].
+        loads: result of `loads_of`, anything where no joint sticks.
+    """
+    return best
+
+
+@friction_guards.register(Contacts)
+def _(friction, best, x, rate, loads):
+    (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
+    best = smaller_guard(best, friction_guard(friction.slew, va, slew, loads[0]), encode(Guard.FRICTION, 0))
+    best = smaller_guard(best, friction_guard(friction.boom, vb, boom, loads[1]), encode(Guard.FRICTION, 1))
+    best = smaller_guard(best, friction_guard(friction.jib, vg, jib, loads[2]), encode(Guard.FRICTION, 2))
+    winch = friction_guard(friction.rope, rate + rope * STANDSTILL, rope, loads[WINCH])
+    return smaller_guard(best, winch, encode(Guard.FRICTION, WINCH))
+
+
+@kernel
+def at_rest(x, joint, rope_state):
+    """Return state x with a joint at rest whose friction has ended its motion, and held."""
+    xs, xc = x[0], x[1]
+    if x[-1][joint] != 0.0 and joint < WINCH:
+        xs = replace_entry(xs, 3 + joint, 0.0)
+    if x[-1][joint] != 0.0 and joint == WINCH:
+        xc = without_rate(rope_state, xc)
+    return (xs, xc, *x[2:-1], replace_entry(x[-1], joint, 0.0))
+
+
+@kernel
+def after_guard(friction, joint, contact, loads):
+    """Return the new contact of a joint whose guard has failed in `contact`, at rest against `loads`."""
+    if joint == 0:
+        mode = breakaway_mode(friction.slew, contact, loads[0])
+    elif joint == 1:
+        mode = breakaway_mode(friction.boom, contact, loads[1])
+    elif joint == 2:
+        mode = breakaway_mode(friction.jib, contact, loads[2])
+    else:
+        mode = breakaway_mode(friction.rope, contact, loads[WINCH])
+    return mode
+
+
+@kernel
+def with_contact(x, joint, contact):
+    """Return state x with the contact of a joint replaced, and the number of that event."""
+    return (*x[:-1], replace_entry(x[-1], joint, contact)), friction_event(joint, contact)
+
+
+@generic
+def append_contacts(friction, x, v):
+    """Return the initial state x with the contacts of joints at velocities v (nq,) appended."""
+    return x
+
+
+@append_contacts.register(Contacts)
+def _(friction, x, v):
+    rate = 0.0 if abs(v[WINCH]) <= STANDSTILL else v[WINCH]
+    turning = (
+        initial_contact(friction.slew, v[0]),
+        initial_contact(friction.boom, v[1]),
+        initial_contact(friction.jib, v[2]),
+    )
+    return (*x, (*turning, initial_contact(friction.rope, rate)))
+
+
+@generic
+def append_contact_rates(friction, derivative, x, rate):
+    """Return the derivative of state x with those of the contacts appended; `rate` is the rope's [m/s]."""
+    return derivative
+
+
+@append_contact_rates.register(Contacts)
+def _(friction, derivative, x, rate):
+    (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
+    turning = contact_rate(friction.slew, va, slew), contact_rate(friction.boom, vb, boom)
+    rates = (*turning, contact_rate(friction.jib, vg, jib), contact_rate(friction.rope, rate, rope))
+    return (*derivative, rates)
+
+
+@generic
+def keep_contacts(friction, x, projected, rope_state):
+    """Return the projected state with the contacts of x, the rope at rest where friction holds its winch."""
+    return projected
+
+
+@keep_contacts.register(Contacts)
+def _(friction, x, projected, rope_state):
+    held = is_held(friction.rope, x[-1][WINCH])
+    xc = without_rate(rope_state, projected[1]) if held else projected[1]
+    return (projected[0], xc, *x[2:])

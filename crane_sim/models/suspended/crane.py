@@ -1,0 +1,326 @@
+"""A crane with a cable of N rigid links below any support: equations of motion.
+
+State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied)] with unit vectors n_k down the
+links in the axes of the base. Equations see the state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+
+The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
+first link, the load by that of its attachment along the last one.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.cables.chain import Chain
+from crane_sim.models.cables.chain_3d import (
+    Directions,
+    SupportEnd,
+    align,
+    direction_accelerations,
+    hoisted_length_acceleration,
+    solve_tensions,
+)
+from crane_sim.models.effects import PayloadDrag, PayloadForce, add_drag
+from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.loads import PointLoad, RigidLoad
+from crane_sim.models.moving_base import (
+    airspeed,
+    base_kinematics_at,
+    dot,
+    imposed_acceleration,
+    pose_at,
+    to_base,
+    to_turned_axes,
+    turned_about_z,
+)
+from crane_sim.models.rotating_frame import inertial_acceleration, inertial_velocity
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports import (
+    coordinate_count,
+    drive_power,
+    forward_kinematics,
+    support_acceleration,
+    tip_acceleration,
+    tip_mobility,
+    with_base,
+    with_wind,
+    yaw,
+)
+from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
+from crane_sim.models.supports.tower_crane import TowerCrane
+from crane_sim.models.suspended.load_dynamics import (
+    add,
+    end_acceleration_across,
+    end_acceleration_free,
+    end_mobility,
+    imposed_load_power,
+    load_coordinates,
+    load_state,
+    moment_power,
+    wind_on_load,
+    write_load_acceleration,
+)
+from crane_sim.models.wind_load import airflow_at
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.inputs import value_at
+from crane_sim.trajectories.wind import Wind
+
+
+class SuspendedCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    support: Any  # of `crane_sim.models.supports`
+    cable: Chain  # node masses above the load; the last one is not used
+    load: PointLoad | RigidLoad
+    hoist: Hoist | None = None
+    gravity: float = 9.81  # m/s²
+    drag: PayloadDrag | None = None
+    energy_meter: Meter | None = None
+    base: Base | SplineBase | None = None
+    force: PayloadForce | None = None
+    stops: Stops | None = None
+    wind: Wind | None = None
+
+
+class Work(NamedTuple):
+    """Work arrays of one evaluation."""
+
+    links: Directions
+    acc: Any  # (N + 1, 3) m/s², accelerations of tip and nodes
+    tension: Any  # (N,) N
+    ratio: Any  # (N,) of the elimination
+
+
+class Solved(NamedTuple):
+    """Support, load and base at one instant, in addition to the work arrays."""
+
+    pose: NamedTuple  # of the support
+    support: Any  # accelerations of its coordinates
+    length: float  # m/s², acceleration of the first link's length
+    tip_force: tuple[float, float, float]  # N, of the first link on the tip, in the support's frame
+    tau: Any  # efforts with those that a moving base adds
+    load: NamedTuple  # kinematics
+    base: Any  # kinematics, None at rest
+    base_power: float  # W, that the base supplies to nodes and load
+    moment: tuple[float, float, float]  # N m, of the wind on the load, in its axes
+
+
+@lean_generic
+def support_state(support, x, nq):
+    """Return the support's state, a tuple, from the crane's."""
+    return x[0], x[1], x[2], x[nq], x[nq + 1], x[nq + 2]
+
+
+@support_state.register(TowerCrane)
+@support_state.register(Bridge)
+def _(support, x, nq):
+    return x[0], x[1], x[nq], x[nq + 1]
+
+
+@lean_kernel
+def suspended_layout(p):
+    """Return (number nq of coordinates, index of the first link's, index of what follows the rates)."""
+    first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
+    nq = first + 3 * len(p.cable.masses) + load_coordinates(p.load)
+    return nq, first, 2 * nq + meter_size(p.energy_meter)
+
+
+@lean_generic
+def first_length(hoist, p, x, nq):
+    """Return (length [m], rate [m/s]) of the first link."""
+    i = coordinate_count(p.support)
+    return x[i], x[nq + i]
+
+
+@first_length.register(type(None))
+def _(hoist, p, x, nq):
+    return p.cable.lengths[0], 0.0
+
+
+@system.workspace.register(SuspendedCrane)
+def _(p):
+    return work_arrays(p.cable.masses, p.cable.lengths)
+
+
+@routine
+def work_arrays(masses, lengths):
+    """Return work arrays with what does not change."""
+    n = len(masses)
+    links = Directions(np.empty((n, 3)), np.empty((n, 3)), np.empty(n), lengths.copy(), 1.0 / masses)
+    return Work(links, np.zeros((n + 1, 3)), np.empty(n), np.empty(n))
+
+
+@lean_kernel
+def fill_directions(p, x, links):
+    """Fill the links with those of state x, put back on what they hold."""
+    nq, first, _ = suspended_layout(p)
+    for k in range(len(p.cable.masses)):
+        unit, rate = align(x, first + 3 * k, nq + first + 3 * k)
+        links.units[k, 0], links.units[k, 1], links.units[k, 2] = unit
+        links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
+        links.squared_rates[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
+    links.lengths[0] = first_length(p.hoist, p, x, nq)[0]
+
+
+@lean_kernel
+def to_base_axes(a, s, c):
+    """Return a vector (3,) of the support's frame, turned by an angle of this sine and cosine, in the base's axes."""
+    return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
+
+
+@lean_kernel
+def tip_motion(pose, s, c):
+    """Return (position [m], velocity [m/s]) of the tip relative to the base, each (3,)."""
+    return to_base_axes(pose.tip, s, c), to_base_axes(
+        inertial_velocity(pose.tip, pose.tip_velocity, pose.yaw_rate), s, c
+    )
+
+
+@lean_kernel
+def tip_acceleration_in_base(support, pose, qdd, s, c):
+    """Return the tip's acceleration (3,) [m/s²] relative to the base at joint accelerations qdd."""
+    relative, yaw_acceleration = tip_acceleration(support, pose, qdd)
+    acc = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
+    return to_base_axes(acc, s, c)
+
+
+@lean_kernel
+def next_node(links, k, rate, node):
+    """Return (position, velocity) of the lower end of link k, whose upper end is `node`; rate: of its length."""
+    (x, y, z), (vx, vy, vz) = node
+    a, b, c, length = links.units[k, 0], links.units[k, 1], links.units[k, 2], links.lengths[k]
+    velocity = (
+        vx + length * links.rates[k, 0] + rate * a,
+        vy + length * links.rates[k, 1] + rate * b,
+        vz + length * links.rates[k, 2] + rate * c,
+    )
+    return (x + length * a, y + length * b, z + length * c), velocity
+
+
+@lean_kernel
+def fill_node_accelerations(p, base, links, rate, node, acc):
+    """Fill the accelerations of the nodes above the load, without tensions.
+
+    Args:
+        p, base, links: the crane, base and links.
+        rate: of the first link's length [m/s].
+        node: (position, velocity) of the tip.
+        acc: (N + 1, 3) to fill.
+
+    Returns:
+        (position, velocity) of the last link's lower end, power [W] that the base supplies to the nodes.
+    """
+    power, n = 0.0, len(links.squared_rates)
+    for k in range(n - 1):
+        node = next_node(links, k, rate, node)
+        rate = 0.0
+        x, y, z = imposed_acceleration(base, node[0], node[1])
+        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = x, y, z - p.gravity
+        (vx, vy, vz) = node[1]
+        power += (x * vx + y * vy + z * vz) * p.cable.masses[k]
+    return next_node(links, n - 1, rate, node), power
+
+
+@lean_kernel
+def load_force(p, t, base, load):
+    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load."""
+    air = airspeed(base, load.position, load.velocity)
+    force = add_given_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p.base, t)
+    wind, moment = wind_on_load(airflow_at(p.wind, p.base, t, 0.0), base, p.load, load)
+    return add(force, wind), moment
+
+
+@generic
+def add_given_force(given, force, base, t):
+    """Return the force (3,) [N] plus the given one on the payload at time t, in the axes of the base."""
+    return force
+
+
+@add_given_force.register(PayloadForce)
+def _(given, force, base, t):
+    x, y, z = to_base(pose_at(base, t), (value_at(given.x, t), value_at(given.y, t), value_at(given.z, t)))
+    return force[0] + x, force[1] + y, force[2] + z
+
+
+@lean_routine
+def solve_dynamics(p, t, x, tau, work):
+    """Return support, load and base at time t in state x under joint efforts tau; tensions and links are in work.
+
+    The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
+    """
+    nq, _, _ = suspended_layout(p)
+    links, acc, tension, ratio = work
+    fill_directions(p, x, links)
+    n, (_, rate) = len(tension), first_length(p.hoist, p, x, nq)
+    xs = support_state(p.support, x, nq)
+    pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
+    s, c = sincos(angle)
+    node, power = fill_node_accelerations(p, base, links, rate, tip_motion(pose, s, c), acc)
+    load = load_state(p.load, x, nq, node)
+    last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
+    links.inv_masses[n - 1] = end_mobility(p.load, load, last)
+    (fx, fy, fz), moment = load_force(p, t, base, load)
+    imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
+    free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
+    acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(p.load, base, load, free, moment)
+    turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
+    first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, (0.0, 0.0, 0.0))
+    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
+    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
+    top = SupportEnd(tip_mobility(p.support, pose, first), hoist_inv_mass, hoist_bias_acc, rate)
+    solve_tensions(links, top, acc, tension, ratio)
+    length = hoisted_length_acceleration(links, top, acc, tension)
+    pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
+    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
+    across = end_acceleration_across(p.load, load, last, tension[n - 1])
+    for i in range(3):
+        acc[n, i] += across[i]
+    return Solved(pose, qdd, length, pull, tau, load, base, power + imposed_load_power(base, p.load, load), moment)
+
+
+@system.rhs_into.register(SuspendedCrane)
+def _(p, t, x, u, out, work):
+    write_suspended_derivative(p, t, x, u, out, work)
+
+
+@lean_routine
+def write_suspended_derivative(p, t, x, u, out, work):
+    """Write the time derivative of the state into `out`."""
+    nq, first, end = suspended_layout(p)
+    tau = system.effort(u, p, t, x)
+    links, acc, tension, _ = work
+    solved, n, ns = solve_dynamics(p, t, x, tau, work), len(tension), coordinate_count(p.support)
+    for i in range(nq):
+        out[i] = x[nq + i]
+    for k in range(n):
+        for i in range(3):
+            out[first + 3 * k + i] = links.rates[k, i]
+    for i in range(ns):
+        out[nq + i] = solved.support[i]
+    if first > ns:
+        out[nq + ns] = solved.length
+    top = SupportEnd(0.0, 0.0, 0.0, first_length(p.hoist, p, x, nq)[1])
+    direction_accelerations(links, top, acc, tension, out, nq + first)
+    last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
+    pull = last, tension[n - 1], solved.moment
+    write_load_acceleration(p.load, solved.base, solved.load, pull, (out, nq + first + 3 * n))
+    if end > 2 * nq:
+        out[2 * nq] = suspended_power(p, t, x, solved, work)
+
+
+@lean_kernel
+def suspended_power(p, t, x, solved, work):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    nq, _, _ = suspended_layout(p)
+    (_, rate), load = first_length(p.hoist, p, x, nq), solved.load
+    force, moment = load_force(p, t, solved.base, load)
+    power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
+    power += hoist_power(p.hoist, solved.tau, rate, work.tension[0])
+    return power + dot(force, load.velocity) + moment_power(p.load, load, moment)

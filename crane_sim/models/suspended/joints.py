@@ -1,0 +1,174 @@
+"""Joint coordinates of a suspended crane: the simple crane's first, then further links and the load's attitude.
+
+A support that turns gives those of `single_rope`: its own coordinates, the first link's length and its two swing
+angles in the turning frame,
+
+    n = (sin θ2, cos θ2 sin θ1, -cos θ2 cos θ1),
+
+so that a law for the simple crane reads them unchanged. A driven point has its position and the first link's unit
+vector. Further links are unit vectors in the axes of the base, an attitude is a quaternion (w, x, y, z).
+"""
+
+from math import atan2, cos, sin, sqrt
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.moving_base import to_turned_axes
+from crane_sim.models.single_rope.joint_coordinates import POLE
+from crane_sim.models.supports import coordinate_count, yaw
+from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.hoist import hoist_coordinates
+from crane_sim.models.suspended.crane import SuspendedCrane, first_length, support_state, suspended_layout, to_base_axes
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, kernel, routine
+
+
+@generic
+def has_swing_angles(support):
+    """Return whether the first link is given by its length and swing angles; otherwise by its unit vector."""
+    return True
+
+
+@has_swing_angles.register(Point)
+def _(support):
+    return False
+
+
+@kernel
+def swing_count(p):
+    """Return the number of joint coordinates that give the first link."""
+    return 3 if has_swing_angles(p.support) else 3 + hoist_coordinates(p.hoist)
+
+
+@routine
+def joint_count(p):
+    """Return the number of joint coordinates."""
+    nq, first, _ = suspended_layout(p)
+    return coordinate_count(p.support) + swing_count(p) + nq - first - 3
+
+
+@kernel
+def angles_of(n, rates):
+    """Return (θ1, θ2) and their rates of a unit vector (3,) and its rates, in the turning frame."""
+    c2 = sqrt(n[1] * n[1] + n[2] * n[2])
+    theta1 = atan2(n[1], -n[2]) if c2 > 0.0 else 0.0
+    s1, c1 = sin(theta1), cos(theta1)
+    first = (c1 * rates[1] + s1 * rates[2]) / max(c2, POLE)
+    return (theta1, atan2(n[0], c2)), (first, c2 * rates[0] + n[0] * (c1 * rates[2] - s1 * rates[1]))
+
+
+@kernel
+def vector_of(angles, rates):
+    """Return (unit vector, its rates), each (3,), of swing angles (θ1, θ2) and their rates."""
+    s1, c1, s2, c2 = sin(angles[0]), cos(angles[0]), sin(angles[1]), cos(angles[1])
+    (w1, w2) = rates
+    n = (s2, c2 * s1, -c2 * c1)
+    return n, (c2 * w2, c2 * c1 * w1 - s2 * s1 * w2, c2 * s1 * w1 + s2 * c1 * w2)
+
+
+@kernel
+def in_turning_frame(p, x, v, i, nq):
+    """Return (unit vector, its rates) of the first link in the support's frame; v: rates begin there, i: the vector."""
+    angle = yaw(p.support, support_state(p.support, x, nq))
+    s, c = sincos(angle)
+    n = to_turned_axes((x[i], x[i + 1], x[i + 2]), s, c)
+    x1, y1, z1 = to_turned_axes((x[v + i], x[v + i + 1], x[v + i + 2]), s, c)
+    w = yaw_entry(p.support, x, nq)
+    return n, (x1 + w * n[1], y1 - w * n[0], z1)
+
+
+@generic
+def yaw_entry(support, rates, i):
+    """Return entry i of a row, rate or acceleration of the support's frame about z: that of its first coordinate."""
+    return rates[i]
+
+
+@yaw_entry.register(Bridge)
+@yaw_entry.register(Point)
+def _(support, rates, i):
+    return 0.0
+
+
+@system.joints.register(SuspendedCrane)
+def _(p, x):
+    return joint_arrays(p, x)
+
+
+@routine
+def joint_arrays(p, x):
+    """Return (q, v), arrays (nj,)."""
+    nq, first, _ = suspended_layout(p)
+    ns, count = coordinate_count(p.support), joint_count(p)
+    q, v = np.empty(count), np.empty(count)
+    for i in range(ns):
+        q[i], v[i] = x[i], x[nq + i]
+    at = ns
+    if has_swing_angles(p.support):
+        q[at], v[at] = first_length(p.hoist, p, x, nq)
+        n, rates = in_turning_frame(p, x, nq, first, nq)
+        (q[at + 1], q[at + 2]), (v[at + 1], v[at + 2]) = angles_of(n, rates)
+        at, first = at + 3, first + 3
+    for i in range(count - at):
+        q[at + i], v[at + i] = x[nq - (count - at) + i], x[2 * nq - (count - at) + i]
+    return q, v
+
+
+@system.state.register(SuspendedCrane)
+def _(p, t, q, v):
+    nq, first, end = suspended_layout(p)
+    x, ns, n = np.zeros(end), coordinate_count(p.support), len(q)
+    for i in range(ns):
+        x[i], x[nq + i] = q[i], v[i]
+    at = ns
+    if has_swing_angles(p.support):
+        if first > ns:
+            x[ns], x[nq + ns] = q[ns], v[ns]
+        direction, rates = vector_of((q[ns + 1], q[ns + 2]), (v[ns + 1], v[ns + 2]))
+        s, c = sincos(yaw(p.support, support_state(p.support, x, nq)))
+        w = yaw_entry(p.support, v, 0)
+        rates = (rates[0] - w * direction[1], rates[1] + w * direction[0], rates[2])
+        (x[first], x[first + 1], x[first + 2]) = to_base_axes(direction, s, c)
+        (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_base_axes(rates, s, c)
+        at = ns + 3
+    for i in range(n - at):
+        x[nq - (n - at) + i], x[2 * nq - (n - at) + i] = q[at + i], v[at + i]
+    return x
+
+
+@system.acceleration.register(SuspendedCrane)
+def _(p, t, x, u):
+    return accelerations_of_joints(p, x, system.rhs(p, t, x, u))
+
+
+@routine
+def accelerations_of_joints(p, x, rates):
+    """Return the second derivatives (nj,) of the joint coordinates; rates: derivative of the state x."""
+    nq, first, _ = suspended_layout(p)
+    ns, out = coordinate_count(p.support), np.empty(joint_count(p))
+    for i in range(ns):
+        out[i] = rates[nq + i]
+    at = ns
+    if has_swing_angles(p.support):
+        out[at] = rates[nq + ns] if first > ns else 0.0
+        out[at + 1], out[at + 2] = angle_accelerations(p, x, rates, first, nq)
+        at += 3
+    for i in range(len(out) - at):
+        out[at + i] = rates[2 * nq - (len(out) - at) + i]
+    return out
+
+
+@kernel
+def angle_accelerations(p, x, rates, first, nq):
+    """Return the second derivatives of the swing angles (θ1, θ2)."""
+    n, (dx, dy, dz) = in_turning_frame(p, x, nq, first, nq)
+    s, c = sincos(yaw(p.support, support_state(p.support, x, nq)))
+    i = nq + first
+    ax, ay, az = to_turned_axes((rates[i], rates[i + 1], rates[i + 2]), s, c)
+    w, w_dot = yaw_entry(p.support, x, nq), yaw_entry(p.support, rates, nq)
+    ax, ay = ax + 2.0 * w * dy + w_dot * n[1] + w * w * n[0], ay - 2.0 * w * dx - w_dot * n[0] + w * w * n[1]
+    c2 = max(sqrt(n[1] * n[1] + n[2] * n[2]), POLE)
+    square, rate1 = c2 * c2, (n[1] * dz - n[2] * dy) / (c2 * c2)
+    first_acc = (n[1] * az - n[2] * ay) / square - 2.0 * rate1 * (n[1] * dy + n[2] * dz) / square
+    return first_acc, (ax + n[0] * (dx / c2) ** 2) / c2

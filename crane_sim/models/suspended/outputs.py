@@ -1,0 +1,289 @@
+"""Outputs of a suspended crane: suspended_energies, tensions, points, efforts; and the stops that end its runs."""
+
+from crane_sim import system
+from crane_sim.models.attitude import align_quaternion
+from crane_sim.models.cables.chain_3d import align
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.guards import Guard, decode, encode, smaller_guard
+from crane_sim.models.loads import RigidLoad
+from crane_sim.models.moving_base import BaseState, added_energy, base_state, pose_at, to_turned_axes, to_world
+from crane_sim.models.stops import Stops, describe_stop, length_guard, switching_of
+from crane_sim.models.supports import (
+    coordinate_count,
+    forward_kinematics,
+    support_base_energy,
+    support_guard,
+    support_kinetic,
+    support_polyline,
+    support_polyline_size,
+    support_potential,
+    yaw,
+)
+from crane_sim.models.supports.actuation import hoist_entry
+from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.driven_point import Point, driven_components
+from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.tower_crane import TowerCrane
+from crane_sim.models.suspended.crane import (
+    SuspendedCrane,
+    fill_directions,
+    first_length,
+    next_node,
+    solve_dynamics,
+    support_state,
+    suspended_layout,
+    suspended_power,
+    tip_motion,
+    to_base_axes,
+)
+from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state, turning_energy
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
+
+
+@system.project.register(SuspendedCrane)
+def _(p, x):
+    straighten(p, x)
+    return x
+
+
+@lean_routine
+def straighten(p, x):
+    """Give unit vectors and quaternion their length 1, and take from their rates what is not across them."""
+    nq, first, _ = suspended_layout(p)
+    for i in range(first, first + 3 * len(p.cable.masses), 3):
+        (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = align(x, i, nq + i)
+    normalise_attitude(p.load, x, nq)
+
+
+@lean_generic
+def normalise_attitude(load, x, nq):
+    """Put the load's own coordinates back on what they hold."""
+
+
+@normalise_attitude.register(RigidLoad)
+def _(load, x, nq):
+    i, v = nq - 4, 2 * nq - 4
+    (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = align_quaternion(x, i, v)
+
+
+@system.link_count.register(SuspendedCrane)
+def _(p):
+    return len(p.cable.masses)
+
+
+@system.tensions.register(SuspendedCrane)
+def _(p, t, x, u, rows, i, first):
+    work = system.workspace(p)
+    solve_dynamics(p, t, x, system.effort(u, p, t, x), work)
+    for k in range(len(work.tension)):
+        rows[i, first + k] = work.tension[k]
+
+
+@system.power.register(SuspendedCrane)
+def _(p, t, x, u):
+    work = system.workspace(p)
+    return suspended_power(p, t, x, solve_dynamics(p, t, x, system.effort(u, p, t, x), work), work)
+
+
+@routine
+def suspended_energies(p, base, x):
+    """Return (kinetic, potential) energy [J] relative to the base, and those that it adds in the world.
+
+    Args:
+        p: the crane.
+        base: of `base_state` in its own axes, None at rest.
+        x: state.
+    """
+    nq, _, _ = suspended_layout(p)
+    links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
+    fill_directions(p, x, links)
+    xs = support_state(p.support, x, nq)
+    pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
+    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
+    potential = support_potential(p.support, pose, p.gravity)
+    added = support_added_energy(base, p, pose, s, c)
+    node, n = tip_motion(pose, s, c), len(links.squared_rates)
+    for k in range(n):
+        node = next_node(links, k, rate, node)
+        rate = 0.0
+        if k + 1 < n:
+            mass, (_, _, z), (vx, vy, vz) = p.cable.masses[k], node[0], node[1]
+            kinetic += 0.5 * mass * (vx * vx + vy * vy + vz * vz)
+            potential += mass * p.gravity * z
+            more = mass_added_energy(base, p.gravity, mass, node)
+            added = added[0] + more[0], added[1] + more[1]
+    load = load_state(p.load, x, nq, node)
+    (vx, vy, vz), more = load.velocity, load_base_energy(base, p.load, load, p.gravity)
+    kinetic += 0.5 * p.load.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(p.load, load)
+    potential += p.load.mass * p.gravity * load.position[2]
+    return kinetic, potential, added[0] + more[0], added[1] + more[1]
+
+
+@generic
+def support_added_energy(base, p, pose, s, c):
+    """Return (kinetic, potential) energy [J] that a moving base adds to the support's masses."""
+    velocity, spin = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
+    turned = BaseState(velocity, spin, to_turned_axes(base.up, s, c), base.height)
+    return support_base_energy(p.support, turned, pose, p.gravity)
+
+
+@support_added_energy.register(type(None))
+def _(base, p, pose, s, c):
+    return 0.0, 0.0
+
+
+@generic
+def mass_added_energy(base, gravity, mass, node):
+    """Return (kinetic, potential) energy [J] that a moving base adds to a mass at a node (position, velocity)."""
+    return added_energy(base, gravity, mass, node[0], node[1])
+
+
+@mass_added_energy.register(type(None))
+def _(base, gravity, mass, node):
+    return 0.0, 0.0
+
+
+@system.kinetic.register(SuspendedCrane)
+def _(p, x):
+    return suspended_energies(p, None, x)[0]
+
+
+@system.potential.register(SuspendedCrane)
+def _(p, x):
+    return suspended_energies(p, None, x)[1]
+
+
+@system.base_energy.register(SuspendedCrane)
+def _(p, t, x):
+    _, _, kinetic, potential = suspended_energies(p, base_state(p.base, t, 0.0), x)
+    return kinetic, potential
+
+
+@system.point_count.register(SuspendedCrane)
+def _(p):
+    return support_polyline_size(p.support) + len(p.cable.masses)
+
+
+@system.tip_index.register(SuspendedCrane)
+def _(p):
+    return support_polyline_size(p.support) - 1
+
+
+@system.points.register(SuspendedCrane)
+def _(p, t, x, out):
+    write_points(p, t, x, out)
+
+
+@routine
+def write_points(p, t, x, out):
+    """Write support, nodes and the load's attachment in the world into out (N, 3)."""
+    nq, _, _ = suspended_layout(p)
+    links, base, (_, rate) = system.workspace(p).links, pose_at(p.base, t), first_length(p.hoist, p, x, nq)
+    fill_directions(p, x, links)
+    xs, i = support_state(p.support, x, nq), 0
+    s, c = sincos(yaw(p.support, xs))
+    for point in support_polyline(p.support, xs):
+        out[i, 0], out[i, 1], out[i, 2] = to_world(base, to_base_axes(point, s, c))
+        i += 1
+    node = tip_motion(forward_kinematics(p.support, xs), s, c)
+    for k in range(len(links.squared_rates)):
+        node = next_node(links, k, rate, node)
+        out[i + k, 0], out[i + k, 1], out[i + k, 2] = to_world(base, node[0])
+
+
+@generic
+def support_entries(support, row, i):
+    """Return the entries, from row[i] on, of the support's actuated joints, as a tuple."""
+    return row[i], row[i + 1], row[i + 2]
+
+
+@support_entries.register(Point)
+def _(support, row, i):
+    return driven_components(support.lift, (row[i], row[i + 1], row[i + 2]))
+
+
+@support_entries.register(TowerCrane)
+@support_entries.register(Bridge)
+def _(support, row, i):
+    return row[i], row[i + 1]
+
+
+@generic
+def effort_entries(support, row):
+    """Return the support's entries of a row of efforts, as a tuple."""
+    return support_entries(support, row, 0)
+
+
+@effort_entries.register(Point)
+def _(support, row):
+    return driven_components(support.lift, row)
+
+
+@system.actuated_joints.register(SuspendedCrane)
+def _(p, x):
+    (nq, _, _), i = suspended_layout(p), coordinate_count(p.support)
+    q = (*support_entries(p.support, x, 0), *hoist_entry(p.hoist, x, i))
+    return q, (*support_entries(p.support, x, nq), *hoist_entry(p.hoist, x, nq + i))
+
+
+@system.efforts_from_row.register(SuspendedCrane)
+def _(p, row):
+    support = effort_entries(p.support, row)
+    return (*support, *hoist_entry(p.hoist, row, len(support)))
+
+
+@system.saturate.register(SuspendedCrane)
+def _(p, u):
+    return limit_hoist(p.hoist, u)
+
+
+@system.with_meter.register(SuspendedCrane)
+def _(p, held):
+    lossy = p.drag is not None or p.force is not None or p.wind is not None
+    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
+    return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
+
+
+@system.energy_supplied.register(SuspendedCrane)
+def _(p, x):
+    nq, _, end = suspended_layout(p)
+    return x[2 * nq] if end > 2 * nq else 0.0
+
+
+@system.switching.register(SuspendedCrane)
+def _(p):
+    return switching_of(p.stops, 0)
+
+
+@system.guard.register(SuspendedCrane)
+def _(p, t, x, u, work):
+    return suspended_guard(p, t, x, u, work)
+
+
+@lean_routine
+def suspended_guard(p, t, x, u, work):
+    """Return (the smallest guard, its number, evaluations): limits of support and first length, slack links."""
+    nq, _, _ = suspended_layout(p)
+    (length, rate), stops = first_length(p.hoist, p, x, nq), p.stops
+    best = length_guard(stops, length, rate)
+    best = support_guard(p.support, best, support_state(p.support, x, nq))
+    if stops.taut > 0.0:
+        solve_dynamics(p, t, x, system.effort(u, p, t, x), work)
+        for k in range(len(work.tension)):
+            best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))
+    value, number = best
+    return value, number, int(stops.taut > 0.0)
+
+
+@system.apply_reset_map.register(SuspendedCrane)
+def _(p, t, x, u, number):
+    return x, number, False
+
+
+@system.describe_event.register(SuspendedCrane)
+def _(p, number):
+    kind, link, _ = decode(number)
+    if kind == Guard.LINK and link > 0:
+        return f"link {link + 1} went slack, and a rigid link cannot be", "take rope.slack: allow if the links are rods"
+    return describe_stop(p.support, p.stops or Stops(), number)

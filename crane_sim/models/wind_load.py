@@ -1,0 +1,144 @@
+"""Forces of the wind on bodies: ½ ρ C A |v| v at the centre of pressure, v the wind less the velocity of that point.
+
+A rod takes the part of v across it only: flow along a slender body does not press on it (the cross-flow principle,
+Hoerner, Fluid-Dynamic Drag, 1965, chapter 3). All vectors are in the axes of the base, or in axes turned about its z,
+those of a crane's support.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+from crane_sim.files.types import Fraction, NonNegative
+from crane_sim.models.moving_base import Vector, dot, pose_at, to_base, to_turned_axes, to_world
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.trajectories.wind import (
+    LogarithmicLaw,
+    PowerLaw,
+    Wind,
+    gust_at,
+    ratio_gradient,
+    speed_ratio,
+)
+
+
+class Windage(NamedTuple):
+    """What a body opposes to the wind, which presses on a point mass, or on a body's centre of pressure."""
+
+    area: NonNegative  # m², that the wind sees
+    drag_coefficient: NonNegative  # -, some 1.2 of a box or a tube
+
+
+class RodWindage(NamedTuple):
+    """What a rod opposes to the part of the wind across it."""
+
+    area: NonNegative  # m², that a wind across the rod sees
+    drag_coefficient: NonNegative  # -, some 1.2 of a tube, 1.7 of a truss of flat-sided members
+    centre: Fraction = 0.5  # -, of pressure, in units of the length from where the rod begins
+
+
+class Airflow(NamedTuple):
+    """The wind at one instant."""
+
+    mean: Vector  # m/s, at the reference height
+    gust: Vector  # m/s
+    up: Vector  # the world's vertical
+    height: float  # m, of the axes' origin above the ground
+    reference: float  # m, the reference height
+    profile: PowerLaw | LogarithmicLaw | None
+    density: float  # kg/m³
+
+
+@lean_generic
+def airflow_at(wind, base, t, angle):
+    """Return the Airflow at time t [s] in axes turned by an angle [rad] about the base's z; None without wind."""
+    return None
+
+
+@airflow_at.register(Wind)
+def _(wind, base, t, angle):
+    pose, (s, c), (x, y) = pose_at(base, t), sincos(angle), wind.direction
+    u, v, w = gust_at(wind.gusts[0], t), gust_at(wind.gusts[1], t), gust_at(wind.gusts[2], t)
+    mean = to_turned_axes(to_base(pose, (wind.speed * x, wind.speed * y, 0.0)), s, c)
+    gust = to_turned_axes(to_base(pose, (u * x - v * y, u * y + v * x, w)), s, c)
+    up = to_turned_axes(to_base(pose, (0.0, 0.0, 1.0)), s, c)
+    height = wind.origin_height + to_world(pose, (0.0, 0.0, 0.0))[2]
+    return Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density)
+
+
+@lean_kernel
+def relative_flow(flow, r, velocity):
+    """Return the velocity (3,) [m/s] of the wind at r [m] less that of a body, `velocity` through still air [m/s]."""
+    ratio = speed_ratio(flow.profile, flow.height + dot(flow.up, r), flow.reference)
+    (ux, uy, uz), (gx, gy, gz) = flow.mean, flow.gust
+    return ratio * ux + gx - velocity[0], ratio * uy + gy - velocity[1], ratio * uz + gz - velocity[2]
+
+
+@lean_kernel
+def pressure_drag(flow, windage, v):
+    """Return the force (3,) [N] on a body in a relative flow v (3,) [m/s]."""
+    c = 0.5 * flow.density * windage.drag_coefficient * windage.area * sqrt(dot(v, v))
+    return c * v[0], c * v[1], c * v[2]
+
+
+@lean_kernel
+def drag_gradient(flow, windage, v, change):
+    """Return the change (3,) of `pressure_drag` for a change (3,) of the relative flow v."""
+    speed = sqrt(dot(v, v))
+    along = dot(v, change) / speed if speed > 0.0 else 0.0
+    c = 0.5 * flow.density * windage.drag_coefficient * windage.area
+    return (
+        c * (speed * change[0] + along * v[0]),
+        c * (speed * change[1] + along * v[1]),
+        c * (speed * change[2] + along * v[2]),
+    )
+
+
+@lean_kernel
+def flow_gradient(flow, r, change):
+    """Return the change (3,) [m/s] of the wind for a change (3,) [m] of the point r."""
+    rise = dot(flow.up, change) * ratio_gradient(flow.profile, flow.height + dot(flow.up, r), flow.reference)
+    return rise * flow.mean[0], rise * flow.mean[1], rise * flow.mean[2]
+
+
+@lean_generic
+def add_wind(flow, windage, force, r, velocity):
+    """Return the force (3,) [N] plus the wind's on a body.
+
+    Args:
+        flow: the Airflow, None without wind.
+        windage: the body's, None where it has none.
+        force: on the body (3,) [N].
+        r, velocity: of the body (3,): its position [m] and its velocity through still air [m/s].
+    """
+    return force
+
+
+@add_wind.register(Airflow)
+def _(flow, windage, force, r, velocity):
+    return add_drag_of(windage, flow, force, r, velocity)
+
+
+@lean_generic
+def add_drag_of(windage, flow, force, r, velocity):
+    """Return the result of `add_wind`; `flow` is not None."""
+    return force
+
+
+@add_drag_of.register(Windage)
+def _(windage, flow, force, r, velocity):
+    x, y, z = pressure_drag(flow, windage, relative_flow(flow, r, velocity))
+    return force[0] + x, force[1] + y, force[2] + z
+
+
+@lean_generic
+def rod_drag(windage, flow, along, r, velocity):
+    """Return the force (3,) [N] of the wind on a rod with the unit vector `along`; others as in `add_wind`."""
+    return 0.0, 0.0, 0.0
+
+
+@rod_drag.register(RodWindage)
+def _(windage, flow, along, r, velocity):
+    v = relative_flow(flow, r, velocity)
+    part = dot(v, along)
+    return pressure_drag(flow, windage, (v[0] - part * along[0], v[1] - part * along[1], v[2] - part * along[2]))

@@ -1,0 +1,85 @@
+"""The form of a scene file with a mobile crane, and the model that it describes."""
+
+from math import sin
+from typing import Literal
+
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import Angle, Positive, Real, Tilt
+from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
+from crane_sim.scenes.schema.groups import Channel, Group
+from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.suspended import SuspendedFile
+from crane_sim.trajectories.inputs import Constant
+
+
+class Initial(Group):
+    """Joint coordinates at t = 0, in joint order; the boom's is its elevation from the horizontal."""
+
+    q: tuple[Angle, Angle, Positive, Positive, Tilt, Tilt]  # rad, slew, boom, telescope [m], rope [m],
+    # swing_tangential, swing_radial
+    v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s, of the same joints; of
+    # telescope and rope [m/s]
+    rigging: RiggingStart | None = None  # further links, and the payload's attitude
+
+
+class Reference(ReferenceGroup):
+    """Target of the actuated joints."""
+
+    q: tuple[Angle, Angle, Positive, Positive] | None = None  # rad, where slew, boom, telescope [m] and rope [m] end
+
+
+class InputGroup(Group):
+    """Open-loop inputs of the actuated joints; those left out are zero."""
+
+    slew: Channel = Constant(0.0)  # N m, torque about the vertical
+    boom: Channel = Constant(0.0)  # N m, torque on the elevation
+    telescope: Channel = Constant(0.0)  # N, force along the boom, outwards
+    rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
+
+
+class MobileFile(SuspendedFile):
+    """A scene with a mobile crane: a boom that slews, luffs and telescopes, a payload on rope and links."""
+
+    crane: Literal["mobile"]  # which form the file has
+    superstructure: Superstructure  # what slews besides the boom
+    boom: BaseSection  # the boom's base section
+    telescope: TelescopedSection  # the section that is telescoped out
+    initial: Initial  # the state at t = 0
+    reference: Reference | None = None  # where the crane should go
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
+
+    @property
+    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
+        """Joints of the support, each (name, unit of its position, unit of its effort)."""
+        return ("slew", "rad", "N m"), ("boom", "rad", "N m"), ("telescope", "m", "N")
+
+    @property
+    def tip_height(self) -> float:
+        """Height of the boom's tip above the slewing axis' origin at t = 0 [m]."""
+        return self.superstructure.foot[1] + self.initial.q[2] * sin(self.initial.q[1])
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        return limits_of(
+            ("slew", "superstructure.limits", self.superstructure.limits),
+            ("boom", "boom.limits", self.boom.limits),
+            ("telescope", "telescope.limits", self.telescope.limits),
+            ("rope", "rope.limits", self.rope.limits),
+        )
+
+    def support(self) -> TelescopicBoom:
+        """Return the parameters of the support.
+
+        Raises:
+            SceneError: the telescoped section is longer than the boom.
+        """
+        shortest = min(self.initial.q[2], *(self.telescope.limits or (self.initial.q[2],))[:1])
+        if shortest < self.telescope.center:
+            raise SceneError(
+                f"telescope.center = {self.telescope.center}: longer than the boom, {shortest:g} m at initial.q[2] or "
+                "telescope.limits[0]: the centre of the telescoped section would be behind the foot pin"
+            )
+        return TelescopicBoom(self.superstructure, self.boom, self.telescope)

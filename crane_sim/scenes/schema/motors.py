@@ -1,0 +1,41 @@
+"""Motors of a scene's joints: their checks, and the inertia that they add."""
+
+from math import inf
+
+from crane_sim.files.errors import SceneError
+from crane_sim.scenes.schema.hardware import ActuatorGroup, MotorGroup, group_name, merge_groups
+from crane_sim.scenes.schema.scene_file import SceneFile
+
+FORCES = ("N", "N m")  # units of efforts that a motor can give
+
+
+def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
+    """Return the motor of a joint, None without one.
+
+    Raises:
+        SceneError: the joint is not driven by force or torque, or keys of the motor contradict each other.
+    """
+    key = f"actuators.{group_name(file.actuators, joint, 'motor')}.motor"
+    motor = merge_groups(file.actuators, joint, ActuatorGroup).motor
+    unit = dict(zip(file.actuated, file.effort_units, strict=True)).get(joint)
+    if motor is None or unit is None:
+        return None
+    if unit not in FORCES:
+        raise SceneError(f"{key}: belongs to a drive by force or torque; the {joint} is driven in {unit}")
+    _check_curve(key, motor)
+    return motor
+
+
+def _check_curve(key: str, motor: MotorGroup) -> None:
+    """Reject a curve of torque over speed that is not complete, or does not fall."""
+    if (motor.torque == inf) != (motor.no_load_speed == inf):
+        missing = "torque" if motor.torque == inf else "no_load_speed"
+        raise SceneError(f"{key}.{missing}: is missing, a curve has torque and no_load_speed")
+    if not motor.base_speed < motor.no_load_speed:
+        raise SceneError(f"{key}.base_speed = {motor.base_speed:g}: must be less than no_load_speed")
+
+
+def reflected_inertia(file: SceneFile, joint: str) -> float:
+    """Return ratio² × inertia [kg or kg m²] of a joint's motor, 0 without one; raises SceneError as `motor_of`."""
+    motor = motor_of(file, joint)
+    return motor.ratio**2 * motor.inertia if motor is not None else 0.0

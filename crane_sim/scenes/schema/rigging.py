@@ -1,0 +1,186 @@
+"""Groups of a scene file for what hangs below a rope: links with nodes between them, and a payload with a body."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator
+
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.models.cables.chain import Chain
+from crane_sim.models.loads import PointLoad, RigidLoad
+from crane_sim.models.wind_load import Windage
+from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.hardware import PayloadChange
+from crane_sim.scenes.schema.knuckle_checks import ROUNDING
+from crane_sim.scenes.schema.motors import reflected_inertia
+
+Vector = tuple[Real, Real, Real]
+Quaternion = tuple[Real, Real, Real, Real]
+ORIGIN, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+UNIT_TOLERANCE = 1e-6  # how far from 1 the length of a unit vector may be
+
+
+def _square(value: Any) -> Any:
+    """Return three principal moments as a diagonal matrix, and a matrix as it is."""
+    if isinstance(value, list | tuple) and len(value) == 3 and not any(isinstance(row, list | tuple) for row in value):
+        return [[value[i] if i == k else 0.0 for k in range(3)] for i in range(3)]
+    return value
+
+
+class Link(Group):
+    """A further link below the rope: a node, such as a hook block, and a rigid, massless line below it."""
+
+    mass: Positive  # kg, of the node at its upper end
+    length: Positive  # m, of the line
+
+
+class PayloadWindage(Group):
+    """What the payload opposes to the wind."""
+
+    area: NonNegative  # m², that the wind sees
+    drag_coefficient: NonNegative  # -, some 1.2 of a box
+    centre: Vector | None = None  # m, of pressure, from the centre of mass of a body, in its axes; left out: there
+
+
+class Payload(Group):
+    """The payload: a point mass, or with `inertia` a rigid body, which turns about its attachment."""
+
+    mass: Positive  # kg, of the payload
+    inertia: Annotated[tuple[Vector, Vector, Vector] | None, BeforeValidator(_square)] = None  # kg m², about the
+    # centre of mass, in the body's axes: three principal moments, or the rows of the tensor
+    windage: PayloadWindage | None = None  # what it opposes to the `wind`; left out: none presses on it
+    attachment: Vector | None = None  # m, from the centre of mass to the point where it hangs, in the body's axes
+
+    @property
+    def pressed(self) -> Windage | None:
+        """What it opposes to the wind, None for nothing."""
+        return None if self.windage is None else Windage(self.windage.area, self.windage.drag_coefficient)
+
+    def load(self) -> PointLoad | RigidLoad:
+        """Return the load.
+
+        Raises:
+            SceneError: no rigid body has this inertia, or `attachment` and `inertia` are not given together.
+        """
+        if self.inertia is None:
+            if self.attachment is not None:
+                raise SceneError("payload.attachment: belongs to a body; give payload.inertia, too")
+            if self.windage is not None and self.windage.centre is not None:
+                raise SceneError("payload.windage.centre: belongs to a body; give payload.inertia, too")
+            return PointLoad(self.mass, self.pressed)
+        tensor = np.array(self.inertia)
+        _check_inertia(tensor)
+        center = self.windage.centre or ORIGIN if self.windage is not None else ORIGIN
+        matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for matrix in (tensor, np.linalg.inv(tensor))]
+        return RigidLoad(self.mass, matrices[0], matrices[1], self.attachment or ORIGIN, self.pressed, center)
+
+
+def _check_inertia(tensor: Any) -> None:
+    """Raise SceneError for a tensor (3, 3) that no rigid body has."""
+    shown = f"payload.inertia = {tensor.tolist()}"
+    if not np.allclose(tensor, tensor.T, rtol=ROUNDING, atol=0.0):
+        raise SceneError(f"{shown}: must be symmetric")
+    moments = np.linalg.eigvalsh(tensor)
+    if not moments[0] > 0.0:
+        raise SceneError(f"{shown}: its principal moments {moments.round(9).tolist()} must be greater than 0")
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING):
+        raise SceneError(
+            f"{shown}: no rigid body has a principal moment, here {moments[2]:g}, above the sum of the two others"
+        )
+
+
+class RiggingStart(Group):
+    """Further links and the payload's attitude at t = 0; left out: links in line with the rope, axes as the base's."""
+
+    directions: tuple[Vector, ...] | None = None  # -, unit vectors down the further links, in the axes of the base
+    direction_rates: tuple[Vector, ...] | None = None  # 1/s, across the directions
+    orientation: Quaternion = NO_TURN  # -, unit quaternion (w, x, y, z) from the body's axes to the base's
+    angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the body relative to the base, in the body's axes
+
+
+def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain:
+    """Return the cable of a rope and further links; the payload's mass [kg] is the last node's."""
+    lengths, masses = [rope_length, *(link.length for link in links)], [*(link.mass for link in links), payload]
+    return Chain(np.array(masses, dtype=float), np.array(lengths, dtype=float))
+
+
+def link_names(count: int) -> tuple[str, ...]:
+    """Return the joints of `count` further links."""
+    return tuple(f"link_{k}_{axis}" for k in range(2, count + 2) for axis in "xyz")
+
+
+ATTITUDE = ("payload_qw", "payload_qx", "payload_qy", "payload_qz")
+"""The joints of a body's attitude: the components of a unit quaternion."""
+
+
+def rigging_start(start: RiggingStart, links: int, body: bool, rope: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Return (q, v) of the joints that the rigging adds.
+
+    Args:
+        start: the group of the file.
+        links: number of further links.
+        body: whether the payload has an attitude.
+        rope: direction of the rope and its rate, each (3,), which further links take where they are left out.
+
+    Raises:
+        SceneError: directions are no unit vectors, rates are not across them, or there are more than links.
+    """
+    directions = start.directions if start.directions is not None else (rope[0],) * links
+    rates = start.direction_rates
+    if rates is None:
+        rates = (rope[1] if start.directions is None else (0.0, 0.0, 0.0),) * links
+    for key, rows in (("directions", directions), ("direction_rates", rates)):
+        if len(rows) != links:
+            raise SceneError(f"initial.rigging.{key}: has {len(rows)} vectors, the cable has {links} further links")
+    for n, u in zip(directions, rates, strict=True):
+        _check_direction(n, u)
+    q, v = [x for n in directions for x in n], [x for u in rates for x in u]
+    if not body and (start.orientation != NO_TURN or any(start.angular_velocity)):
+        raise SceneError(
+            "initial.rigging: orientation and angular_velocity belong to a body; give payload.inertia, too"
+        )
+    if body:
+        attitude = attitude_of(start.orientation, "initial.rigging.orientation")
+        return (*q, *attitude), (*v, *attitude_rate(attitude, start.angular_velocity))
+    return tuple(q), tuple(v)
+
+
+def _check_direction(n: Any, u: Any) -> None:
+    if not abs(float(np.linalg.norm(n)) - 1.0) < UNIT_TOLERANCE:
+        raise SceneError(f"initial.rigging.directions: {list(n)} must be a unit vector")
+    if abs(float(np.dot(n, u))) > UNIT_TOLERANCE * (1.0 + float(np.linalg.norm(u))):
+        raise SceneError(f"initial.rigging.direction_rates: {list(u)} must be across its direction")
+
+
+def attitude_of(orientation: Any, key: str = "initial.orientation") -> tuple[float, float, float, float]:
+    """Return a unit quaternion, (1, 0, 0, 0) for None; `key` of the file is named in errors.
+
+    Raises:
+        SceneError: it is none.
+    """
+    q = np.array(orientation if orientation is not None else NO_TURN)
+    if not abs(float(np.linalg.norm(q)) - 1.0) < UNIT_TOLERANCE:
+        raise SceneError(f"{key} = {q.tolist()}: must be a unit quaternion")
+    w, x, y, z = (float(part) for part in q / np.linalg.norm(q))
+    return w, x, y, z
+
+
+def attitude_rate(q: Any, omega: Any) -> tuple[float, ...]:
+    """Return the rates q' = ½ q ⊗ ω (4,) of a unit quaternion at an angular velocity [rad/s] in the body's axes."""
+    (w, x, y, z), (a, b, c) = q, omega
+    rate = -(x * a + y * b + z * c), w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a
+    return tuple(0.5 * part for part in rate)
+
+
+def check_equipment(file: Any, payload: Payload) -> None:
+    """Raise SceneError for groups of drives and faults that these cranes do not model: they would have no effect."""
+    for joint in file.actuated:
+        if reflected_inertia(file, joint) > 0.0:
+            raise SceneError(f"actuators.{joint}.motor.inertia: is not modelled on this crane; must be 0")
+    for name, fault in (file.faults or {}).items():
+        if isinstance(fault, PayloadChange) and payload.inertia is not None:
+            raise SceneError(
+                f"faults.{name}: changes the mass of a payload, but not its inertia; leave out payload.inertia"
+            )

@@ -1,0 +1,185 @@
+"""Base class of scene files of cranes whose support turns: a rope below it, further links, a payload with a body."""
+
+from abc import abstractmethod
+from math import cos, sin
+from typing import Any
+
+from crane_sim.files.types import NonNegative
+from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.scenes.schema.groups import PayloadForceGroup
+from crane_sim.scenes.schema.integrator import Demands
+from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
+from crane_sim.scenes.schema.rigging import (
+    ATTITUDE,
+    Link,
+    Payload,
+    RiggingStart,
+    chain_of,
+    check_equipment,
+    link_names,
+    rigging_start,
+)
+from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.winch import Rope
+from crane_sim.trajectories.inputs import Constant, Inputs
+from crane_sim.trajectories.trajectory import Trajectory
+
+
+class SuspendedFile(SceneFile):
+    """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
+
+    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    rope: Rope = Rope()  # the winch
+    links: tuple[Link, ...] = ()  # further links below the rope, from the top
+    payload: Payload  # at the end of rope or links
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+
+    @abstractmethod
+    def support(self) -> Any:
+        """Return the parameters of the support.
+
+        Raises:
+            SceneError: its groups contradict each other.
+        """
+
+    @property
+    @abstractmethod
+    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
+        """Joints of the support, each (name, unit of its position, unit of its effort)."""
+
+    @property
+    def tip_height(self) -> float:
+        """Height of the rope's upper end above the model's origin at t = 0 [m]: 0 unless a form says otherwise."""
+        return 0.0
+
+    @property
+    def _start(self) -> Any:
+        return getattr(self, "initial")  # noqa: B009  (every form declares its own)
+
+    @property
+    def _reference(self) -> ReferenceGroup | None:
+        return getattr(self, "reference", None)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints: the support's, the rope's length, two angles of its swing, further links, the payload's attitude."""
+        own = tuple(name for name, _, _ in self.support_joints)
+        body = ATTITUDE if self.payload.inertia is not None else ()
+        return (*own, "rope", "swing_tangential", "swing_radial", *link_names(len(self.links)), *body)
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Units of the joints' positions."""
+        own = (*(unit for _, unit, _ in self.support_joints), "m", "rad", "rad")
+        return (*own, *("1",) * (len(self.joint_names) - len(own)))
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands, of the actuated joints only."""
+        return (*(unit for _, _, unit in self.support_joints), *self.rope.effort_unit)
+
+    def _rigging(self) -> tuple[Any, Any]:
+        """Return (q, v) of further links and attitude."""
+        ns, q, v = len(self.support_joints), self._start.q, self._start.v
+        yaw, rate = (q[0], v[0]) if self.support_joints[0][0] == "slew" else (0.0, 0.0)
+        rope = rope_direction(yaw, rate, q[ns + 1 : ns + 3], v[ns + 1 : ns + 3])
+        start = self._start.rigging or RiggingStart()
+        return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
+
+    @property
+    def initial_q(self) -> tuple[float, ...]:
+        """Joint positions at t = 0."""
+        return (*self._start.q, *self._rigging()[0])
+
+    @property
+    def initial_v(self) -> tuple[float, ...]:
+        """Joint velocities at t = 0."""
+        return (*self._start.v, *self._rigging()[1])
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Target of the actuated joints."""
+        reference = self._reference
+        return reference.q[: len(self.effort_units)] if reference is not None and reference.q is not None else None
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.payload.mass
+
+    @property
+    def rope_length(self) -> float:
+        """Length of rope and further links at t = 0 [m]."""
+        return self._start.q[len(self.support_joints)] + sum(link.length for link in self.links)
+
+    @property
+    def payload_height(self) -> float:
+        """Height of the payload's attachment above the base's origin at t = 0 [m]."""
+        q, ns = self._start.q, len(self.support_joints)
+        further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
+        return self.tip_height - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
+
+    @property
+    def windages(self) -> dict[str, Windage | RodWindage | None]:
+        """What the bodies oppose to the wind."""
+        return {"payload.windage": self.payload.pressed}
+
+    def path(self) -> Trajectory | None:
+        """Return the compiled path, None where the scene has none."""
+        return compile_path(self._reference, self)
+
+    def demands(self, sampled: bool) -> Demands:
+        """Return the scene's requirements on its method."""
+        smooth = not sampled and self.rope.stops(bool(self.limits)) is None
+        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def model(self) -> SuspendedCrane:
+        """Return the parameters of the crane.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        ns, start = len(self.support_joints), self._start
+        check_equipment(self, self.payload)
+        self.rope.check(start.q[ns], start.v[ns], ns)
+        base_motion, force, load = self.base_motion, self.payload_force, self.payload.load()
+        return SuspendedCrane(
+            self.support(),
+            chain_of(start.q[ns], self.links, load.mass),
+            load,
+            self.rope.hoist(),
+            self.gravity,
+            self.payload_drag,
+            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
+            force=force.force() if force is not None else None,
+            stops=self.rope.stops(bool(self.limits)),
+            wind=self.airflow(),
+        )
+
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""
+        inputs = getattr(self, "inputs", None)
+        if inputs is None:
+            return (0.0,) * len(self.actuated)
+        names, chain = [name for name, _, _ in self.support_joints], None
+        for name in reversed([*names, *(("rope",) if self.rope.effort_unit else ())]):
+            chain = Inputs(getattr(inputs, name, Constant(0.0)), chain)
+        assert chain is not None
+        return chain
+
+
+def rope_direction(yaw: float, yaw_rate: float, angles: Any, rates: Any) -> tuple[Any, Any]:
+    """Return the rope's unit vector and its rate, each (3,), in the axes of the base.
+
+    Args:
+        yaw, yaw_rate: of the support's frame [rad], [rad/s].
+        angles, rates: of the swing (θ1, θ2) in that frame.
+    """
+    (s1, c1, s2, c2), (w1, w2) = (sin(angles[0]), cos(angles[0]), sin(angles[1]), cos(angles[1])), rates
+    n, u = (s2, c2 * s1, -c2 * c1), (c2 * w2, c2 * c1 * w1 - s2 * s1 * w2, c2 * s1 * w1 + s2 * c1 * w2)
+    u = (u[0] - yaw_rate * n[1], u[1] + yaw_rate * n[0], u[2])
+    s, c = sin(yaw), cos(yaw)
+    return (c * n[0] - s * n[1], s * n[0] + c * n[1], n[2]), (c * u[0] - s * u[1], s * u[0] + c * u[1], u[2])

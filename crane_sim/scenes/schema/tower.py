@@ -1,0 +1,77 @@
+"""The form of a scene file with a tower crane, and the model that it describes."""
+
+from typing import Annotated, Any, Literal
+
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import Angle, Positive, Real, Tilt
+from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
+from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validator
+from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.suspended import SuspendedFile
+from crane_sim.trajectories.inputs import Constant
+
+
+class Initial(Group):
+    """Joint coordinates at t = 0, in joint order."""
+
+    q: tuple[Angle, Real, Positive, Tilt, Tilt]  # rad, slew, trolley [m], rope [m], swing_tangential, swing_radial
+    v: tuple[Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s, of the same joints; of trolley and
+    # rope [m/s]
+    rigging: RiggingStart | None = None  # further links, and the payload's attitude
+
+
+class Reference(ReferenceGroup):
+    """Target of the actuated joints."""
+
+    q: tuple[Angle, Real, Positive] | None = None  # rad, where slew, trolley [m] and rope [m] should end
+
+
+class InputGroup(Group):
+    """Open-loop inputs of the actuated joints; those left out are zero."""
+
+    slew: Channel = Constant(0.0)  # N m, torque about the vertical
+    trolley: Channel = Constant(0.0)  # N, force along the jib, outwards
+    rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
+
+
+class TowerFile(SuspendedFile):
+    """A scene with a tower crane: a jib that slews, a trolley on the jib, a payload on rope and links."""
+
+    crane: Literal["tower"]  # which form the file has
+    slew: Annotated[Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})]  # jib and counter-jib
+    trolley: JibTrolley  # on the jib
+    initial: Initial  # the state at t = 0
+    reference: Reference | None = None  # where the crane should go
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
+
+    @property
+    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
+        """Joints of the support, each (name, unit of its position, unit of its effort)."""
+        return ("slew", "rad", "N m"), ("trolley", "m", "N")
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Travel limits of the joints that have some."""
+        return limits_of(
+            ("slew", "slew.limits", getattr(self.slew, "limits", None)),
+            ("trolley", "trolley.limits", self.trolley.limits),
+            ("rope", "rope.limits", self.rope.limits),
+        )
+
+    def support(self) -> TowerCrane:
+        """Return the parameters of the support.
+
+        Raises:
+            SceneError: a locked slew turns, or should.
+        """
+        if isinstance(self.slew, LockedSlew):
+            goal = self.reference.q[0] if self.reference is not None and self.reference.q is not None else None
+            if self.initial.v[0] != 0.0:
+                raise SceneError(f"initial.v[0] = {self.initial.v[0]}: slew.drive: locked does not turn")
+            if goal is not None and goal != self.initial.q[0]:
+                raise SceneError(
+                    f"reference.q[0] = {goal}: slew.drive: locked stays at initial.q[0] = {self.initial.q[0]}"
+                )
+        return TowerCrane(self.slew, self.trolley)

@@ -1,0 +1,252 @@
+"""Dry friction by events: when joints stick and slip, what they hold, and what the energy says."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from math import copysign, cos, exp, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from knuckle_derivation import mass_and_force
+from scipy.integrate import solve_ivp
+
+import crane_sim
+from crane_sim import load_scene
+
+pytestmark = pytest.mark.interpreted
+
+G = 9.81
+EVENT_TIME = 1e-9  # s, what is promised; both solutions are good to some 1e-11
+ACCURATE = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
+Vector = np.ndarray
+Rubbing = dict[str, dict[str, float]]
+"""Keys of friction by joint, in the order of the joints."""
+
+
+def sines(waves: dict[str, tuple[float, float, float]]) -> dict[str, Any]:
+    """Return inputs of a scene: (amplitude, frequency, offset) by joint."""
+    return {name: {"kind": "sine", "amplitude": a, "frequency": w, "offset": b} for name, (a, w, b) in waves.items()}
+
+
+M, PAYLOAD, DRUM = 10.0, 5.0, 3.0
+RAIL: Rubbing = {
+    "trolley": {"coulomb": 14.0, "static": 24.0, "viscous": 1.0, "stribeck": 0.1},
+    "hoist": {"coulomb": 3.0, "static": 6.0, "stribeck": 0.2},
+}
+RAIL_WAVES = {"trolley": (40.0, 5.0, 0.0), "hoist": (12.0, 4.0, -50.0)}
+TROLLEY: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": 4.0,
+    "trolley": {"mass": M},
+    "hoist": {"drive": "force", "inertia": DRUM},
+    "cable": {"lengths": 2.0, "node_masses": PAYLOAD},
+    "friction": RAIL,
+    "initial": {"angles": 0.4},
+    "inputs": sines(RAIL_WAVES),
+    "integrator": ACCURATE,
+}
+BOOM: Rubbing = {
+    "slew": {"coulomb": 12.0, "static": 16.0, "stribeck": 0.05},
+    "boom": {"coulomb": 25.0, "static": 35.0, "viscous": 5.0},
+    "jib": {"coulomb": 15.0, "static": 20.0, "stribeck": 0.1},
+    "rope": {"coulomb": 1.5, "static": 2.5, "stribeck": 0.05, "viscous": 0.2},
+}
+BOOM_WAVES = {"slew": (30.0, 2.0, 0.0), "boom": (60.0, 1.5, 173.0), "jib": (40.0, 2.2, 95.0), "rope": (4.0, 3.0, -9.81)}
+BRISTLES: Rubbing = {
+    "slew": {"coulomb": 12.0, "static": 16.0, "stribeck": 0.05, "stiffness": 3e3, "damping": 30.0},
+    "boom": {"coulomb": 25.0, "static": 35.0, "stribeck": 0.1, "stiffness": 5e3, "damping": 50.0, "viscous": 5.0},
+    "rope": {"coulomb": 1.5, "static": 2.5, "stribeck": 0.05, "stiffness": 500.0, "damping": 5.0},
+}
+KNUCKLE: dict[str, Any] = {
+    "crane": "knuckle",
+    "duration": 4.0,
+    "boom": {"length": 5.0, "mass": 2.0, "inertia": 4.0},
+    "jib": {"length": 4.0, "mass": 3.0, "inertia": 4.0},
+    "tower": {"inertia": 10.0},
+    "payload": {"mass": 1.0},
+    "initial": {"q": [0, 0.8, -0.25, 2.0, 0.1, 0.2]},
+    "inputs": sines(BOOM_WAVES),
+    "integrator": {"method": "dop853", "rtol": 1e-12, "atol": 1e-13},
+}
+
+
+def trolley_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Return (mass matrix, generalised force) of (x, l, α): trolley, drum and payload, by Lagrange."""
+    (_, length, a), (_, rate, w) = q, v
+    s, c, m = sin(a), cos(a), PAYLOAD
+    mass = np.array([[M + m, m * s, m * length * c], [m * s, m + DRUM, 0.0], [m * length * c, 0.0, m * length**2]])
+    turning = [m * length * w * w * s - 2.0 * m * rate * w * c, m * length * w * w + m * G * c]
+    return mass, np.array([u[0] + turning[0], u[1] + turning[1], -m * length * (2.0 * rate * w + G * s)])
+
+
+class Reference(NamedTuple):
+    """An independent solution in coordinates whose first ones are joints: a constraint for each one that sticks."""
+
+    equations: Callable[[Vector, Vector, Vector], tuple[Vector, Vector]]  # of (q, v, u): mass matrix and force
+    waves: dict[str, tuple[float, float, float]]
+    friction: Rubbing
+
+    def slip(self, name: str, mode: float, v: float) -> float:
+        """Return the friction [N or N m] of a joint that slips with `mode` at velocity v."""
+        f = self.friction[name]
+        fall = exp(-((v / f["stribeck"]) ** 2)) if "stribeck" in f else 0.0
+        return mode * (f["coulomb"] + (f["static"] - f["coulomb"]) * fall) + f.get("viscous", 0.0) * v
+
+    def motion(self, t: float, y: Vector, modes: Vector) -> tuple[Vector, Vector]:
+        """Return accelerations, and what constraints have to supply."""
+        q, v = np.split(y, 2)
+        u = np.array([b + a * sin(w * t) for a, w, b in self.waves.values()])
+        at = zip(self.friction, modes, v[: len(modes)], strict=True)
+        u -= [self.slip(*joint) if joint[1] else 0.0 for joint in at]
+        mass, force = self.equations(q, v, u)
+        free = np.array([*(modes != 0.0), *[True] * (len(q) - len(modes))])
+        qdd = np.zeros(len(q))
+        qdd[free] = np.linalg.solve(mass[np.ix_(free, free)], force[free])
+        return qdd, (force - mass @ qdd)[: len(modes)]
+
+    def margins(self, t: float, y: Vector, modes: Vector) -> Vector:
+        """Return what is left of the modes: of the speeds, or of the static friction."""
+        static = np.array([f["static"] for f in self.friction.values()])
+        v = y[len(y) // 2 :][: len(modes)]
+        return np.where(modes != 0.0, modes * v, static - np.abs(self.motion(t, y, modes)[1]))
+
+    def events(self, y: Vector, end: float) -> list[tuple[float, int, float]]:
+        """Return (time, joint, its mode from then on) of all events from rest on, 0 sticks."""
+        t, modes, found = 0.0, np.zeros(len(self.friction)), []
+
+        def lowest(t: float, y: Vector) -> float:
+            return min(self.margins(t, y, modes))
+
+        def rates(t: float, y: Vector) -> list[float]:
+            return [*y[len(y) // 2 :], *self.motion(t, y, modes)[0]]
+
+        event: Any = lowest
+        event.terminal, event.direction = True, -1.0
+
+        def solve(t: float, y: Vector, max_step: float) -> Any:
+            steps: dict[str, Any] = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "max_step": max_step}
+            return solve_ivp(rates, (t, end), y, events=event, **steps)
+
+        while True:
+            solution = solve(t, y, 0.05)
+            if not len(solution.t_events[0]):
+                return found
+            before = solution.t[-2]  # once more in short steps: events are located by interpolation of lower order
+            solution = solve(before, solution.y[:, -2], (solution.t[-1] - before) / 20.0)
+            t, y = solution.t[-1], solution.y[:, -1]
+            joint = int(np.argmin(self.margins(t, y, modes)))
+            failed, modes[joint] = modes[joint], 0.0
+            y[len(y) // 2 + joint] = 0.0
+            load, static = self.motion(t, y, modes)[1][joint], [*self.friction.values()][joint]["static"]
+            modes[joint] = 0.0 if failed and abs(load) <= static else copysign(1.0, load)
+            found.append((t, joint, modes[joint]))
+
+
+OUTCOMES = {0.0: "sticks", 1.0: "slips forwards", -1.0: "slips backwards"}
+
+
+def check_events(run: Any, expected: Any, names: Sequence[str]) -> None:
+    """Assert that a run's events are those of a reference, at the same instants, and that its energy adds up."""
+    assert [text for _, text in run.events] == [f"the {names[joint]} {OUTCOMES[mode]}" for _, joint, mode in expected]
+    assert np.max(np.abs([a - b for (a, _), (b, _, _) in zip(run.events, expected, strict=True)])) < EVENT_TIME
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+@cache
+def trolley_events() -> list[tuple[float, int, float]]:
+    """Return the events of the scene TROLLEY by the reference."""
+    return Reference(trolley_equations, RAIL_WAVES, RAIL).events(np.array([0.0, 2.0, 0.4, 0.0, 0.0, 0.0]), 4.0)
+
+
+SILENT = {"node": 1, "axis": "x", "force": {"kind": "constant", "value": 0.0}}
+SPACE = {"dimensions": 3, "initial": {"directions": [[sin(0.4), 0.0, -cos(0.4)]]}}
+MODELS: dict[str, dict[str, Any]] = {"rod": {}, "planar": {"forces": [SILENT]}, "spatial": SPACE}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_trolley_and_drum_stick_and_slip(model: str) -> None:
+    """Trolley and hoist with Stribeck friction stick and slip when Lagrange's equations say so, in all rigid models."""
+    expected = trolley_events()
+    assert len(expected) > 12 and {(0, 0.0), (1, 0.0), (0, 1.0), (1, -1.0)} <= {(j, mode) for _, j, mode in expected}
+    check_events(crane_sim.simulate(TROLLEY | MODELS[model]), expected, ["trolley", "hoist"])
+
+
+def test_every_joint_of_a_knuckle_crane_sticks_and_slips() -> None:
+    """Four joints stick and slip, at the times of Lagrange's equations with a constraint for each that sticks."""
+    scene, frictionless = load_scene(KNUCKLE | {"friction": BOOM}), load_scene(KNUCKLE)
+    case = Reference(lambda *at: mass_and_force(frictionless, *at), BOOM_WAVES, BOOM)
+    expected = case.events(np.array([*scene.initial_q, *np.zeros(6)]), 4.0)
+    assert len(expected) > 12 and {(0, 0.0), (2, 0.0), (1, -1.0), (3, 1.0)} <= {(j, mode) for _, j, mode in expected}
+    check_events(crane_sim.simulate(scene), expected, ["slew", "boom", "jib", "winch"])
+
+
+def test_stribeck_without_a_fall_is_coulomb_friction() -> None:
+    """Where the static friction is no larger than the Coulomb one a Stribeck velocity changes no bit."""
+    level = {"coulomb": 14.0, "static": 14.0}
+    scenes = [load_scene(TROLLEY, {"friction": {"trolley": f}}) for f in (level, level | {"stribeck": 0.1})]
+    assert len({crane_sim.simulate(scene).summary["state_sha256"] for scene in scenes}) == 1
+
+
+NO_STRENGTH = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.1}
+
+
+def test_friction_without_strength_is_none() -> None:
+    """Joints whose friction is zero have no friction in the model: no state, no event, no cost."""
+    assert load_scene(KNUCKLE, {"friction": dict.fromkeys(BOOM, NO_STRENGTH)}).model == load_scene(KNUCKLE).model
+    model = load_scene(TROLLEY, {"friction": dict.fromkeys(RAIL, NO_STRENGTH)}).model
+    assert model.trolley.friction is None and model.hoist.friction is None
+
+
+SPRING = {"model": "elastic", "lengths": 2.0, "node_masses": 5.0, "stiffness": 1e4}
+IMPOSSIBLE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "rope by rate": (KNUCKLE, {"friction.rope": BOOM["rope"], "rope.drive": "rate"}, "friction.rope: .* rope.drive"),
+    "static below": (KNUCKLE, {"friction.boom": {"coulomb": 2, "static": 1}}, "friction.boom.static = 1.0: .* coulomb"),
+    "too large": (KNUCKLE, {"friction.jib": {"coulomb": 1, "static": 1e13}}, "friction.jib.static = 1.*: must be at m"),
+    "no velocity": (TROLLEY, {"friction.trolley.stribeck": 0.0}, "friction.trolley.stribeck = 0.0: must be greater"),
+    "no drum": (TROLLEY, {"hoist": {"drive": "force"}}, "friction.hoist: .* hoist.inertia"),
+    "both": (KNUCKLE, {"friction": BOOM, "lugre": {"boom": BRISTLES["boom"]}}, "lugre.boom: .* friction.boom"),
+    "elastic": (TROLLEY, {"cable": SPRING}, "friction.hoist: .* cable.model is 'elastic'"),
+}
+
+
+@pytest.mark.parametrize("case", IMPOSSIBLE, ids=lambda name: name.replace(" ", "-"))
+def test_friction_that_is_impossible_is_named(case: str) -> None:
+    """Friction that contradicts itself or a drive is refused by one line with the keys of both."""
+    scene, changes, line = IMPOSSIBLE[case]
+    with pytest.raises(crane_sim.SceneError, match=line):
+        load_scene(scene, changes)
+
+
+def bristle_forces(v: Vector, z: Vector) -> tuple[Vector, Vector]:
+    """Return (friction (3,), rates of the bristles' deflections (3,)) of slew, boom and rope, by the paper's eqs."""
+    f = {key: np.array([group.get(key, 0.0) for group in BRISTLES.values()]) for key in (*BRISTLES["slew"], "viscous")}
+    g = f["coulomb"] + (f["static"] - f["coulomb"]) * np.exp(-((v / f["stribeck"]) ** 2))
+    rates = v - f["stiffness"] * np.abs(v) * z / g
+    return f["stiffness"] * z + f["damping"] * rates + f["viscous"] * v, rates
+
+
+def test_bristles_move_as_the_paper_says() -> None:
+    """Three joints with LuGre friction move as Lagrange's equations with the bristles do, and the energy adds up."""
+    joints, end = [0, 1, 3], 2.0
+    frictionless = load_scene(KNUCKLE)
+    changes = {"lugre": BRISTLES, "friction": {"jib": BOOM["jib"]}, "duration": end, "integrator": {"method": "dop853"}}
+    scene = load_scene(KNUCKLE, changes | {"friction.jib.static": 1e4})  # the jib is held all the time
+
+    def rates(t: float, y: Vector) -> Vector:
+        q, v, z = np.split(y, [6, 12])
+        u = np.array([b + a * sin(w * t) for a, w, b in BOOM_WAVES.values()])
+        force, bending = bristle_forces(v[joints], z)
+        u[joints] -= force
+        mass, total = mass_and_force(frictionless, q, v, u)
+        free = [0, 1, 3, 4, 5]
+        qdd = np.zeros(6)
+        qdd[free] = np.linalg.solve(mass[np.ix_(free, free)], total[free])
+        return np.concatenate([v, qdd, bending])
+
+    start = np.array([*scene.initial_q, *np.zeros(9)])
+    expected = solve_ivp(rates, (0.0, end), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    run = crane_sim.simulate(scene)
+    assert run.events == [] and np.ptp(run.q[:, 0]) > 0.1
+    # |v| bends the equations where a joint turns round, which costs both solutions an order there
+    assert np.max(np.abs(np.concatenate([run.q[-1], run.v[-1]]) - expected[:12])) < 1e-9
+    assert run.summary["energy_audit_max"] < 1e-9

@@ -1,0 +1,257 @@
+"""A cable of links with a point mass or a rigid body below every support, against virtual work of point masses."""
+
+from math import hypot
+from typing import Any
+
+import numpy as np
+import pytest
+from point_masses import (
+    Extras,
+    Point,
+    accelerations,
+    body_points,
+    mp,
+    mpf,
+    mpmath,
+    on_base,
+    plus,
+    ring_points,
+    rod_points,
+    rotate,
+)
+
+from crane_sim import system
+from crane_sim.models.cables.chain import Chain
+from crane_sim.models.cables.rope import ForceRope, RateRope
+from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.loads import PointLoad, RigidLoad
+from crane_sim.models.overhead.spatial import SpatialCrane
+from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
+from crane_sim.models.supports.rails import FixedAxis, ForceAxis
+from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
+from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.models.wind_load import Windage
+from crane_sim.trajectories.base_motion import AXES, Base
+from crane_sim.trajectories.wind import Wind
+
+pytestmark = pytest.mark.interpreted
+
+INERTIA = np.array([[3.0, 0.3, -0.2], [0.3, 4.0, 0.5], [-0.2, 0.5, 5.0]])
+ATTACHMENT = (0.1, 0.2, 1.0)
+SEA = {
+    "surge": {"amplitude": 0.5, "frequency": 0.7},
+    "heave": {"amplitude": 0.8, "frequency": 1.1, "phase": 0.4},
+    "roll": {"amplitude": 0.2, "frequency": 0.9, "phase": 1.0},
+    "pitch": {"amplitude": 0.15, "frequency": 1.3},
+    "yaw": {"amplitude": 0.1, "frequency": 0.5, "phase": 2.0},
+}
+WIND, PRESSED, NO_GUSTS = (9.0, -4.0), (0.3, -0.2, 0.4), (None, None, None)
+LENGTHS, MASSES = (2.5, 1.2, 0.8), (2.0, 1.5, 10.0)
+SUPPORTS = {
+    "tower": TowerCrane(Slew(50.0), JibTrolley(8.0)),
+    "mobile": TelescopicBoom(
+        Superstructure(30.0, (0.5, 1.2)), BaseSection(5.0, 2.0, 4.0), TelescopedSection(3.0, 1.5, 2.0)
+    ),
+    "knuckle": Knuckle(Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0)),
+}
+START = {"tower": (0.4, 6.0), "mobile": (0.4, 0.6, 7.0), "knuckle": (0.4, 0.6, -0.2)}
+
+
+def body() -> RigidLoad:
+    """Return the payload that is a rigid body."""
+    inverse = np.linalg.inv(INERTIA)
+    rows: Any = tuple(map(tuple, INERTIA.tolist())), tuple(map(tuple, inverse.tolist()))
+    return RigidLoad(10.0, *rows, ATTACHMENT)
+
+
+def base() -> Base:
+    """Return the base that moves as SEA says."""
+    keys = ("amplitude", "frequency", "phase")
+    terms = np.array([[SEA.get(axis, {}).get(key, 0.0) for key in keys] for axis in AXES])
+    return Base(np.zeros(6), *(np.ascontiguousarray(column[:, None]) for column in terms.T))
+
+
+def radial(x: Any, z: Any) -> Point:
+    """Return a point of the support's plane at yaw 0."""
+    return x, mpf(0), z
+
+
+def along(angle: Any, distance: Any) -> Point:
+    """Return the point at a distance along a boom of this elevation."""
+    return radial(distance * mpmath.cos(angle), distance * mpmath.sin(angle))
+
+
+def tower_places(q: Any) -> tuple[list[tuple[Any, Point]], Point]:
+    """Return (points, tip) of the tower crane at yaw 0, its ring apart."""
+    trolley = radial(q[1], mpf(0))
+    return [(mpf(8), trolley)], trolley
+
+
+def mobile_places(q: Any) -> tuple[list[tuple[Any, Point]], Point]:
+    """Return (points, tip) of the telescopic boom at yaw 0, its ring apart."""
+    foot = radial(mpf("0.5"), mpf("1.2"))
+    sections = [*rod_points(5.0, 4.0, mpf(2)), *rod_points(3.0, 2.0, q[2] - mpf("1.5"))]
+    return [(m, plus(foot, along(q[1], s))) for m, s in sections], plus(foot, along(q[1], q[2]))
+
+
+def knuckle_places(q: Any) -> tuple[list[tuple[Any, Point]], Point]:
+    """Return (points, tip) of the knuckle boom at yaw 0, its ring apart."""
+    elbow = along(q[1], mpf(5))
+    points = [(m, along(q[1], s)) for m, s in rod_points(2.0, 4.2, mpf("2.5"))]
+    points += [(m, plus(elbow, along(q[2], s))) for m, s in rod_points(3.0, 4.0, mpf(2))]
+    return points, plus(elbow, along(q[2], mpf(4)))
+
+
+PLACES = {"tower": (50.0, tower_places), "mobile": (30.0, mobile_places), "knuckle": (8.0, knuckle_places)}
+
+
+def support_places(name: str, q: Any) -> tuple[list[tuple[Any, Point]], Point]:
+    """Return (points of the support, its tip), relative to the base."""
+    inertia, places = PLACES[name]
+    points, tip = places(q)
+    return [*ring_points(inertia, q[0]), *((m, rotate(2, q[0], r)) for m, r in points)], rotate(2, q[0], tip)
+
+
+def direction(angles: Any) -> Point:
+    """Return the unit vector with azimuth and inclination from the downward vertical."""
+    s = mpmath.sin(angles[1])
+    return s * mpmath.cos(angles[0]), s * mpmath.sin(angles[0]), -mpmath.cos(angles[1])
+
+
+def turn(angles: Any, r: Any) -> Point:
+    """Return a vector of the body, turned by yaw, pitch and roll."""
+    return rotate(2, angles[0], rotate(1, angles[1], rotate(0, angles[2], r)))
+
+
+def attitude(angles: Any) -> list[Any]:
+    """Return the quaternion of yaw, pitch and roll."""
+    (sa, ca), (sb, cb), (sc, cc) = ((mpmath.sin(a / 2), mpmath.cos(a / 2)) for a in angles)
+    first = [ca * cb * cc + sa * sb * sc, ca * cb * sc - sa * sb * cc, ca * sb * cc + sa * cb * sc]
+    return [*first, sa * cb * cc - ca * sb * sc]
+
+
+def crane_places(name: str, rigid: bool, sea: bool) -> Any:
+    """Return the places of all points as a function of (t, coordinates): support, length, links' angles, attitude."""
+    ns = len(START[name])
+    shape = body_points(10.0, INERTIA) if rigid else []
+
+    def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
+        points, node = support_places(name, q)
+        for k in range(3):
+            n, length = direction(q[ns + 1 + 2 * k : ns + 3 + 2 * k]), q[ns] if k == 0 else mpf(LENGTHS[k])
+            node = plus(node, tuple(length * a for a in n))
+            if k < 2 or not rigid:
+                points.append((mpf(MASSES[k]), node))
+        if rigid:
+            center = plus(node, turn(q[ns + 7 :], tuple(-mpf(x) for x in ATTACHMENT)))
+            points += [(m, plus(center, turn(q[ns + 7 :], r))) for m, r in shape]
+        return [(m, on_base(SEA, t, r)) for m, r in points] if sea else points
+
+    return places
+
+
+def pressure_point(t: Any, q: Any) -> Point:
+    """Return the place in the world of the tower crane's load where the wind presses."""
+    _, node = support_places("tower", q)
+    for k in range(3):
+        length = q[2] if k == 0 else mpf(LENGTHS[k])
+        node = plus(node, tuple(length * a for a in direction(q[3 + 2 * k : 5 + 2 * k])))
+    arm = tuple(mpf(p) - mpf(a) for p, a in zip(PRESSED, ATTACHMENT, strict=True))
+    return on_base(SEA, t, plus(node, turn(q[9:], arm)))
+
+
+def press(velocity: Any) -> Any:
+    """Return the wind's force [N] on 3 m² with the coefficient 1.3, at a velocity [m/s]."""
+    flow = [mpf(w) - v for w, v in zip((*WIND, 0.0), velocity, strict=True)]
+    return [mpf(1.2) / 2 * mpf(1.3) * 3 * mpmath.norm(flow) * a for a in flow]
+
+
+def joints_of(name: str, q: Any) -> Any:
+    """Return the crane's joint coordinates of those of the reference, in multiple precision."""
+    ns = len(START[name])
+    n = direction(q[ns + 1 : ns + 3])
+    x, y, z = rotate(2, -q[0], n)
+    out = [*q[:ns], q[ns], mpmath.atan2(y, -z), mpmath.asin(x)]
+    out += [*direction(q[ns + 3 : ns + 5]), *direction(q[ns + 5 : ns + 7])]
+    if len(q) > ns + 7:
+        out += attitude(q[ns + 7 :])
+    return out
+
+
+def mapped(name: str, q: Any, v: Any, a: Any) -> tuple[Any, Any, Any]:
+    """Return the crane's joint coordinates with their first and second derivatives."""
+    with mp.workdps(60):
+        h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
+        low, middle, high = (
+            joints_of(name, [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]) for s in (-h, 0, h)
+        )
+        first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
+        second = [(x - 2 * y + z) / h**2 for x, y, z in zip(high, middle, low, strict=True)]
+        return tuple(np.array([float(x) for x in row]) for row in (middle, first, second))
+
+
+@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
+@pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
+@pytest.mark.parametrize("name", SUPPORTS)
+def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bool) -> None:
+    """All joint accelerations agree with virtual work of point masses, in any posture, on a moving base too.
+
+    The tower crane at sea has a body in the wind, which presses beside its centre.
+    """
+    rng, ns, t = np.random.default_rng(5), len(START[name]), 1.3
+    q = np.array([*START[name], LENGTHS[0], 0.7, 0.4, -1.1, 0.5, 2.0, 0.3, *([0.5, -0.4, 0.8] if rigid else [])])
+    v = rng.uniform(-0.6, 0.6, len(q))
+    drives = rng.uniform(-20.0, 20.0, ns)
+    winch, added = -120.0, np.zeros(len(q))
+    added[ns] = 1.5
+    efforts = np.concatenate([drives, [winch], np.zeros(len(q) - ns - 1)])
+    extras = Extras(added, None, pressure_point, press) if rigid and sea and name == "tower" else Extras(added)
+    expected = accelerations(crane_places(name, rigid, sea), t, q, v, efforts, extras)
+    load = body() if rigid else PointLoad(MASSES[-1])
+    cable = Chain(np.array(MASSES), np.array(LENGTHS))
+    crane = SuspendedCrane(SUPPORTS[name], cable, load, ForceHoist(1.5), base=base() if sea else None)
+    if extras.pushed is not None:
+        load = body()._replace(windage=Windage(3.0, 1.3), pressure_center=PRESSED)
+        steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)
+        crane = crane._replace(load=load, wind=steady)
+    joints, rates, second = mapped(name, q, v, expected)
+    state = system.state(crane, t, joints, rates)
+    read = system.joints(crane, state)
+    np.testing.assert_allclose(read[0], joints, rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
+    got = system.acceleration(crane, t, state, (*map(float, drives), winch))
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+
+
+def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
+    """Below a boom, both models have the same accelerations and tension, with a winch by force and by rate."""
+    q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
+    for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (RateRope(0.4), RateHoist(0.4), 0.3)):
+        simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
+        cable = Chain(np.array([1.4]), np.array([2.5]))
+        crane = SuspendedCrane(simple.support, cable, simple.load, hoist, drag=simple.drag, base=simple.base)
+        u, results = (3.0, 40.0, 15.0, winch), []
+        for p in (simple, crane):
+            x, tensions = system.state(p, 0.7, np.array(q), np.array(v)), np.empty((1, 1))
+            system.tensions(p, 0.7, x, u, tensions, 0, 0)
+            energies = system.kinetic(p, x), system.potential(p, x), *system.base_energy(p, 0.7, x)
+            powers = (system.power(p, 0.7, x, u),)
+            results.append(np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, *powers]))
+        np.testing.assert_allclose(results[1], results[0], rtol=1e-12, atol=1e-12)  # rounding of some 50 terms
+
+
+def test_a_locked_slew_makes_a_bridge_crane() -> None:
+    """A tower crane whose slew is locked has the accelerations of a trolley on a fixed bridge, moving base included."""
+    cable, forces = Chain(np.array(MASSES), np.array(LENGTHS)), (35.0, -110.0)
+    bridge = SpatialCrane(ForceAxis(8.0), FixedAxis(), cable, ForceHoist(1.5), base=base())
+    tower = TowerCrane(LockedSlew(), JibTrolley(8.0))
+    crane = SuspendedCrane(tower, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
+    n, u = np.array([[0.6, 0.0, -0.8], [0.0, 0.6, -0.8], [0.48, -0.36, -0.8]]), np.zeros((3, 3))
+    u[0], u[1], u[2] = (0.0, 0.5, 0.0), (0.3, 0.0, 0.0), (0.3, 0.4, 0.0)
+    q, v = np.array([2.0, 0.0, 2.2, *n.ravel()]), np.array([0.3, 0.0, 0.1, *u.ravel()])
+    x, y = system.state(bridge, 0.7, q, v), np.array([0.0, 2.0, *q[2:], 0.0, 0.3, *v[2:]])
+    expected, got = system.rhs(bridge, 0.7, x, forces), system.rhs(crane, 0.7, y, (0.0, *forces))
+    np.testing.assert_allclose(got[12:], [0.0, expected[12], *expected[14:]], rtol=1e-12, atol=1e-12)  # rounding
