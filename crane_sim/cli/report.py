@@ -165,7 +165,10 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
 
 
 def print_notes(notes: Mapping[str, Any], console: Console) -> None:
-    """Print notes on rounded values, and warnings of possible but unlikely ones, a line each."""
+    """Print what was drawn, notes on rounded values, and warnings of possible but unlikely ones, a line each."""
+    for key, value in notes.get("drawn", {}).items():
+        shown = _format_number(value) if isinstance(value, float) else value
+        console.print(f"{'drawn:':<8} {key} = {shown}", highlight=False, markup=False, soft_wrap=True)
     for key, word in (("rounded", "note"), ("warnings", "warning")):
         for line in notes.get(key, ()):
             console.print(f"{word + ':':<8} {line}", highlight=False, markup=False, soft_wrap=True)

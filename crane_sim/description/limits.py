@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
 from crane_sim.description.robot import UNBOUNDED, add_limit
-from crane_sim.files.document import without_nulls
-from crane_sim.scenes.scene import FORMS
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -23,11 +21,6 @@ class Limit(NamedTuple):
     lower: float  # m or rad
     upper: float
     effort: float  # N or N m, largest size
-
-
-def scene_file(scene: Scene) -> SceneFile:
-    """Return a scene's file, checked and completed."""
-    return FORMS[scene.crane].model_validate(without_nulls(scene.document))
 
 
 def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:
@@ -45,7 +38,7 @@ def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:
 
 def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
     """Add the limits of all joints that have none yet; turning joints without any end become continuous."""
-    file = scene_file(scene)
+    file = scene.file
     for joint in robot.iter("joint"):
         if joint.get("type") == "fixed" or joint.find("limit") is not None:
             continue

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.files.document import without_nulls
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.simulation.metrics import world_points
@@ -73,7 +72,8 @@ def make_bounding_box(low: Numbers, high: Numbers, shortest: float, spatial: boo
 
 def validated_scene_file(scene: Scene) -> OverheadFile:
     """Return the validated file of a scene with an overhead crane, defaults included."""
-    return OverheadFile.model_validate(without_nulls(scene.document))
+    assert isinstance(file := scene.file, OverheadFile)
+    return file
 
 
 def estimate_bounding_box(scene: Scene) -> BoundingBox:

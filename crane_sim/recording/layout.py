@@ -348,4 +348,4 @@ def _scene_properties(scene: Scene, origin: str) -> dict[str, Any]:
         "duration": scene.duration,
         "derived": origin or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
-    }
+    } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})

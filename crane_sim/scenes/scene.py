@@ -24,6 +24,7 @@ from crane_sim.scenes.schema.pendulum import PendulumFile
 from crane_sim.scenes.schema.reference import resolve_target
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.scenes.schema.tower import TowerFile
+from crane_sim.scenes.schema.uncertain import draw_parameters
 
 MAX_STEPS = 1e8  # control periods in a run
 FORMS: dict[str, type[SceneFile]] = {
@@ -81,6 +82,11 @@ class Scene:
     def with_external_commands(self) -> "Scene":
         """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
         return replace(self, law=None, law_name=None, source=None, sampled=True)
+
+    @property
+    def file(self) -> SceneFile:
+        """The file, defaults included and uncertain parameters drawn, as it was checked."""
+        return _read_file(self.to_dict())[0]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the document that this scene was read from, names and overrides included."""
@@ -163,7 +169,7 @@ def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], 
 
 def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
     """Return the scene of a document, with the control period [s] of another one where that is given."""
-    file = _validate(document)
+    file, notes = _read_file(document)
     crane = file.model()  # first: it rejects scenes of which nothing else can be computed
     period, duration, rounded = _clock(file, period)
     fields = _file_fields(file, document)
@@ -184,10 +190,21 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         law=law,
         sampled=sampled,
         source=source,
-        notes=_join_notes(file.notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
+        notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
         document=document,
         hardware=hardware,
     )
+
+
+def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
+    """Return (a document's file with its uncertain parameters drawn, its notes and one on what was drawn)."""
+    certain, drawn = draw_parameters(document)
+    try:
+        file = _validate(certain)
+    except SceneError as error:
+        key = next((key for key in drawn if str(error).startswith(key)), None)
+        raise SceneError(f"{error} (drawn by uncertain.{key})") from None if key else error
+    return file, dict(file.notes) | ({"drawn": drawn} if drawn else {})
 
 
 def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]:

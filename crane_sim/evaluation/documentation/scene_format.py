@@ -26,7 +26,8 @@ cost. A key that is `null` is as good as absent. Unknown keys, keys that stand t
 refused in one line that names the key, its value and what is possible.
 
 In the tables `required` has no default, `–` means that a key may be left out, and `-` is a number without a unit.
-*joint's unit* and *effort's unit* are those of the joint, *input's unit* that of what an input drives, *coordinate's
+*joint's unit* and *effort's unit* are those of the joint, *parameter's unit* that of the key that is drawn,
+*input's unit* that of what an input drives, *coordinate's
 unit* that of what a path is of: m, or rad of joints that turn. Places and paths are in the axes of the base. A file
 that a scene names is looked for beside the scene.
 

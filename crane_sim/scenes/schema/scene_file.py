@@ -11,6 +11,7 @@ from crane_sim.scenes.schema.groups import Control, Method
 from crane_sim.scenes.schema.hardware import HardwareGroups
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit
+from crane_sim.scenes.schema.uncertain import Distribution
 from crane_sim.scenes.schema.wind import WindGroup, blows
 from crane_sim.trajectories.inputs import Inputs
 from crane_sim.trajectories.trajectory import Trajectory
@@ -28,6 +29,8 @@ class SceneFile(HardwareGroups, ABC):
     description: str = ""  # a line for the catalogue
     duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
     seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
+    uncertain: dict[str, Distribution] | None = None  # distributions of parameters by dotted key, such as
+    # `payload.mass`; the seed draws their values, which stand in the summary as `drawn`
     base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
     wind: WindGroup | None = None  # presses on bodies with a `windage`; left out: the air rests, and nothing feels it
     control: Control | None = None  # the law; left out: open loop

@@ -1,0 +1,200 @@
+"""Uncertain parameters of a scene: a distribution for each, from which the scene's seed draws a value.
+
+A value is the quantile of its distribution at a number in (0, 1) that depends on seed and key alone: what else is
+uncertain does not change it.
+"""
+
+import copy
+import hashlib
+from collections.abc import Mapping
+from contextlib import suppress
+from math import exp, inf, log, sqrt
+from statistics import NormalDist
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BeforeValidator, TypeAdapter, ValidationError
+
+from crane_sim.files.errors import SceneError, one_line, shorten
+from crane_sim.files.types import NonNegative, Positive, Real, to_radians
+from crane_sim.scenes.schema.groups import tagged_union_validator
+
+_STANDARD = NormalDist()
+_NOT_PARAMETERS = ("crane", "name", "description", "seed", "uncertain", "control")
+
+
+def _to_radians(value: Any) -> Any:
+    """Return radians for text that is an angle, any other value as it is."""
+    with suppress(ValueError):
+        return to_radians(value)
+    return value
+
+
+Value = Annotated[Real, BeforeValidator(_to_radians)]
+Deviation = Annotated[Positive, BeforeValidator(_to_radians)]
+
+
+class Uniform(NamedTuple):
+    """A uniform distribution."""
+
+    low: Value  # parameter's unit
+    high: Value  # parameter's unit
+    relative: bool = False  # whether the numbers are factors of the file's own value
+
+    def complaint(self) -> str:
+        """Return what contradicts, in one line; empty where nothing does."""
+        return "" if self.low < self.high else f"low = {self.low:g} must be less than high = {self.high:g}"
+
+    def quantile(self, p: float, nominal: float) -> float:
+        """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
+        return self.low + p * (self.high - self.low)
+
+
+class Triangular(NamedTuple):
+    """A triangular distribution."""
+
+    low: Value  # parameter's unit
+    high: Value  # parameter's unit
+    mode: Value | None = None  # parameter's unit, most likely value; left out: the file's own
+    relative: bool = False  # whether the numbers are factors of the file's own value
+
+    def complaint(self) -> str:
+        """Return what contradicts, in one line; empty where nothing does."""
+        if not self.low < self.high:
+            return f"low = {self.low:g} must be less than high = {self.high:g}"
+        outside = self.mode is not None and not self.low <= self.mode <= self.high
+        return f"mode = {self.mode:g} must be within low .. high" if outside else ""
+
+    def quantile(self, p: float, nominal: float) -> float:
+        """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
+        mode = nominal if self.mode is None else self.mode
+        if not self.low <= mode <= self.high:
+            raise ValueError(f"the mode, the scene's own {mode:g}, must be within low .. high")
+        width, below = self.high - self.low, mode - self.low
+        if p * width <= below:
+            return self.low + sqrt(p * width * below)
+        return self.high - sqrt((1.0 - p) * width * (self.high - mode))
+
+
+class Normal(NamedTuple):
+    """A normal distribution, truncated where it has limits."""
+
+    deviation: Deviation  # parameter's unit, standard deviation without the limits
+    mean: Value | None = None  # parameter's unit, without the limits; left out: the file's own value
+    low: Value = -inf  # parameter's unit, lower limit
+    high: Value = inf  # parameter's unit, upper limit
+    relative: bool = False  # whether the numbers are factors of the file's own value
+
+    def complaint(self) -> str:
+        """Return what contradicts, in one line; empty where nothing does."""
+        return "" if self.low < self.high else f"low = {self.low:g} must be less than high = {self.high:g}"
+
+    def quantile(self, p: float, nominal: float) -> float:
+        """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
+        mean = nominal if self.mean is None else self.mean
+        return _truncated_normal(p, mean, self.deviation, self.low, self.high)
+
+
+class LogNormal(NamedTuple):
+    """A lognormal distribution: the logarithm of the value is normally distributed."""
+
+    deviation: Positive  # -, standard deviation of the natural logarithm
+    median: Positive | None = None  # parameter's unit; left out: the file's own value
+    low: NonNegative = 0.0  # parameter's unit, lower limit
+    high: Positive = inf  # parameter's unit, upper limit
+    relative: bool = False  # whether the numbers are factors of the file's own value
+
+    def complaint(self) -> str:
+        """Return what contradicts, in one line; empty where nothing does."""
+        return "" if self.low < self.high else f"low = {self.low:g} must be less than high = {self.high:g}"
+
+    def quantile(self, p: float, nominal: float) -> float:
+        """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
+        median = nominal if self.median is None else self.median
+        if not median > 0.0:
+            raise ValueError(f"the median, the scene's own {median:g}, must be greater than 0")
+        low = log(self.low) if self.low > 0.0 else -inf
+        return exp(_truncated_normal(p, log(median), self.deviation, low, log(self.high)))
+
+
+def _truncated_normal(p: float, mean: float, deviation: float, low: float, high: float) -> float:
+    """Return the quantile at p of a normal distribution between limits."""
+    below, above = (_STANDARD.cdf((limit - mean) / deviation) for limit in (low, high))
+    inside = below + p * (above - below)
+    if not 0.0 < inside < 1.0 or above - below < 1e-12:
+        raise ValueError(f"low .. high is out of reach of a mean of {mean:g} and a deviation of {deviation:g}")
+    return min(max(mean + deviation * _STANDARD.inv_cdf(inside), low), high)
+
+
+_KINDS = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal, "triangular": Triangular}
+Distribution = Annotated[Any, tagged_union_validator("distribution", _KINDS)]
+_DISTRIBUTIONS = TypeAdapter(dict[str, Distribution])
+
+
+def probability_of(seed: int, key: str) -> float:
+    """Return the number in (0, 1) of a seed and a key: 53 bits of a hash, centred between its neighbours."""
+    word = int.from_bytes(hashlib.sha256(f"{seed}/{key}".encode()).digest()[:8], "big")
+    return ((word >> 11) + 0.5) * 2.0**-53
+
+
+def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (the document of a scene with what its `uncertain` group draws, what was drawn by key).
+
+    Raises:
+        SceneError: the group is wrong, or names what the scene does not have.
+    """
+    if document.get("uncertain") is None:
+        return dict(document), {}
+    try:
+        distributions = _DISTRIBUTIONS.validate_python(document["uncertain"])
+    except ValidationError as error:
+        raise SceneError(one_line(error, dict, ("uncertain",))) from None
+    seed, changed, drawn = document.get("seed", 0), copy.deepcopy(dict(document)), {}
+    for key, distribution in distributions.items():
+        group, name = _place_of(changed, key)
+        try:
+            drawn[key] = group[name] = _draw(distribution, key, group[name], probability_of(seed, key))
+        except ValueError as error:
+            raise SceneError(f"uncertain.{key}: {error}") from None
+    return changed, drawn
+
+
+def _place_of(document: Any, key: str) -> tuple[Any, Any]:
+    """Return (group or list, key or index) of a dotted key of the document."""
+    *groups, last = key.split(".")
+    if key.split(".")[0] in _NOT_PARAMETERS:
+        raise SceneError(f"uncertain.{key}: is no parameter of the crane")
+    for name in groups:
+        document = _member(document, name, key)[0]
+    return document, _member(document, last, key)[1]
+
+
+def _member(group: Any, name: str, key: str) -> tuple[Any, Any]:
+    """Return (value, key or index) of a member of a group or list."""
+    if isinstance(group, dict) and group.get(name) is not None:
+        return group[name], name
+    if isinstance(group, list) and name.isdecimal() and int(name) < len(group):
+        return group[int(name)], int(name)
+    raise SceneError(f"uncertain.{key}: the scene has no {key} of its own; give it a value, the law's nominal one")
+
+
+def _draw(distribution: Any, key: str, value: Any, p: float) -> Any:
+    """Return the value at probability p; a list has one factor for all its numbers."""
+    if isinstance(value, list):
+        if not distribution.relative:
+            raise ValueError(f"has {len(value)} values: relative: true scales them all, {key}.0 is the first one")
+        return _scaled(value, distribution.quantile(p, 1.0))
+    number = _number(value)
+    return number * distribution.quantile(p, 1.0) if distribution.relative else distribution.quantile(p, number)
+
+
+def _number(value: Any) -> float:
+    """Return a number, or an angle given as text, in radians."""
+    number = _to_radians(value)
+    if isinstance(number, int | float) and not isinstance(number, bool):
+        return float(number)
+    raise ValueError(f"is {shorten(value)} in the scene, not a number")
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    """Return numbers, in lists of any depth, times a factor."""
+    return [_scaled(part, factor) for part in value] if isinstance(value, list) else factor * _number(value)

@@ -1,0 +1,152 @@
+"""The group `uncertain`: quantiles, draws by seed and key, what sees the drawn values and what the nominal ones."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import crane_sim
+from crane_sim.description import urdf
+from crane_sim.scenes.scene import load_scene
+from crane_sim.scenes.schema.uncertain import LogNormal, Normal, Triangular, Uniform, probability_of
+
+SCENE = "overhead_energy"  # trolley.mass 20, cable.node_masses [10]
+UNIFORM = {"distribution": "uniform", "low": 15.0, "high": 25.0}
+FACTOR = {"distribution": "normal", "deviation": 0.1, "low": 0.5, "relative": True}
+BOTH = {"trolley.mass": UNIFORM, "cable.node_masses.0": FACTOR}
+PROBABILITIES = np.linspace(0.001, 0.999, 37)
+
+
+def uncertain(group: Any, **changes: Any) -> crane_sim.Scene:
+    """Return the scene with uncertain parameters, a second of it."""
+    return load_scene(SCENE, {"uncertain": group, "duration": 1.0} | changes)
+
+
+def drawn(group: Mapping[str, Any], **changes: Any) -> dict[str, float]:
+    """Return what the scene draws."""
+    return uncertain(group, **changes).notes["drawn"]
+
+
+@pytest.mark.parametrize(
+    ("distribution", "reference"),
+    [
+        (Uniform(2.0, 5.0), scipy.stats.uniform(2.0, 3.0)),
+        (Triangular(2.0, 5.0), scipy.stats.triang(1.0 / 3.0, 2.0, 3.0)),
+        (Triangular(2.0, 5.0, 5.0), scipy.stats.triang(1.0, 2.0, 3.0)),
+        (Normal(0.5), scipy.stats.norm(3.0, 0.5)),
+        (Normal(0.5, 4.0, 3.8, 5.0), scipy.stats.truncnorm(-0.4, 2.0, 4.0, 0.5)),
+        (LogNormal(0.3), scipy.stats.lognorm(0.3, scale=3.0)),
+    ],
+)
+def test_quantiles(distribution: Any, reference: Any) -> None:
+    """Quantiles are those of SciPy's distributions; 3 is the scene's own value. Tolerance: SciPy's truncated normal."""
+    values = [distribution.quantile(p, 3.0) for p in PROBABILITIES]
+    assert values == pytest.approx(reference.ppf(PROBABILITIES), rel=1e-12)
+
+
+def test_limits_of_a_lognormal_distribution() -> None:
+    """A lognormal value within limits is the exponential of a normal one within their logarithms."""
+    values = [LogNormal(0.3, 3.0, 2.0, 4.0).quantile(p, 0.0) for p in PROBABILITIES]
+    logarithms = [Normal(0.3, np.log(3.0), np.log(2.0), np.log(4.0)).quantile(p, 0.0) for p in PROBABILITIES]
+    assert values == pytest.approx(np.exp(logarithms), rel=1e-14)  # two roundings
+    assert min(values) > 2.0 and max(values) < 4.0
+
+
+def test_probabilities_are_uniform_and_independent() -> None:
+    """Over 4000 seeds, two keys pass Kolmogorov and Smirnov's test, and are not correlated: each at a level of 1e-3."""
+    pairs = np.array([[probability_of(seed, key) for key in ("payload.mass", "rope.x")] for seed in range(4000)])
+    assert all(scipy.stats.kstest(column, "uniform").pvalue > 1e-3 for column in pairs.T)
+    assert abs(np.corrcoef(pairs.T)[0, 1]) < 3.29 / np.sqrt(len(pairs))
+
+
+def test_a_draw_depends_on_seed_and_key_alone() -> None:
+    """The same seed draws the same, another one something else, whatever else is uncertain."""
+    both = drawn(BOTH)
+    assert both == drawn(BOTH) and both["trolley.mass"] == drawn({"trolley.mass": UNIFORM})["trolley.mass"]
+    assert all(value != both[key] for key, value in drawn(BOTH, seed=1).items())
+
+
+def test_a_run_is_that_of_the_drawn_values() -> None:
+    """The plant, its URDF and its summary have the drawn values, the law's model those of the file."""
+    scene = uncertain(BOTH)
+    masses = scene.notes["drawn"]
+    certain = load_scene(
+        SCENE,
+        {
+            "trolley.mass": masses["trolley.mass"],
+            "cable.node_masses": [masses["cable.node_masses.0"]],
+            "duration": 1.0,
+            "control.nominal": {"trolley": {"mass": 20.0}, "cable": {"node_masses": [10.0]}},
+        },
+    )
+    assert scene.law == certain.law and urdf(scene) == urdf(certain)
+    run, same = crane_sim.simulate(scene), crane_sim.simulate(certain)
+    assert run.summary["drawn"] == masses and run.summary["state_sha256"] == same.summary["state_sha256"]
+
+
+def test_no_deviation_is_no_uncertainty() -> None:
+    """A deviation that is less than rounding leaves every bit of the run as it is."""
+    still = crane_sim.simulate(uncertain({"trolley.mass": {"distribution": "normal", "deviation": 1e-300}}))
+    assert still.summary["state_sha256"] == crane_sim.simulate(SCENE, duration=1.0).summary["state_sha256"]
+
+
+def test_a_batch_draws_for_every_seed() -> None:
+    """A batch over seeds ends where single runs end that draw the same; 1e-12: its loops round in another order."""
+    document = uncertain(BOTH)
+    batch = crane_sim.simulate_batch(document, {"seed": [0, 1, 2]})
+    single = [crane_sim.simulate(load_scene(document, {"seed": seed})).q[-1] for seed in range(3)]
+    np.testing.assert_allclose(batch.q, single, rtol=1e-12, atol=1e-12)
+
+
+def test_angles_may_be_text() -> None:
+    """Numbers of a distribution may be angles with a unit, as the parameters that they are of."""
+    degrees = drawn({"initial.angles.0": {"distribution": "uniform", "low": "5 deg", "high": "10 deg"}})
+    radians = drawn({"initial.angles.0": {"distribution": "uniform", "low": np.pi / 36.0, "high": np.pi / 18.0}})
+    assert degrees["initial.angles.0"] == pytest.approx(radians["initial.angles.0"], rel=1e-15)  # π / 36 rounded
+
+
+def test_a_list_has_one_factor() -> None:
+    """A relative distribution scales all numbers of a list alike."""
+    (value,) = drawn({"cable.node_masses": FACTOR}).values()
+    factor = Normal(0.1, 1.0, low=0.5).quantile(probability_of(0, "cable.node_masses"), 0.0)
+    assert value == [10.0 * factor] and factor != 1.0
+
+
+@pytest.mark.parametrize(
+    ("group", "message"),
+    [
+        ({"trolley.mass": UNIFORM | {"low": 30.0}}, "uncertain.trolley.mass: low = 30 must be less than high = 25"),
+        ({"trolley.mas": UNIFORM}, "uncertain.trolley.mas: the scene has no trolley.mas of its own; give it a value"),
+        (
+            {"trolley.mass": {"distribution": "gauss"}},
+            "uncertain.trolley.mass: distribution 'gauss' is unknown; possible: uniform, normal, lognormal, triangular",
+        ),
+        (
+            {"trolley.mass": UNIFORM | {"low": -5.0, "high": -4.0}},
+            "must be greater than or equal to 0 (drawn by uncertain.trolley.mass)",
+        ),
+        (
+            {"trolley.mass": {"distribution": "normal", "deviation": 1.0, "low": 60.0}},
+            "uncertain.trolley.mass: low .. high is out of reach of a mean of 20 and a deviation of 1",
+        ),
+        (
+            {"trolley.mass": {"distribution": "triangular", "low": 0.0, "high": 1.0}},
+            "uncertain.trolley.mass: the mode, the scene's own 20, must be within low .. high",
+        ),
+        ({"trolley.mass": {"distribution": "triangular", "low": 0.0, "high": 1.0, "mode": 2.0}}, "mode = 2 must be"),
+        ({"trolley.mass": 7}, "uncertain.trolley.mass = 7: must be a group of keys, with distribution: uniform"),
+        (7, "uncertain = 7: must be a group of keys"),
+        ({"seed": UNIFORM}, "uncertain.seed: is no parameter of the crane"),
+        ({"trolley": UNIFORM}, "uncertain.trolley: is {'drive': 'force', 'mass': 20.0} in the scene, not a number"),
+        ({"cable.lengths": UNIFORM}, "uncertain.cable.lengths: has 1 values: relative: true scales them all"),
+        ({"trolley.drive": UNIFORM}, "uncertain.trolley.drive: is 'force' in the scene, not a number"),
+        ({"cable.lengths.1": UNIFORM}, "uncertain.cable.lengths.1: the scene has no cable.lengths.1 of its own"),
+    ],
+)
+def test_wrong_groups_are_refused(group: Any, message: str) -> None:
+    """A distribution that contradicts itself or the scene is refused in one line that names it."""
+    with pytest.raises(crane_sim.SceneError) as error:
+        uncertain(group)
+    assert message in str(error.value) and "\n" not in str(error.value)
