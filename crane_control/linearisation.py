@@ -64,7 +64,9 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
 
 
 def _hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
-    """Return the joint positions (nq,) at the reference with the cable straight down."""
+    """Return the joint positions (nq,) at the reference with the cable straight down, or those that the form has."""
+    if (rest := scene.file.rest_positions(reference)) is not None:
+        return np.array(rest, dtype=float)
     down = {"rad": 0.0}
     start = zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True)
     upright = {"_z": -1.0, "qw": 1.0}

@@ -154,6 +154,13 @@ class GantryFile(SceneFile):
         position, attitude = load_at_rest(self.falls.falls(start.length, load), load, self.gravity, start.skew)
         return position.tolist(), attitude.tolist()
 
+    def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
+        trolley, bridge, length = target
+        load = self._load()
+        (x, y, z), attitude = load_at_rest(self.falls.falls(length, load), load, self.gravity, None)
+        return trolley, bridge, length, trolley + x, bridge + y, z, *attitude
+
     @property
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""

@@ -141,6 +141,13 @@ class SceneFile(HardwareGroups, ABC):
             SceneError: there is no such motion, or it does not fit the crane.
         """
 
+    def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
+        """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,).
+
+        None where they are known without the form: the cable hangs straight down.
+        """
+        return None
+
     @abstractmethod
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its integrator; `sampled`: efforts are held between commands."""
