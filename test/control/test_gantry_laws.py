@@ -10,8 +10,9 @@ pytestmark = pytest.mark.interpreted
 
 
 def test_lqr_linearises_an_untwisted_load() -> None:
-    """From a start 40 m off and 20 m of rope longer, skewed by a third of a turn, the load at the target is at rest
-    and faces ahead: falls that are fastened apart have a second equilibrium, twisted by half a turn.
+    """From a start 40 m off, 20 m lower and skewed by a third of a turn, the load at the target rests and faces ahead.
+
+    Falls that are fastened apart have a second equilibrium, twisted by half a turn.
     """
     start = {"initial": {"length": 34.0, "trolley": 40.0, "skew": "120 deg"}, "reference.q": [0.0, 2.0, 14.0]}
     scene = load_scene("spreader_skew", start)
