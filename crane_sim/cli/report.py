@@ -25,6 +25,10 @@ _GROUPS = {
     "motion": (
         "peak_swing_deg",
         "residual_swing_deg",
+        "peak_tilt_deg",
+        "peak_skew_deg",
+        "peak_trim_deg",
+        "peak_list_deg",
         "min_rope_tension",
         "max_rope_tension",
         "saturated_steps",
@@ -40,6 +44,10 @@ _UNITS = {
     "real_time_factor": "x",
     "peak_swing_deg": "deg",
     "residual_swing_deg": "deg",
+    "peak_tilt_deg": "deg",
+    "peak_skew_deg": "deg",
+    "peak_trim_deg": "deg",
+    "peak_list_deg": "deg",
     "min_rope_tension": "N",
     "max_rope_tension": "N",
     "sim_time": "s",
@@ -230,7 +238,8 @@ def _warn_compression(console: Console, summary: dict[str, Any]) -> None:
 def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
     if not summary.get("peak_effort"):
         return
-    table = Table("joint", "final error", r"settled after \[s]", "peak effort")
+    margins = summary.get("limit_margin", {})
+    table = Table("joint", "final error", r"settled after \[s]", "peak effort", *["limit margin"] * bool(margins))
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
     for name, peak in summary["peak_effort"].items():
@@ -241,6 +250,7 @@ def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> 
             _format_with_unit(error, units[name]),
             _format_number(settled),
             _format_with_unit(peak, effort_units[name]),
+            *[_format_with_unit(margins.get(name), units[name])] * bool(margins),
         )
     console.print(table)
 

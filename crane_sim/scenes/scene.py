@@ -18,6 +18,7 @@ from crane_sim.scenes.schema.bridge import BridgeFile
 from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
+from crane_sim.scenes.schema.limits import Limit
 from crane_sim.scenes.schema.mobile import MobileFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
@@ -65,6 +66,7 @@ class Scene:
     actuated: tuple[str, ...]  # joints that take commands (nu,)
     joint_units: tuple[str, ...]
     effort_units: tuple[str, ...]  # (nu,)
+    limits: tuple[Limit, ...]  # travel limits of the joints that have some
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
@@ -222,6 +224,7 @@ def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]
         "joint_units": file.joint_units,
         "actuated": file.actuated,
         "effort_units": file.effort_units,
+        "limits": file.limits,
         "initial_q": file.initial_q,
         "initial_v": file.initial_v,
         "path": path,

@@ -14,6 +14,7 @@ from crane_sim.models.moving_base import pose_at, rotate_to_base
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
+from crane_sim.simulation.extremes import Extremes
 from crane_sim.simulation.settling import Settling
 from crane_sim.stepping.rows import split
 from crane_sim.trajectories.trajectory import sample_trajectory
@@ -216,6 +217,7 @@ class Metrics:
         self._peak = np.zeros(self._nu)
         self._swing = self._residual = 0.0
         self._tension, self._pushed = (np.inf, -np.inf), 0
+        self._extremes = Extremes(scene)
         self._tracking = Tracking(scene) if scene.path is not None else None
 
     def extend(self, t: Array, rows: Array) -> None:
@@ -237,6 +239,7 @@ class Metrics:
         self._swing = max(self._swing, float(derived.swing.max()))
         late = t >= (1.0 - LAST) * self._scene.duration
         self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
+        self._extremes.extend(q)
         if self._tracking is not None:
             self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
@@ -286,9 +289,10 @@ class Metrics:
         return derive(self._scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
-        """Return what only some scenes have: notes, and how well a path was followed."""
+        """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""
         end = np.array([t]), np.array([q]), payload
-        return dict(self._scene.notes) | (self._tracking.summary(*end) if self._tracking is not None else {})
+        tracking = self._tracking.summary(*end) if self._tracking is not None else {}
+        return dict(self._scene.notes) | self._extremes.summary(np.array(q)) | tracking
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()

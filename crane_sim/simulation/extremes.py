@@ -1,0 +1,70 @@
+"""Extreme values of a run's joints: margins to travel limits, tilt of a load that is a body."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.scenes.scene import Scene
+
+Array = npt.NDArray[np.float64]
+ATTITUDE = "payload_qw"  # first joint of a load's unit quaternion (w, x, y, z)
+
+
+class Tilt(NamedTuple):
+    """Angles of a load, (K,) each [rad], in the axes of the base."""
+
+    tilt: Array  # of its z axis from the base's
+    skew: Array  # about z
+    trim: Array  # about y, after the skew
+    list: Array  # about x, after both
+
+
+def tilt_of(quaternions: Array) -> Tilt:
+    """Return the angles of unit quaternions (K, 4), w first; R = Rz(skew) Ry(trim) Rx(list)."""
+    w, x, y, z = quaternions.T
+    upright = np.hypot(w, z)
+    return Tilt(
+        2.0 * np.arctan2(np.hypot(x, y), upright),
+        np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
+        np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+class Extremes:
+    """Extremes of the joint positions, gathered block by block; a maximum has the same bits for any blocks."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Begin with nothing seen of a scene."""
+        names = scene.joint_names
+        self._limits = [(names.index(limit.joint), limit) for limit in scene.limits]
+        self._margins = np.full(len(self._limits), np.inf)
+        self._attitude = names.index(ATTITUDE) if ATTITUDE in names else None
+        self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a load that slews is meant to turn
+        self._peaks = np.zeros(len(self._angles))
+
+    def extend(self, q: Array) -> None:
+        """Take joint positions (K, nq)."""
+        if not len(q):
+            return
+        for k, (i, limit) in enumerate(self._limits):
+            margin = min(q[:, i].min() - limit.low, limit.high - q[:, i].max())
+            self._margins[k] = min(self._margins[k], margin)
+        if self._attitude is not None:
+            angles = tilt_of(q[:, self._attitude : self._attitude + 4])
+            largest = [np.abs(getattr(angles, name)).max() for name in self._angles]
+            self._peaks = np.maximum(self._peaks, largest)
+
+    def summary(self, q: Array) -> dict[str, Any]:
+        """Return the figures of a run that ends at positions q (nq,); none where a scene has neither limits nor body.
+
+        `limit_margin` is the least distance of each joint to its travel limits, negative beyond them;
+        `peak_tilt_deg` the largest angle of the load's z axis from the base's, and `peak_skew_deg`, `peak_trim_deg`,
+        `peak_list_deg` its largest rotations about z, y and x of a support that does not slew.
+        """
+        self.extend(np.array([q]))
+        margins = {limit.joint: float(margin) for (_, limit), margin in zip(self._limits, self._margins, strict=True)}
+        peaks = np.degrees(self._peaks) if self._attitude is not None else ()
+        angles = {f"peak_{name}_deg": float(peak) for name, peak in zip(self._angles, peaks, strict=False)}
+        return ({"limit_margin": margins} if margins else {}) | angles
