@@ -8,7 +8,7 @@ those of a crane's support.
 from math import sqrt
 from typing import NamedTuple
 
-from crane_sim.files.types import Fraction, NonNegative
+from crane_sim.files.types import Fraction, NonNegative, Real
 from crane_sim.models.moving_base import Vector, dot, pose_at, to_base, to_turned_axes, to_world
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_kernel
@@ -35,6 +35,24 @@ class RodWindage(NamedTuple):
     area: NonNegative  # m², that a wind across the rod sees
     drag_coefficient: NonNegative  # -, some 1.2 of a tube, 1.7 of a truss of flat-sided members
     centre: Fraction = 0.5  # -, of pressure, in units of the length from where the rod begins
+
+
+class JibWindage(NamedTuple):
+    """What a tower crane's jib or counter-jib opposes to the part of the wind across it."""
+
+    area: NonNegative  # m², that a wind across the jib sees
+    drag_coefficient: NonNegative  # -, some 1.7 of a truss of flat-sided members
+    centre: Real  # m, of pressure, from the tower's axis; negative behind it
+
+
+class BoomWindage(NamedTuple):
+    """What a telescopic boom opposes to the part of the wind across it: as much as is telescoped out."""
+
+    width: NonNegative  # m, mean, that a wind across the boom sees
+    drag_coefficient: NonNegative  # -, some 1.2 of a box with rounded corners
+
+
+AnyWindage = Windage | RodWindage | JibWindage | BoomWindage
 
 
 class Airflow(NamedTuple):
@@ -138,6 +156,7 @@ def rod_drag(windage, flow, along, r, velocity):
 
 
 @rod_drag.register(RodWindage)
+@rod_drag.register(JibWindage)
 def _(windage, flow, along, r, velocity):
     v = relative_flow(flow, r, velocity)
     part = dot(v, along)

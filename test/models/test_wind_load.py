@@ -183,6 +183,91 @@ def test_the_moments_on_boom_and_jib() -> None:
     assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
+TOWER = {
+    "crane": "tower",
+    "duration": 0.4,
+    "slew": {"drive": "force", "inertia": 4e3},
+    "trolley": {"mass": 50.0},
+    "payload": {"mass": 15.0},
+    "initial": {"q": [0.2, 12.0, 2.0, 0.1, -0.2]},
+}
+MOBILE = {
+    "crane": "mobile",
+    "duration": 0.4,
+    "superstructure": {"inertia": 900.0, "foot": [-1.5, 2.0]},
+    "boom": {"mass": 80.0, "center": 2.0, "inertia": 160.0},
+    "telescope": {"mass": 40.0, "center": 2.5, "inertia": 90.0},
+    "payload": {"mass": 15.0},
+    "initial": {"q": [0.2, 0.7, 9.0, 2.0, 0.1, -0.2]},
+}
+SLEWING = {"tower": TOWER, "mobile": MOBILE}
+AREA_OF_BOOM = {"width": AREA / 9.0, "drag_coefficient": DRAG}  # that of WINDAGE on the boom's 9 m
+
+
+def wind_on_support(name: str) -> dict[str, Any]:
+    """Return the scene of a slewing crane on a ship, with windages of jib and counter-jib, or of the boom."""
+    document = SLEWING[name] | {"base_motion": SHIP, "wind": WIND}
+    if name == "mobile":
+        return document | {"boom": MOBILE["boom"] | {"windage": AREA_OF_BOOM}}
+    jibs = {"jib_windage": WINDAGE | {"centre": 21.0}, "counter_jib_windage": WINDAGE | {"centre": -7.0}}
+    return document | {"slew": TOWER["slew"] | jibs}
+
+
+def pressure_centres(name: str, q: Array) -> list[tuple[Array, Array]]:
+    """Return (place, unit vector along the rod) in the axes of the base of every rod that the wind presses on."""
+    across = np.array([np.cos(q[0]), np.sin(q[0]), 0.0])
+    if name == "tower":
+        return [(centre * across, across) for centre in (21.0, -7.0)]
+    along = np.cos(q[1]) * across + np.sin(q[1]) * np.array([0.0, 0.0, 1.0])
+    return [(-1.5 * across + np.array([0.0, 0.0, 2.0]) + 4.5 * along, along)]  # fixed on the boom while it telescopes
+
+
+@pytest.mark.parametrize("name", SLEWING)
+def test_the_moments_on_slewing_supports(name: str) -> None:
+    """Wind on jibs and on a telescopic boom is the efforts Jᵀ F of forces across them, at the pressure's centres."""
+    scene, still = (
+        crane_sim.load_scene(wind_on_support(name)),
+        crane_sim.load_scene(SLEWING[name] | {"base_motion": SHIP}),
+    )
+    q, nu = np.array(scene.initial_q), len(scene.actuated)
+    v = np.array([0.05, -0.3, 0.4, 0.2, -0.6, 0.7])[: len(q)]
+    turn, efforts, axes = pose(SHIP, TIME)[0][0], np.zeros(nu), np.eye(len(q))[:nu]
+    for i, (_, along) in enumerate(pressure_centres(name, q)):
+
+        def world(s: float, i: int = i) -> Array:
+            rotate, origin = pose(SHIP, TIME + s)
+            return origin[0] + rotate[0] @ pressure_centres(name, q + s * v)[i][0]
+
+        force = force_on(scene, world, turn @ along)
+        places = [lambda s, e=e, i=i: pressure_centres(name, q + s * e)[i][0] for e in axes]
+        efforts += np.stack([turn @ rate(place) for place in places]) @ force
+    u = np.array([30.0, -20.0, 50.0, -100.0])[:nu]
+    expected = crane_sim.acceleration(still, q, v, u + efforts, TIME)
+    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", SLEWING)
+def test_wind_on_slewing_supports_keeps_the_energy(name: str) -> None:
+    """The audit of a run in gusts is 1e-9 at most: what the wind gives a jib or boom is its work."""
+    run = crane_sim.simulate(wind_on_support(name))
+    still = crane_sim.simulate(SLEWING[name] | {"base_motion": SHIP})
+    assert run.summary["energy_audit_max"] < 1e-9 and abs(run.q[-1, 0] - still.q[-1, 0]) > 1e-6  # rad: it turns
+
+
+def test_a_free_slew_weathervanes() -> None:
+    """A jib with more moment of area than its counter-jib is at rest downwind and upwind, stable only downwind."""
+    steady = {"speed": 13.0, "direction": 0.0, "density": DENSITY}
+    scene = crane_sim.load_scene(wind_on_support("tower") | {"wind": steady, "base_motion": None})
+
+    def slew_acceleration(angle: float) -> float:
+        q = np.array([angle, 12.0, 2.0, 0.0, 0.0])
+        return float(crane_sim.acceleration(scene, q, 0.0 * q, [0.0] * len(scene.actuated))[0])
+
+    assert slew_acceleration(0.0) == 0.0 and abs(slew_acceleration(np.pi)) < 1e-18
+    assert slew_acceleration(0.1) < 0.0 < slew_acceleration(-0.1)
+    assert slew_acceleration(np.pi + 0.1) > 0.0 > slew_acceleration(np.pi - 0.1)
+
+
 @pytest.mark.parametrize("name", CRANES)
 def test_energy_changes_by_the_work(name: str) -> None:
     """The energy of a crane in wind changes by the power of drives, losses, base and wind, and by nothing else."""

@@ -35,6 +35,7 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
+from crane_sim.models.wind_load import BoomWindage
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_kernel, lean_routine
 
@@ -56,6 +57,7 @@ class BaseSection(NamedTuple):
     center: NonNegative  # m, of its mass from the foot pin
     inertia: Positive  # kg m², about a transverse axis through the centre of mass
     limits: AngleRange | None = None  # rad, of the boom's elevation; a run ends where one is reached
+    windage: BoomWindage | None = None  # what the whole boom opposes to the `wind`
 
 
 class TelescopedSection(NamedTuple):

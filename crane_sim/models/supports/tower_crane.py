@@ -30,6 +30,7 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
+from crane_sim.models.wind_load import JibWindage
 from crane_sim.numerics.jit import generic, lean_generic
 
 Vector = tuple[float, float, float]
@@ -40,6 +41,8 @@ class Slew(NamedTuple):
 
     inertia: Positive  # kg m², about the tower's axis, without trolley and payload
     limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
+    jib_windage: JibWindage | None = None  # what the jib opposes to the `wind`
+    counter_jib_windage: JibWindage | None = None  # what the counter-jib opposes to it
 
 
 class LockedSlew(NamedTuple):

@@ -14,7 +14,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.falls import FallsGroup, load_at_rest
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
@@ -198,7 +198,7 @@ class GantryFile(SceneFile):
         return self.initial_q[5]
 
     @property
-    def windages(self) -> dict[str, Windage | RodWindage | None]:
+    def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
         return {"payload.windage": self.payload.pressed}
 

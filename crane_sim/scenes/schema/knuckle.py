@@ -12,7 +12,7 @@ from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.single_rope.joint_friction import Contacts, JointFriction, JointLuGre
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.knuckle_checks import check_rods, checked_friction
@@ -124,7 +124,7 @@ class KnuckleFile(SceneFile):
         return self.boom.length * sin(beta) + self.jib.length * sin(gamma) - length * cos(tangential) * cos(radial)
 
     @property
-    def windages(self) -> dict[str, Windage | RodWindage | None]:
+    def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
         bodies = {"payload": self.payload, "boom": self.boom, "jib": self.jib}
         return {f"{name}.windage": body.windage for name, body in bodies.items()}

@@ -6,6 +6,7 @@ from typing import Literal
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -69,6 +70,11 @@ class MobileFile(SuspendedFile):
             ("telescope", "telescope.limits", self.telescope.limits),
             ("rope", "rope.limits", self.rope.limits),
         )
+
+    @property
+    def windages(self) -> dict[str, AnyWindage | None]:
+        """What the bodies oppose to the wind."""
+        return super().windages | {"boom.windage": self.boom.windage}
 
     def support(self) -> TelescopicBoom:
         """Return the parameters of the support.

@@ -3,7 +3,7 @@
 from math import cos
 from typing import Any
 
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane
@@ -71,7 +71,7 @@ class OverheadFile(OverheadCrane):
         return sum(length * rise for length, rise in zip(self.parts.lengths, rises, strict=True))
 
     @property
-    def windages(self) -> dict[str, Windage | RodWindage | None]:
+    def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
         return {"payload.windage": self.payload.windage if self.payload is not None else None}
 

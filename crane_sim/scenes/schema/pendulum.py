@@ -11,7 +11,7 @@ from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
@@ -159,7 +159,7 @@ class PendulumFile(SceneFile):
         return self.initial.tip[2] + self.rope.length * self.initial_q[5]
 
     @property
-    def windages(self) -> dict[str, Windage | RodWindage | None]:
+    def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
         return {"payload.windage": self.payload.windage}
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from crane_sim.files.types import Name, Positive, Seed
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.base_motion import BaseMotion
 from crane_sim.scenes.schema.groups import Control, Method
 from crane_sim.scenes.schema.hardware import HardwareGroups
@@ -100,7 +100,7 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     @abstractmethod
-    def windages(self) -> dict[str, Windage | RodWindage | None]:
+    def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind, by key of the file; None where one has no windage."""
 
     @property

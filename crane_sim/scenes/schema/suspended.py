@@ -7,7 +7,7 @@ from typing import Any
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
@@ -123,7 +123,7 @@ class SuspendedFile(SceneFile):
         return self.tip_height - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
     @property
-    def windages(self) -> dict[str, Windage | RodWindage | None]:
+    def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
         return {"payload.windage": self.payload.pressed}
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validator
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -59,6 +60,12 @@ class TowerFile(SuspendedFile):
             ("trolley", "trolley.limits", self.trolley.limits),
             ("rope", "rope.limits", self.rope.limits),
         )
+
+    @property
+    def windages(self) -> dict[str, AnyWindage | None]:
+        """What the bodies oppose to the wind."""
+        own = {f"slew.{key}": getattr(self.slew, key, None) for key in ("jib_windage", "counter_jib_windage")}
+        return super().windages | own
 
     def support(self) -> TowerCrane:
         """Return the parameters of the support.

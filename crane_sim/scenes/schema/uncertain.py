@@ -36,8 +36,8 @@ Deviation = Annotated[Positive, BeforeValidator(_to_radians)]
 class Uniform(NamedTuple):
     """A uniform distribution."""
 
-    low: Value  # parameter's unit
-    high: Value  # parameter's unit
+    low: Value  # parameter's unit, least value
+    high: Value  # parameter's unit, greatest value
     relative: bool = False  # whether the numbers are factors of the file's own value
 
     def complaint(self) -> str:
@@ -52,8 +52,8 @@ class Uniform(NamedTuple):
 class Triangular(NamedTuple):
     """A triangular distribution."""
 
-    low: Value  # parameter's unit
-    high: Value  # parameter's unit
+    low: Value  # parameter's unit, least value
+    high: Value  # parameter's unit, greatest value
     mode: Value | None = None  # parameter's unit, most likely value; left out: the file's own
     relative: bool = False  # whether the numbers are factors of the file's own value
 

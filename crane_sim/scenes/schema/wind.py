@@ -9,7 +9,7 @@ from pydantic import Field
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, NonNegative, Positive, Seed
-from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Group, tagged_union_validator
 from crane_sim.trajectories.turbulence import (
     SPECTRA,
@@ -168,7 +168,7 @@ class WindGroup(Group):
         return {"wind": entry | drawn} | ({"warnings": warnings} if warnings else {})
 
 
-def blows(group: WindGroup | None, windages: Mapping[str, Windage | RodWindage | None], still_drag: bool) -> bool:
+def blows(group: WindGroup | None, windages: Mapping[str, AnyWindage | None], still_drag: bool) -> bool:
     """Return whether a wind presses on anything.
 
     Args:
@@ -190,7 +190,9 @@ def blows(group: WindGroup | None, windages: Mapping[str, Windage | RodWindage |
         raise SceneError(f"wind: presses on nothing; give one of {', '.join(windages)}")
     if group.gusts is not None:
         group.gusts.scales(group.speed, group.height)
-    active = group.speed > 0.0 and any(part.area * part.drag_coefficient > 0.0 for part in present.values())
+    active = group.speed > 0.0 and any(
+        part[0] * part.drag_coefficient > 0.0 for part in present.values()
+    )  # area, or width
     if still_drag and active:
         raise SceneError("payload_drag: is drag of still air, and there is a wind; take payload.windage in its place")
     return active
