@@ -74,6 +74,7 @@ _JOINTS = ("slew", "boom", "jib", "rope")
 _DRY = {"coulomb": 1.0, "static": 1.4, "viscous": 0.5, "stribeck": 0.05}
 _BRISTLES = _DRY | {"stiffness": 1e3, "damping": 10.0}
 _SPEEDS = {"initial.v": [0.2, 0.1, 0.1, 0.1, 0.0, 0.0]}  # no joint sticks
+_WIDE = ["-80 deg", "80 deg"]
 _MOTOR = {"motor": {"ratio": 50.0, "inertia": 1e-3}}
 _LINK = {"links": [{"mass": 450.0, "length": 3.0}]}
 _BODY = {"payload": {"mass": 4000.0, "inertia": [2.8e3, 8.9e3, 9.3e3], "attachment": [0.1, 0.0, 0.7]}}
@@ -129,7 +130,7 @@ SINGLE = (
     Case(KNUCKLE, "friction of the joints", {"friction": dict.fromkeys(_JOINTS, _DRY)}, _SPEEDS),
     Case(KNUCKLE, "friction by bristles", {"lugre": dict.fromkeys(_JOINTS, _BRISTLES)}, _SPEEDS),
     Case(KNUCKLE, "motors", {"actuators": dict.fromkeys(_JOINTS[:3], _MOTOR)}),
-    Case(KNUCKLE, "limits of boom and jib", {"boom.limits": ["-80 deg", "80 deg"], "jib.limits": ["-80 deg", "80 deg"]}),
+    Case(KNUCKLE, "limits of boom and jib", {"boom.limits": _WIDE, "jib.limits": _WIDE}),
     Case(TOWER, "hook block and sling", _LINK),
     Case(TOWER, "payload with a body", _BODY),
     Case(TOWER, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),

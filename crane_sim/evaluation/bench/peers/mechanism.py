@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from crane_sim.evaluation.bench.peers.joints import Joint, Vector
 from crane_sim.models.falls.crane import FallsCrane
@@ -21,7 +22,7 @@ from crane_sim.models.supports.hoist import RateHoist
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.inputs import Constant, Table
+from crane_sim.trajectories.inputs import Constant, Inputs, Table
 
 Array = npt.NDArray[np.float64]
 HEAVY = 1e10
@@ -82,21 +83,24 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
     hoist = getattr(model, "hoist", None)
     if scene.sampled or not isinstance(load, RigidLoad) or not isinstance(hoist, RateHoist) or any(added):
         return None
-    inputs = input_tables(scene)
+    if (inputs := input_tables(scene)) is None:
+        return None
+    if np.count_nonzero(load.inertia - np.diag(np.diag(load.inertia))):
+        return None  # not written for other than principal axes
     if isinstance(model, FallsCrane) and isinstance(model.support, Bridge):
         return _on_falls(scene, model, inputs)
     return _on_cable(scene, model, load, inputs) if isinstance(model, SuspendedCrane) else None
 
 
-def input_tables(scene: Scene) -> list[Table]:
-    """Return a table for each actuated joint."""
-    tables, rest = list[Table](), scene.source
-    for value in rest if type(rest) is tuple else ():
-        tables.append(Table((0.0,), (value,)))
-    while len(tables) < len(scene.actuated):
-        channel, rest = rest.first, rest.tail
-        tables.append(Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel)
-    return tables
+def input_tables(scene: Scene) -> list[Table] | None:
+    """Return a table for each actuated joint, None where an input is no table and not constant."""
+    rest, channels = scene.source, list[Any]()
+    while isinstance(rest, Inputs):
+        channels.append(rest.first)
+        rest = rest.tail
+    channels = channels or [Constant(value) for value in scene.source]
+    tables = [Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel for channel in channels]
+    return tables if all(isinstance(table, Table) for table in tables) else None
 
 
 def segments(mechanism: Mechanism) -> tuple[Array, list[Segment]]:
@@ -136,9 +140,9 @@ def rotation(axis: int, angle: float) -> Array:
     return matrix
 
 
-def rotation_of(q: Any) -> Array:
-    """Return the rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = q
+def attitude_of(q: Any) -> Array:
+    """Return the rotation matrix (3, 3) of a unit quaternion (w, x, y, z), the last four of q."""
+    w, (x, y, z) = q[-4], q[-3:]  # of a run that failed, they may be anything
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
 
@@ -150,7 +154,7 @@ def _support(scene: Scene, support: Any) -> list[Body]:
         bridge = Joint(True, 1, q[1], mass=support.bridge.mass)
         return [Body(bridge, -1, v[1]), Body(Joint(True, 0, q[0], mass=support.trolley.mass), 0, v[0])]
     assert isinstance(support, TowerCrane) and isinstance(support.slew, Slew)
-    slew = Joint(False, 2, q[0], mass=_ROTOR, inertia=(support.slew.inertia,) * 3)
+    slew = Joint(False, 2, q[0], mass=_ROTOR, inertia=(0.0, 0.0, support.slew.inertia))
     return [Body(slew, -1, v[0]), Body(Joint(True, 0, q[1], mass=support.trolley.mass), 0, v[1])]
 
 
@@ -160,33 +164,38 @@ def _drives(support: Any, tables: list[Table]) -> list[Drive]:
     return [drive for drive in drives if any(drive.table.values)]
 
 
-def _turns(matrix: Array) -> tuple[float, float, float]:
+def _turns(matrix: Array) -> Array:
     """Return the angles (a, b, c) of Rx(a) Ry(b) Rz(c)."""
-    a, c = np.arctan2(-matrix[1, 2], matrix[2, 2]), np.arctan2(-matrix[0, 1], matrix[0, 0])
-    return float(a), float(np.arcsin(matrix[0, 2])), float(c)
+    return Rotation.from_matrix(matrix).as_euler("XYZ")
 
 
-def _spin(angles: tuple[float, float, float], omega: Array) -> Array:
+def _spin(angles: Array, omega: Array) -> Array:
     """Return the rates of those angles at an angular velocity (3,) [rad/s] relative to the parent, in body axes."""
     _, b, c = angles
     own = rotation(2, -c)
     axes = np.column_stack([own @ rotation(1, -b)[:, 0], own[:, 1], (0.0, 0.0, 1.0)])
-    return np.linalg.solve(axes, omega)
+    return np.asarray(np.linalg.solve(axes, omega), dtype=np.float64)
 
 
-def _body_rates(q: Any, v: Any) -> Array:
-    """Return the angular velocity (3,) [rad/s] in body axes of a quaternion and its rates, each (4,)."""
-    (w, x, y, z), (a, b, c, d) = q, v
-    return 2.0 * np.array([w * b - x * a - y * d + z * c, w * c - y * a - z * b + x * d, w * d - z * a - x * c + y * b])
+def _angular_velocity(q: Any, v: Any) -> Array:
+    """Return the angular velocity ω = 2 q* ⊗ q' (3,) [rad/s], in body axes, of the last four of q and v."""
+    w, vector, rate = q[-4], np.array(q[-3:]), np.array(v[-3:])
+    return 2.0 * (w * rate - v[-4] * vector - np.cross(vector, rate))
 
 
-def _load(load: RigidLoad, com: Any, offset: Vector, turn: Array, omega: Array, parent: int) -> list[Body]:
-    """Return the load's three revolute joints, relative to a parent, with its centre of mass from their origin."""
-    angles, (principal, axes) = _turns(turn), np.linalg.eigh(np.array(load.inertia))
-    if not np.allclose(np.abs(axes).sum(0), 1.0):
-        raise ValueError("the load's principal axes must be its own")
-    inertia: Any = tuple(float(principal[np.abs(axes)[i].argmax()]) for i in range(3))
-    rates = _spin(angles, omega)
+def _load(load: RigidLoad, com: Any, offset: Vector, motion: tuple[Array, Array], parent: int) -> list[Body]:
+    """Return the load's three revolute joints.
+
+    Args:
+        load: a body whose principal axes are its own.
+        com: its centre of mass from the joints (3,) [m].
+        offset: of the joints from the parent's.
+        motion: (rotation (3, 3), angular velocity (3,) [rad/s], in its axes) relative to the parent.
+        parent: number of the parent.
+    """
+    inertia: Any = tuple(load.inertia[i][i] for i in range(3))
+    angles = _turns(motion[0])
+    rates = _spin(angles, motion[1])
     first = Body(Joint(False, 0, angles[0], offset), parent, rates[0])
     second = Body(Joint(False, 1, angles[1]), parent + 1, rates[1])
     last = Joint(False, 2, angles[2], mass=load.mass, com=tuple(com), inertia=inertia)
@@ -200,8 +209,8 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
     bodies = _support(scene, crane.support)
     for axis in (0, 1, 2):
         bodies.append(Body(Joint(True, axis, q[3 + axis]), len(bodies) - 1 if axis else -1, v[3 + axis]))
-    turn, omega = rotation_of(q[6:]), _body_rates(q[6:], v[6:])
-    bodies += _load(crane.load, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), turn, omega, len(bodies) - 1)
+    turn, omega, origin = attitude_of(q), _angular_velocity(q, v), (0.0, 0.0, 0.0)
+    bodies += _load(crane.load, origin, origin, (turn, omega), len(bodies) - 1)
     rows = zip(falls.top.tolist(), falls.bottom.tolist(), falls.offset, falls.axial_stiffness, falls.relaxation,
                strict=True)  # fmt: skip
     ropes = list[Fall]()
@@ -211,12 +220,6 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
         ropes.append(Fall(*ends, length, float(stiffness / length), float(relaxation * stiffness / length)))
     drives = _drives(crane.support, inputs)
     return Mechanism(bodies, (0.0, 0.0, 0.0), ropes, drives, crane.gravity, scene.duration)
-
-
-def _line(direction: Array) -> tuple[float, float]:
-    """Return the angles (a, b) of Rx(a) Ry(b) that turn (0, 0, -1) to a unit vector (3,)."""
-    x, y, z = direction
-    return float(np.arctan2(y, -z)), float(-np.arctan2(x, np.hypot(y, z)))
 
 
 def _on_cable(scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list[Table]) -> Mechanism | None:
@@ -236,8 +239,8 @@ def _on_cable(scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list
         link = _line(turn.T @ np.array(q[2 + 3 * k : 5 + 3 * k]))
         bodies += _turned_line(link, len(bodies), offset, masses[k], float(chain.lengths[k]))
         turn, offset = turn @ link, (0.0, 0.0, -float(chain.lengths[k]))
-    attitude, omega = turn.T @ rotation_of(q[-4:]), _body_rates(q[-4:], v[-4:])
-    bodies += _load(load, -np.array(load.attachment), offset, attitude, omega, len(bodies) - 1)
+    motion = turn.T @ attitude_of(q), _angular_velocity(q, v)
+    bodies += _load(load, -np.array(load.attachment), offset, motion, len(bodies) - 1)
     return Mechanism(bodies, (0.0, 0.0, 0.0), [], drives, crane.gravity, scene.duration)
 
 

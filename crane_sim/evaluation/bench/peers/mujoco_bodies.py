@@ -5,14 +5,14 @@ a tendon changes: scenes whose falls go slack need another model.
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from crane_sim.evaluation.bench.engine import EngineUnavailable, Run, RunResult, sweep_values
+from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
 from crane_sim.evaluation.bench.peers.joints import Vector
 from crane_sim.evaluation.bench.peers.mechanism import Body, Drive, Fall, Mechanism, initial_state, load_pose, segments
+from crane_sim.evaluation.bench.peers.mujoco_engine import find_package
 
 NAME = "MuJoCo"
 METHODS = {"RK4": 4, "implicitfast": 1}
@@ -27,18 +27,18 @@ def find_version() -> str:
     Raises:
         EngineUnavailable: it is not installed.
     """
-    return str(_package().__version__)
+    return str(find_package().__version__)
 
 
 def runs(mechanism: Mechanism, method: str) -> list[Run]:
     """Return the sweep of steps of one of METHODS, coarsest first."""
-    model = _package().MjModel.from_xml_string(write_model(mechanism, method))
+    model = find_package().MjModel.from_xml_string(write_model(mechanism, method))
     return [Run(NAME, method, step, make_run(mechanism, model, method, step)) for step in STEPS]
 
 
 def make_run(mechanism: Mechanism, model: Any, method: str, step: float) -> Callable[[int], RunResult]:
     """Return an integration with at most this step [s], which divides each of the segments."""
-    mujoco, (first, pieces), (q, v) = _package(), segments(mechanism), initial_state(mechanism)
+    mujoco, (first, pieces), (q, v) = find_package(), segments(mechanism), initial_state(mechanism)
     data, counts = mujoco.MjData(model), [int(np.ceil(piece.duration / step - 1e-9)) for piece in pieces]
 
     def execute(repetitions: int) -> RunResult:
@@ -108,10 +108,3 @@ def _motor(drive: Drive) -> str:
 
 def _numbers(values: Any | Vector) -> str:
     return " ".join(repr(float(value)) for value in values)
-
-
-def _package() -> Any:
-    try:
-        return import_module("mujoco")
-    except ImportError as error:
-        raise EngineUnavailable(f"MuJoCo is not installed: {error}") from None
