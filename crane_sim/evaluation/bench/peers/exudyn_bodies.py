@@ -8,6 +8,7 @@ A spring-damper pushes where a fall would go slack: scenes whose falls go slack 
 import sys
 import warnings
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
@@ -157,6 +158,8 @@ def _settings(exudyn: Any) -> Any:
 
 def _package() -> Any:
     sys.__dict__.setdefault("exudynFast", True)  # its own switch for the build without checks of ranges
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), redirect_stdout(None):
         warnings.simplefilter("ignore")
-        return import_module("exudyn")
+        exudyn = import_module("exudyn")
+    exudyn.config.printToConsole, exudyn.config.suppressWarnings = False, True  # a failed run stays in the table
+    return exudyn
