@@ -73,21 +73,31 @@ def format_lines(results: dict[str, Any]) -> list[str]:
         points = points_of(scene)
         ours = best(points)[crane_sim_engine.NAME]
         for engine, cheapest in best(points).items():
-            lines += [
-                f"  {engine:<10} {level:.0e} m {_describe(point, own)}"
-                for level, point, own in zip(LEVELS, cheapest, ours, strict=True)
-            ]
+            lines += [f"  {engine:<10} {line}" for line in _describe_levels(cheapest, ours)]
             closest = min((p for p in points if p.engine == engine), key=lambda p: p.error)
-            lines.append(f"  {engine:<10} closest {_errors(closest)} with {closest.method} {closest.setting:.2g}")
+            lines.append(f"  {engine:<10} closest: {_errors(closest)}, {closest.method} {closest.setting:.2g}")
     return [*lines, *CANNOT]
 
 
-def _describe(point: Point | None, ours: Point | None) -> str:
+def _describe_levels(cheapest: Sequence[Point | None], ours: Sequence[Point | None]) -> list[str]:
+    """Return a line for each run that is the cheapest at some error, with the largest and smallest of these."""
+    rows = dict[Point | None, list[int]]()
+    for i, point in enumerate(cheapest):
+        rows.setdefault(point, []).append(i)
+    lines = list[str]()
+    for point, levels in rows.items():
+        span = " to ".join(f"{LEVELS[i]:.0e}" for i in sorted({levels[0], levels[-1]}))
+        lines.append(f"{span:>14} m {_describe(point, [ours[i] for i in levels])}")
+    return lines
+
+
+def _describe(point: Point | None, ours: Sequence[Point | None]) -> str:
     if point is None:
         return "is not reached"
-    ratio = f"{point.us_per_s / ours.us_per_s:6.1f} x ours" if ours is not None else ""
-    run = f"{point.method} {point.setting:.2g}"
-    return f"{point.us_per_s:9.1f} µs per simulated second, {ratio}  {_errors(point)}  {run}"
+    times = [own.us_per_s for own in ours if own is not None]
+    ratios = " to ".join(f"{ratio:.3g}" for ratio in sorted({point.us_per_s / time for time in times}))
+    run = f"{_errors(point)}, {point.method} {point.setting:.2g}"
+    return f"{point.us_per_s:8.1f} µs per simulated second, {ratios} x ours; {run}"
 
 
 def _errors(point: Point) -> str:

@@ -154,7 +154,8 @@ def _support(scene: Scene, support: Any) -> list[Body]:
         bridge = Joint(True, 1, q[1], mass=support.bridge.mass)
         return [Body(bridge, -1, v[1]), Body(Joint(True, 0, q[0], mass=support.trolley.mass), 0, v[0])]
     assert isinstance(support, TowerCrane) and isinstance(support.slew, Slew)
-    slew = Joint(False, 2, q[0], mass=_ROTOR, inertia=(support.slew.inertia,) * 3)
+    inertia = support.slew.inertia
+    slew = Joint(False, 2, q[0], mass=_ROTOR, inertia=(inertia, inertia, inertia))
     return [Body(slew, -1, v[0]), Body(Joint(True, 0, q[1], mass=support.trolley.mass), 0, v[1])]
 
 
