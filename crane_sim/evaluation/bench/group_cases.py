@@ -134,6 +134,7 @@ SINGLE = (
     Case(TOWER, "hook block and sling", _LINK),
     Case(TOWER, "payload with a body", _BODY),
     Case(TOWER, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
+    Case(TOWER, "moving base", {"base_motion": {"heave": {"amplitude": 0.5, "frequency": 0.7}}}),
     Case(TOWER, "force on the payload", _PUSH),
     Case(TOWER, "slack ends the run", {"rope.slack": "stop"}),
     Case(TOWER, "limits of the trolley", {"trolley.limits": [3.0, 60.0]}),

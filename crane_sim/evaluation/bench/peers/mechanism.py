@@ -25,7 +25,7 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.inputs import Constant, Inputs, Table
 
 Array = npt.NDArray[np.float64]
-HEAVY = 1e10
+HEAVY = 1e12
 """Inertia of a winch that imposes motion, in units of the suspended mass."""
 _ROTOR = 1e-3  # kg, of a slewing part whose centre is on its axis: any mass
 

@@ -55,7 +55,7 @@ def make_run(mechanism: Mechanism, model: Any, method: str, step: float) -> Call
 
 def write_model(mechanism: Mechanism, method: str) -> str:
     """Return the model in MuJoCo's XML; without contacts, and with nothing else that the crane does not need."""
-    flags = " ".join(f'{name}="disable"' for name in ("contact", "constraint", "warmstart", "eulerdamp"))
+    flags = " ".join(f'{name}="disable"' for name in ("contact", "constraint", "warmstart", "eulerdamp", "autoreset"))
     option = f'<option integrator="{method}" gravity="0 0 {-mechanism.gravity!r}"><flag {flags}/></option>'
     tendons, motors = map(_tendon, range(len(mechanism.falls)), mechanism.falls), map(_motor, mechanism.drives)
     return (
