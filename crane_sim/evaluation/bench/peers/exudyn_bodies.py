@@ -62,12 +62,10 @@ def runs(mechanism: Mechanism, method: str) -> list[Run]:
 def make_run(mechanism: Mechanism, system: Any, method: str, setting: float) -> Callable[[int], RunResult]:
     """Return an integration with at most this step [s], which divides each of the segments, or at a tolerance."""
     exudyn, (first, pieces), (q, v) = _package(), segments(mechanism), initial_state(mechanism)
-    settings, n, adaptive = _settings(exudyn), len(q), method == "DOPRI5"
+    n, adaptive = len(q), method == "DOPRI5"
+    settings = _settings(exudyn, setting if adaptive else None)
     solver, initial = getattr(exudyn.DynamicSolverType, METHODS[method].solver), exudyn.ConfigurationType.Initial
     counts = [1 if adaptive else int(np.ceil(piece.duration / setting - 1e-9)) for piece in pieces]
-    if adaptive:
-        settings.timeIntegration.relativeTolerance = settings.timeIntegration.absoluteTolerance = setting
-    settings.timeIntegration.automaticStepSize = adaptive
     stages, data = METHODS[method].stages, system.systemData
 
     def execute(repetitions: int) -> RunResult:
@@ -145,12 +143,15 @@ def _linear_terms(mechanism: Mechanism) -> tuple[Any, Any, Any]:
     return mass, damping, stiffness
 
 
-def _settings(exudyn: Any) -> Any:
-    """Return settings without files and messages."""
+def _settings(exudyn: Any, tolerance: float | None) -> Any:
+    """Return settings without files and messages; tolerance: of control of the error, None for fixed steps."""
     settings = exudyn.SimulationSettings()
     settings.solution.file.write = settings.solution.sensors.active = False
     settings.timeIntegration.verboseMode, settings.timeIntegration.explicit.computeEndOfStepAccelerations = 0, False
     settings.timeIntegration.initialStepSize = FIRST_STEP
+    settings.timeIntegration.automaticStepSize = tolerance is not None
+    if tolerance is not None:
+        settings.timeIntegration.relativeTolerance = settings.timeIntegration.absoluteTolerance = tolerance
     newton = settings.timeIntegration.newton
     newton.relativeTolerance = newton.absoluteTolerance = 1e-14  # the heavy winch is most of its residual
     return settings
