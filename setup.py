@@ -30,7 +30,7 @@ setup(
         "rerun": ["rerun-sdk==0.41.*"],
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],
-        "peers": ["mujoco", "pin", "drake", "casadi"],
+        "peers": ["mujoco", "exudyn", "pin", "drake", "casadi"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
     zip_safe=False,

@@ -12,7 +12,7 @@ from crane_sim.cli.help_lines import HELP
 from crane_sim.evaluation.bench import scenes
 from crane_sim.evaluation.bench.cases import LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
-from crane_sim.evaluation.bench.page import write_page
+from crane_sim.evaluation.bench.page import FIGURES, write_page
 from crane_sim.evaluation.bench.results import best, points_of
 from crane_sim.evaluation.bench.store import merge_suite, read_store, write_store
 from crane_sim.evaluation.bench.suites import SUITES
@@ -73,10 +73,12 @@ def _write(data: dict[str, Any], folder: Path) -> None:
     written = ["performance.json", "performance.md"]
     try:
         write_store(data, folder)
-        figure_file, measured = folder / "performance.png", data.get("scenes", {}).get("scenes")
-        if measured and save_figure(draw, measured, figure_file, dpi=110):
-            written.append(figure_file.name)
-        (folder / "performance.md").write_text(write_page(data, drawn=figure_file.is_file()))
+        for suite, name in FIGURES.items():
+            measured = data.get(suite, {}).get("scenes")
+            if measured and save_figure(draw, measured, folder / name, dpi=110):
+                written.append(name)
+        drawn = any((folder / name).is_file() for name in FIGURES.values())
+        (folder / "performance.md").write_text(write_page(data, drawn=drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     Console(stderr=True).print(f"written to {folder}: {', '.join(written)}")

@@ -122,7 +122,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     """
     if overrides is not None and not isinstance(overrides, Mapping):
         raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
-    changes = dict(overrides or {})
+    changes = copy.deepcopy(dict(overrides or {}))  # two keys may overlap: the caller's groups stay as they are
     if isinstance(source, Scene):
         if not changes:
             return source

@@ -13,7 +13,7 @@ from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recor
 from crane_sim.evaluation.bench.group_cases import CASES
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.ros.common.timing import StepTiming
-from crane_sim.scenes.scene import load_scene
+from crane_sim.scenes.scene import FORMS, load_scene
 
 SPREAD = {"median", "least", "most", "rounds"}
 
@@ -121,6 +121,42 @@ def test_a_case_differs_from_its_baseline_by_its_group(case: groups.Case) -> Non
     """Both scenes of a row are possible, are the same crane, and only one has the group."""
     without, with_group = groups.scene_pair(case)
     assert without.crane == with_group.crane and without.document != with_group.document
+
+
+def test_every_group_of_the_equations_has_a_row() -> None:
+    """Each optional group of a scene with a cable or falls below its support that enters the equations has a cost."""
+    # of the plant, a law or the file; the load on falls and the ways of the inputs are in the baselines
+    outside = {"name", "description", "seed", "control", "integrator", "reference", "brake", "sensors", "faults"}
+    measured = {key.split(".")[0] for case in CASES for key in case.changes}
+    for form in ("tower", "mobile", "bridge", "gantry", "knuckle"):
+        fields = {name for name, field in FORMS[form].model_fields.items() if not field.is_required()}
+        assert fields - outside - {"gravity"} <= measured, form
+    assert {FORMS[load_scene(case.baseline.scene).crane] for case in CASES} == set(FORMS.values()) - {FORMS["pendulum"]}
+
+
+def test_all_groups_of_a_crane_are_measured_at_once() -> None:
+    """The case of all groups has the model of each part: what is absent alone is present together."""
+    for case in (case for case in CASES if case.parts):
+        without, together = groups.scene_pair(case)
+        own = [row for row in CASES if row.baseline is case.baseline and row.group in case.parts]
+        assert len(own) == len(case.parts) > 1
+        for row in own:
+            _, alone = groups.scene_pair(row)
+            for name, value in alone.model._asdict().items():
+                if value is not None and getattr(without.model, name) is None:
+                    assert type(getattr(together.model, name)) is type(value), name
+
+
+def test_the_sum_of_parts() -> None:
+    """Groups that add 2 and 3 ns alone and 4 at once cost 0.8 of the sum, in each unit of its own."""
+
+    def row(group: str, added: float, *parts: str) -> dict[str, Any]:
+        costs = {"ns_per_evaluation_added": describe_spread([added]), "ns_per_step_added": describe_spread([9 * added])}
+        return {"crane": "toy", "group": group, "parts": list(parts), **costs}
+
+    other = row("one", 100.0) | {"crane": "another"}
+    rows = [other, row("one", 2.0), row("two", 3.0), row("both", 4.0, "one", "two")]
+    assert [groups.part_of_sum(rows[-1], rows, unit) for unit in ("evaluation", "step")] == [0.8, 0.8]
 
 
 def test_quantiles_of_period_errors() -> None:

@@ -43,6 +43,14 @@ def test_simulate_takes_changes_by_dotted_key(source: Any) -> None:
     assert np.array_equal(run.q, changed.q) and not np.array_equal(run.q, crane_sim.simulate(SWING).q)
 
 
+def test_changes_stay_as_they_were_given() -> None:
+    """A group among the changes is not changed by another one's dotted key inside it: it may be used again."""
+    group = {"mass": 12.0}
+    changes = {"trolley": group, "trolley.mass": 13.0}
+    assert crane_sim.load_scene("overhead_swing", changes).document["trolley"]["mass"] == 13.0
+    assert group == {"mass": 12.0} and changes["trolley"] is group
+
+
 def test_a_batch_says_what_was_rounded() -> None:
     """A batch whose duration is no multiple of the period has a note on the rounded duration of every crane."""
     batch = crane_sim.simulate_batch(SWING, {"trolley.mass": [90.0, 99.0]}, 0.054)

@@ -50,6 +50,7 @@ class Reference(NamedTuple):
     payload: npt.NDArray[np.float64]  # (3,) m, at the end
     error_bound: float  # m
     tension: float | None  # N, of an elastic cable at the end
+    attitude: npt.NDArray[np.float64] | None = None  # (3, 3) rotation of a rigid load at the end
 
 
 def case_scene(case: Case) -> Scene:

@@ -1,7 +1,7 @@
 """This simulator as an engine of the benchmark: its methods, each over a sweep of steps or tolerances."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -9,12 +9,14 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
+from crane_sim.evaluation.bench.peers.mechanism import attitude_of
 from crane_sim.integrators import apply_pending_events, dense_output, integrate_to, make_event_log, start, step_bound
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
+from crane_sim.models.loads import RigidLoad
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import world_points
@@ -64,25 +66,32 @@ class CraneSimEngine:
         smooth = begin(self.p, self.q, self.v)[0].event_log is None
         return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
 
-    def runs(self, method: str) -> list[Run]:
-        """Return the sweep of one method, coarsest first; compiles it, and records the compile time [s]."""
+    def runs(self, method: str, steps: Sequence[float] = STEPS) -> list[Run]:
+        """Return the sweep of one method, coarsest first; compiles it, and records the compile time [s].
+
+        Args:
+            method: one of `methods`.
+            steps: sizes [s] of a method with fixed steps.
+        """
         method_class = FIXED.get(method) or ADAPTIVE[method]
-        settings = STEPS if method in FIXED else TOLERANCES
+        settings = steps if method in FIXED else TOLERANCES
         configured = [
             (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value)) for value in settings
         ]
         began = time.perf_counter()
-        self._make_run(configured[0][1])(1)
+        self.make_run(configured[0][1])(1)
         self.compile_times[method] = time.perf_counter() - began
-        return [Run(NAME, method, value, self._make_run(settings)) for value, settings in configured]
+        return [Run(NAME, method, value, self.make_run(settings)) for value, settings in configured]
 
-    def _make_run(self, method: Any) -> Callable[[int], RunResult]:
+    def make_run(self, method: Any) -> Callable[[int], RunResult]:
+        """Return the integration over the whole duration with a method and its setting."""
         end = self.scene.duration
 
         def execute(repetitions: int) -> RunResult:
             integration, x = integrate(method, self.p, self.source, self.q, self.v, end, repetitions)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = world_points(self.p, end, np.array(q), np.array(v))
-            return RunResult(points[-1], integration.evaluations, integration.steps, float(tensions[-1]))
+            attitude = attitude_of(q) if isinstance(getattr(self.p, "load", None), RigidLoad) else None
+            return RunResult(points[-1], integration.evaluations, integration.steps, float(tensions[-1]), attitude)
 
         return execute

@@ -18,6 +18,7 @@ class RunResult(NamedTuple):
     evaluations: int | None  # of the equations; None: not counted by the engine
     steps: int | None
     tension: float | None = None  # N, of an elastic cable at the end; None: not requested or not available
+    attitude: Array | None = None  # (3, 3) rotation from a rigid load's axes to the world's, at the end
 
 
 class Run(NamedTuple):

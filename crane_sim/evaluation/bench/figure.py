@@ -16,6 +16,7 @@ COLOURS = {
     "Pinocchio": BLUE,
     "MuJoCo": GREEN,
     "Drake": "#d98c21",
+    "Exudyn": "#b5559c",
     "scipy": "#8c8c8c",
 }
 MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "rodas": "P"}

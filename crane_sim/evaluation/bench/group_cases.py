@@ -1,4 +1,8 @@
-"""Scenes that measure the cost of optional groups: a baseline scene per crane, and one change for each group."""
+"""Scenes that measure the cost of optional groups: a baseline scene per crane, and one change for each group.
+
+Limit switches, limits and lags of drives, sensors and faults are no part of the equations: the plant computes them once
+a period, so that they have no row here.
+"""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -21,6 +25,7 @@ class Case(NamedTuple):
     group: str
     changes: Changes
     common: Changes = {}
+    parts: tuple[str, ...] = ()  # groups of the same baseline that it has all at once
 
 
 KNUCKLE = Baseline("knuckle", "knuckle_setpoint", {"control": None})
@@ -28,6 +33,27 @@ ROD = Baseline("one link", "overhead_swing")
 CHAIN = Baseline("ten links", "overhead_chain")
 ELASTIC = Baseline("elastic link", "overhead_spring")
 SPATIAL = Baseline("one link, 3D", "overhead_pole", {"trolley": {"mass": 5.0}, "bridge": {"mass": 5.0}})
+_BARE: Changes = {
+    "links": [],
+    "rope": {"drive": "rate", "time_constant": 0.3},
+    "control": None,
+    "reference": None,
+    "actuators": {},
+}
+"""What a crane with a cable below its support is without: body, further links, law and what ends a run early."""
+TOWER = Baseline("tower", "tower_gust", {**_BARE, "wind": None, "trolley.limits": None, "payload": {"mass": 4000.0}})
+MOBILE = Baseline(
+    "mobile",
+    "mobile_lift",
+    {**_BARE, "payload": {"mass": 8000.0}, "boom.limits": None, "telescope.limits": None},
+)
+BRIDGE = Baseline(
+    "bridge",
+    "bridge_hook_and_sling",
+    {"links": [], "payload": {"mass": 8000.0}, "trolley.limits": None, "rope.limits": None, "initial.rigging": None},
+)
+_ENDS = [[0.0, 0.0, 0.0]]
+GANTRY = Baseline("one fall", "spreader_skew", {"falls": {"top": _ENDS, "bottom": _ENDS, "axial_stiffness": 3.9e8}})
 
 _LAW = {"law": "energy", "period": 0.01, "kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}
 _SMOOTH_MOTION = {"kind": "smooth", "start": 0.0, "duration": 2.0}
@@ -39,9 +65,25 @@ _SPRINGS = {
 _FRICTION = {"model": "quadratic", "tangential": 0.1, "radial": 0.1}
 _INITIAL_SPEED = {"initial.v": 0.5}  # m/s: a trolley that sticks would have less to compute
 _DIRECTION = [[0.5, 0.0, -0.8660254037844386]]
+_GUSTS = {"spectrum": "von_karman", "intensity": 0.15}
+_WIND = {"speed": 9.0, "height": 40.0, "origin_height": 50.0, "profile": {"law": "power", "exponent": 0.16}}
+_WINDAGE = {"area": 8.0, "drag_coefficient": 1.3}
+_SMALL, _ROD = {"area": 0.1, "drag_coefficient": 1.2}, {"area": 0.8, "drag_coefficient": 1.7}
+_ROD_WINDAGES = {"boom.windage": _ROD, "jib.windage": _ROD}
+_JOINTS = ("slew", "boom", "jib", "rope")
+_DRY = {"coulomb": 1.0, "static": 1.4, "viscous": 0.5, "stribeck": 0.05}
+_BRISTLES = _DRY | {"stiffness": 1e3, "damping": 10.0}
+_SPEEDS = {"initial.v": [0.2, 0.1, 0.1, 0.1, 0.0, 0.0]}  # no joint sticks
+_WIDE = ["-80 deg", "80 deg"]
+_MOTOR = {"motor": {"ratio": 50.0, "inertia": 1e-3}}
+_LINK = {"links": [{"mass": 450.0, "length": 3.0}]}
+_BODY = {"payload": {"mass": 4000.0, "inertia": [2.8e3, 8.9e3, 9.3e3], "attachment": [0.1, 0.0, 0.7]}}
+_PUSH = {"payload_force": {"x": {"kind": "constant", "value": 100.0}}}
+_FOUR = [[x, y, 0.0] for x in (1.2, -1.2) for y in (2.8, -2.8)]
+_FALLS = {"top": _FOUR, "bottom": [[0.6 * x, 0.8 * y, z] for x, y, z in _FOUR], "axial_stiffness": 9.6e7}
 _PAYLOAD_CHANGE = [{"at": 1.0, "set": {"payload": {"mass": 5.0}}}]
 
-CASES = (
+SINGLE = (
     Case(KNUCKLE, "axial inertia of the rods", {"boom.axial_inertia": 0.02, "jib.axial_inertia": 0.02}),
     Case(KNUCKLE, "springs of boom and jib", {"springs": _SPRINGS}),
     Case(KNUCKLE, "spring of the rope", {"springs.rope": {"stiffness": 200.0, "rest": 2.0}}),
@@ -82,4 +124,63 @@ CASES = (
     Case(ELASTIC, "damping", {"cable.damping": 100.0}),
     Case(ELASTIC, "pulls only", {"cable.tension_only": True}),
     Case(SPATIAL, "friction of the bridge", {"friction": {"bridge": _FRICTION_SETTINGS}}, {"initial.vy": 0.5}),
+    Case(KNUCKLE, "wind on the payload", {"wind": _WIND, "payload.windage": _SMALL}),
+    Case(KNUCKLE, "wind with gusts on it", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _SMALL}),
+    Case(KNUCKLE, "wind on boom and jib", {"wind": _WIND, **_ROD_WINDAGES}),
+    Case(KNUCKLE, "friction of the joints", {"friction": dict.fromkeys(_JOINTS, _DRY)}, _SPEEDS),
+    Case(KNUCKLE, "friction by bristles", {"lugre": dict.fromkeys(_JOINTS, _BRISTLES)}, _SPEEDS),
+    Case(KNUCKLE, "motors", {"actuators": dict.fromkeys(_JOINTS[:3], _MOTOR)}),
+    Case(KNUCKLE, "limits of boom and jib", {"boom.limits": _WIDE, "jib.limits": _WIDE}),
+    Case(TOWER, "hook block and sling", _LINK),
+    Case(TOWER, "payload with a body", _BODY),
+    Case(TOWER, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
+    Case(TOWER, "moving base", {"base_motion": {"heave": {"amplitude": 0.5, "frequency": 0.7}}}),
+    Case(TOWER, "force on the payload", _PUSH),
+    Case(TOWER, "slack ends the run", {"rope.slack": "stop"}),
+    Case(TOWER, "limits of the trolley", {"trolley.limits": [3.0, 60.0]}),
+    Case(MOBILE, "hook block and sling", _LINK),
+    Case(MOBILE, "payload with a body", _BODY),
+    Case(BRIDGE, "hook block and sling", _LINK),
+    Case(BRIDGE, "payload with a body", _BODY),
+    Case(GANTRY, "four falls", {"falls": _FALLS}),
+    Case(GANTRY, "damping of the fall", {"falls.relaxation": 0.02}),
+    Case(GANTRY, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
+    Case(GANTRY, "hoist, force-driven", {"hoist": {"drive": "force", "mass": 2e4}}),
+)
+
+
+def join_groups(baseline: Baseline, *groups: str) -> Case:
+    """Return the case of several groups of SINGLE at once, in this order; later ones may extend earlier ones."""
+    rows = {case.group: case for case in SINGLE if case.baseline is baseline}
+    changes = {key: value for group in groups for key, value in rows[group].changes.items()}
+    common = {key: value for group in groups for key, value in rows[group].common.items()}
+    return Case(baseline, "all of these at once", changes, common, groups)
+
+
+CASES = (
+    *SINGLE,
+    join_groups(
+        KNUCKLE,
+        "axial inertia of the rods",
+        "springs of boom and jib",
+        "spring of the rope",
+        "swing friction, quadratic",
+        "wind with gusts on it",
+        "wind on boom and jib",
+        "friction of the joints",
+        "motors",
+        "limits of boom and jib",
+    ),
+    join_groups(
+        TOWER,
+        "hook block and sling",
+        "payload with a body",
+        "wind with gusts",
+        "force on the payload",
+        "slack ends the run",
+        "limits of the trolley",
+    ),
+    join_groups(MOBILE, "hook block and sling", "payload with a body"),
+    join_groups(BRIDGE, "hook block and sling", "payload with a body"),
+    join_groups(GANTRY, "four falls", "damping of the fall", "wind with gusts", "hoist, force-driven"),
 )

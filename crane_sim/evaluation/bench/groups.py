@@ -107,7 +107,7 @@ def measure_cost(case: Case, rounds: int, repetitions: int) -> dict[str, Any]:
         repetitions: evaluations per round; a twelfth as many steps, which have twelve evaluations each.
     """
     without, with_group = map(make_timed_crane, scene_pair(case))
-    figures: dict[str, Any] = {"crane": case.baseline.label, "group": case.group}
+    figures: dict[str, Any] = {"crane": case.baseline.label, "group": case.group, "parts": list(case.parts)}
     figures["states"] = dimension(without.x)
     figures["states_added"] = dimension(with_group.x) - dimension(without.x)
     for quantity, repeat in (("evaluate", repetitions), ("step", max(repetitions // 12, 1))):
@@ -138,14 +138,30 @@ def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[Case] =
 
 def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
-    lines = [
-        f"ns per evaluation and per step of order 8, without and with the group; medians of {results['rounds']} pairs"
-    ]
+    lines = ["ns per evaluation and per step of order 8, without and with the group; medians of interleaved pairs"]
     lines.append(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")
     for row in results["cases"]:
         costs = f"{_format_pair(row, 'evaluation')} {_format_pair(row, 'step')}"
         lines.append(f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} {row['states_added']:+}")
-    return lines
+    rows = results["cases"]
+    together = [f"  {row['crane']:<13} {_format_sum(row, rows)}" for row in rows if row.get("parts")]
+    return [
+        *lines,
+        *["what all groups of a crane at once add, by the sum of what each adds"] * bool(together),
+        *together,
+    ]
+
+
+def part_of_sum(row: dict[str, Any], rows: Sequence[dict[str, Any]], unit: str) -> float:
+    """Return what several groups at once add to an evaluation or a step, by the sum of what each of them adds."""
+    alone = {other["group"]: other for other in rows if other["crane"] == row["crane"]}
+    added = f"ns_per_{unit}_added"
+    return row[added]["median"] / sum(alone[part][added]["median"] for part in row["parts"])
+
+
+def _format_sum(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> str:
+    costs = (f"{unit} {part_of_sum(row, rows, unit):.2f}x" for unit in ("evaluation", "step"))
+    return f"{', '.join(costs)}: {', '.join(row['parts'])}"
 
 
 def _format_pair(row: dict[str, Any], unit: str) -> str:

@@ -11,6 +11,8 @@ HEAD = """# Speed against error
 Written by `crane bench page --save docs` from [performance.json](performance.json), which `crane bench` keeps. An error
 without its time, or a time without its error, is no result here.
 """
+FIGURES = {"scenes": "performance.png", "bodies": "performance_bodies.png"}
+"""Files of the figures, by suite."""
 HOW = """## What was measured, and how
 
 Each engine passes the whole time of a scene over a range of steps or tolerances, every method for itself. The error is
@@ -33,7 +35,7 @@ REPEAT = """## How to repeat it
 ./crane bench                  scenes, this simulator and hand-written C
 ./crane bench --quick          four of them, under a minute once they are compiled
 ./crane bench --peers          every engine that is installed: .venv/bin/pip install -r requirements-peers.lock
-./crane bench PART             lockstep, realtime, start, memory, recording, groups, batch, stiff
+./crane bench PART             lockstep, realtime, start, memory, recording, groups, batch, bodies, stiff
 ./crane bench page             writes page and figure anew from the data
 ```
 
@@ -46,12 +48,15 @@ def write_page(data: dict[str, Any], drawn: bool) -> str:
     """Return the page in Markdown; `drawn`: it has a figure."""
     sections = [HEAD]
     if "scenes" in data:
-        sections += [HOW, _machine(data["scenes"]), *["![work against precision](performance.png)\n"] * drawn]
+        picture = f"![work against precision]({FIGURES['scenes']})\n"
+        sections += [HOW, _machine(data["scenes"]), *[picture] * drawn]
         sections += [tables.cheapest_table(data["scenes"]), tables.target_table(data["scenes"])]
         sections += [tables.tension_table(data["scenes"]), tables.other_table(data["scenes"])]
     for name, suite in SUITES.items():
         if name in data:
-            sections.append(f"## {suite.title}\n\n```\n" + "\n".join(suite.format(data[name])) + "\n```\n")
+            picture = f"![work against precision]({FIGURES[name]})\n\n" if drawn and name in FIGURES else ""
+            lines = "\n".join(suite.format(data[name]))
+            sections.append(f"## {suite.title}\n\n{picture}```\n{lines}\n```\n")
     return "\n".join([*sections, REPEAT])
 
 

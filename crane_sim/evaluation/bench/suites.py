@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.bench import batch, groups, lockstep, memory, realtime, recording, start, stiff
+from crane_sim.evaluation.bench import batch, bodies, groups, lockstep, memory, realtime, recording, start, stiff
 
 
 class Suite(NamedTuple):
@@ -21,6 +21,7 @@ SUITES = {
     "memory": Suite("Memory over ten minutes", memory.measure, memory.format_lines),
     "recording": Suite("What a recording costs", recording.measure, recording.format_lines),
     "groups": Suite("What each optional group of a scene costs", groups.measure, groups.format_lines),
+    "bodies": Suite("A rigid load, beside MuJoCo and Exudyn", bodies.measure, bodies.format_lines),
     "batch": Suite("Thousands of cranes at once", batch.measure, batch.format_lines),
     "stiff": Suite("A cable as stiff as steel, against LSODA", stiff.measure, stiff.format_lines),
 }

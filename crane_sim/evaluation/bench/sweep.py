@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from crane_sim.evaluation.bench.cases import LEVELS, Reference
 from crane_sim.evaluation.bench.engine import Run
 
+Array = npt.NDArray[np.float64]
 MIN_TIMING = 2e-3  # s, of a timing: shorter runs are repeated within it
 SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not tried
 ROUNDS, PATIENCE = 20, 10.0
@@ -31,6 +33,7 @@ class Point(NamedTuple):
     timings: int
     evaluations: int | None
     steps: int | None
+    attitude_error: float | None = None  # rad, of a rigid load at the end
 
 
 class Trial(NamedTuple):
@@ -42,6 +45,7 @@ class Trial(NamedTuple):
     seconds: float  # of one execution
     evaluations: int | None
     steps: int | None
+    attitude_error: float | None = None  # rad
 
 
 def run_trial(run: Run, reference: Reference) -> Trial:
@@ -57,9 +61,17 @@ def run_trial(run: Run, reference: Reference) -> Trial:
     tension_error = None
     if reference.tension is not None and outcome.tension is not None:
         tension_error = abs(outcome.tension - reference.tension)
+    attitude_error = None
+    if reference.attitude is not None and outcome.attitude is not None:
+        attitude_error = angle_between(outcome.attitude, reference.attitude)
     if not np.isfinite(error):
-        error, tension_error = np.inf, None
-    return Trial(run, error, tension_error, seconds, outcome.evaluations, outcome.steps)
+        error, tension_error, attitude_error = np.inf, None, None
+    return Trial(run, error, tension_error, seconds, outcome.evaluations, outcome.steps, attitude_error)
+
+
+def angle_between(a: Array, b: Array) -> float:
+    """Return the angle [rad] by which one rotation matrix (3, 3) is turned from another."""
+    return float(2.0 * np.arcsin(min(np.linalg.norm(a - b) / np.sqrt(8.0), 1.0)))
 
 
 def sweep_method(runs: Iterable[Run], reference: Reference) -> list[Trial]:
@@ -120,7 +132,7 @@ def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
 def _point(trial: Trial, seconds: Sequence[float], duration: float) -> Point:
     run, scale = trial.run, 1e6 / duration
     times = min(seconds) * scale, statistics.median(seconds) * scale, len(seconds)
-    counts = trial.evaluations, trial.steps
+    counts = trial.evaluations, trial.steps, trial.attitude_error
     return Point(run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counts)
 
 

@@ -57,11 +57,8 @@ class MuJoCo:
         Raises:
             EngineUnavailable: it is not installed.
         """
-        self._mujoco = _package()
+        self._mujoco = find_package()
         self.version: str = self._mujoco.__version__
-        quiet = self._mujoco.MjLogConfig.get()
-        quiet.logto_file = quiet.logto_console = False  # a run that diverges stays in the table, not in a log file
-        self._mujoco.MjLogConfig.set(quiet)
 
     def unsupported_reason(self, problem: Problem) -> str | None:
         """Return None: every problem is supported."""
@@ -112,7 +109,7 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
     Raises:
         EngineUnavailable: the package is not installed.
     """
-    mujoco, rollout = _package(), import_module("mujoco.rollout")
+    mujoco, rollout = find_package(), import_module("mujoco.rollout")
     joints, count = model_joints(problem), round(problem.duration / step)
     initial, n = np.array([joint.initial for joint in joints]), len(joints)
     q = np.tile(initial, (starts, 1)) if isinstance(starts, int) else starts
@@ -171,8 +168,17 @@ def _format_numbers(values: Iterable[float]) -> str:
     return " ".join(map(repr, values))
 
 
-def _package() -> Any:
+def find_package() -> Any:
+    """Return the package, its log switched off: a run that diverges stays in the table, not in a file.
+
+    Raises:
+        EngineUnavailable: it is not installed.
+    """
     try:
-        return import_module("mujoco")
+        mujoco = import_module("mujoco")
     except ImportError as error:
         raise EngineUnavailable(f"MuJoCo is not installed: {error}") from None
+    quiet = mujoco.MjLogConfig.get()
+    quiet.logto_file = quiet.logto_console = False
+    mujoco.MjLogConfig.set(quiet)
+    return mujoco

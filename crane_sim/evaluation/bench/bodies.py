@@ -1,0 +1,106 @@
+"""A rigid load beside MuJoCo and Exudyn, speed against error: `crane bench bodies`.
+
+The engines get the scene's own bodies, joints, falls and inputs (`peers.mechanism`). An error is the distance at the
+end of the run of the load's attachment, on falls of its centre of mass, from our own finest run; beside it stands the
+angle of the load's attitude. What all engines agree on was computed from three formulations.
+"""
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any
+
+from crane_sim.evaluation.bench import crane_sim_engine
+from crane_sim.evaluation.bench.body_cases import CASES, STEPS, BodyCase, body_scene, make_reference
+from crane_sim.evaluation.bench.cases import LEVELS, Reference
+from crane_sim.evaluation.bench.engine import EngineUnavailable
+from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.evaluation.bench.peers import exudyn_bodies, mujoco_bodies
+from crane_sim.evaluation.bench.peers.mechanism import Mechanism, mechanism_of
+from crane_sim.evaluation.bench.results import best, points_of
+from crane_sim.evaluation.bench.sweep import Point, Trial, measure_points, sweep_method
+
+METHODS = ("rk4", "rk8")
+"""Ours, with steps that end at the inputs' kinks: error control does not look for those, and so gains nothing here."""
+PEERS: tuple[ModuleType, ...] = (mujoco_bodies, exudyn_bodies)
+CANNOT = (
+    "Only ours models falls that go slack at an instant (MuJoCo damps slack tendons, Exudyn's springs push) and ropes",
+    "of prescribed length as such (theirs have a winch 1e12 times as heavy as what hangs on it). These scenes were",
+    "freed from wind that presses by relative velocity, laws, sensors and drives.",
+)
+
+
+def measure(cases: Sequence[BodyCase] = CASES, methods: Sequence[str] = METHODS) -> dict[str, Any]:
+    """Return the points of all engines on each case; `methods` of this simulator."""
+    peers, missing = {}, {}
+    for engine in PEERS:
+        try:
+            peers[engine.NAME] = engine.find_version()
+        except EngineUnavailable as reason:
+            missing[engine.NAME] = str(reason)
+    versions = {crane_sim_engine.NAME: crane_sim_engine.VERSION} | peers
+    scenes = {case.id: measure_case(case, methods, list(peers)) for case in cases}
+    return {"engines": versions, "missing": missing, "scenes": scenes, "machine": machine()}
+
+
+def measure_case(case: BodyCase, methods: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
+    """Return the points of one case, of this simulator's methods and of the engines with these names."""
+    scene = body_scene(case)
+    simulator, mechanism = crane_sim_engine.CraneSimEngine(scene), mechanism_of(scene)
+    assert mechanism is not None
+    reference, attitude_bound = make_reference(simulator)
+    trials = {crane_sim_engine.NAME: [
+        trial for method in methods for trial in sweep_method(simulator.runs(method, STEPS), reference)
+    ]}  # fmt: skip
+    for engine in PEERS:
+        if engine.NAME in names:
+            trials[engine.NAME] = _sweep(engine, mechanism, reference)
+    points = measure_points(trials, scene.duration, lambda line: None)
+    head = {"scene": case.scene, "title": case.title, "duration": scene.duration}
+    bounds = {"trusted": reference.error_bound, "attitude_trusted": attitude_bound}
+    return head | bounds | {"points": [list(point) for point in points]}
+
+
+def _sweep(engine: ModuleType, mechanism: Mechanism, reference: Reference) -> list[Trial]:
+    return [trial for method in engine.METHODS for trial in sweep_method(engine.runs(mechanism, method), reference)]
+
+
+def format_lines(results: dict[str, Any]) -> list[str]:
+    """Return the cheapest run of every engine at every error, and the closest one of all."""
+    lines = [f"not there: {name} ({why})" for name, why in results["missing"].items()]
+    lines.append(", ".join(f"{name} {version}" for name, version in results["engines"].items()))
+    for case, scene in results["scenes"].items():
+        trusted = f"reference within {scene['trusted']:.0e} m, {scene['attitude_trusted']:.0e} rad"
+        lines.append(f"{case}: {scene['title']} ({scene['scene']}), {scene['duration']:g} s; {trusted}")
+        points = points_of(scene)
+        ours = best(points)[crane_sim_engine.NAME]
+        for engine, cheapest in best(points).items():
+            lines += [f"  {engine:<10} {line}" for line in _describe_levels(cheapest, ours)]
+            closest = min((p for p in points if p.engine == engine), key=lambda p: p.error)
+            lines.append(f"  {engine:<10} closest: {_errors(closest)}, {closest.method} {closest.setting:.2g}")
+    return [*lines, *CANNOT]
+
+
+def _describe_levels(cheapest: Sequence[Point | None], ours: Sequence[Point | None]) -> list[str]:
+    """Return a line for each run that is the cheapest at some error, with the largest and smallest of these."""
+    rows = dict[Point | None, list[int]]()
+    for i, point in enumerate(cheapest):
+        rows.setdefault(point, []).append(i)
+    lines = list[str]()
+    for point, levels in rows.items():
+        span = " to ".join(f"{LEVELS[i]:.0e}" for i in sorted({levels[0], levels[-1]}))
+        lines.append(f"{span:>14} m {_describe(point, [ours[i] for i in levels])}")
+    return lines
+
+
+def _describe(point: Point | None, ours: Sequence[Point | None]) -> str:
+    if point is None:
+        return "is not reached"
+    times = [own.us_per_s for own in ours if own is not None]
+    ratios = " to ".join(f"{ratio:.3g}" for ratio in sorted({point.us_per_s / time for time in times}))
+    run = f"{_errors(point)}, {point.method} {point.setting:.2g}"
+    return f"{point.us_per_s:8.1f} µs per simulated second, {ratios} x ours; {run}"
+
+
+def _errors(point: Point) -> str:
+    angle = f", {point.attitude_error:.0e} rad" if point.attitude_error is not None else ""
+    return f"{point.error:.0e} m{angle}"
