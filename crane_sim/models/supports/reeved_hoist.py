@@ -10,7 +10,7 @@ from typing import NamedTuple
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.stops import WINCH
 from crane_sim.models.supports.friction import Friction, contact_effort, has_friction, retake_of
-from crane_sim.models.supports.hoist import RateHoist, hoist_modes, hoist_power, hoist_response
+from crane_sim.models.supports.hoist import hoist_modes, hoist_power, hoist_response
 from crane_sim.models.supports.reeving import (
     Drum,
     Reeving,
@@ -54,18 +54,6 @@ def _(hoist):
 @retake_of.register(ReevedHoist)
 def _(part):
     return retake_of(part.friction)
-
-
-@lean_generic
-def reeving_of(hoist):
-    """Return the reeving of a hoist, None where it has none."""
-    return None
-
-
-@reeving_of.register(ReevedHoist)
-@reeving_of.register(RateHoist)
-def _(hoist):
-    return hoist.reeving
 
 
 @lean_generic

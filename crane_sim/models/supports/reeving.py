@@ -1,7 +1,7 @@
 """A rope over n sheaves: tensions of its falls, from the dead end to the drum, with inertia, loss and weight.
 
-Fall k of n has the length l, as all others, the lead line is fall 0. Sheave k, between falls k - 1 and k, turns with the
-rim speed (n - k + 1) l', those of the lead line with n l'. The rope does not stretch, so all follows from l.
+Fall k of n has the length l, as all others, the lead line is fall 0. Sheave k, between falls k - 1 and k, turns with
+the rim speed (n - k + 1) l', those of the lead line with n l'. The rope does not stretch, so all follows from l.
 
 On a sheave of rotational inertia J and radius r, T the tension on the side of the dead end and T' on that of the drum,
 
@@ -9,9 +9,9 @@ On a sheave of rotational inertia J and radius r, T the tension on the side of t
 
 where f is 1 without loss, 1/c while the rope is paid out and c while it is hauled in, c >= 1 the ratio of the tensions.
 It is e^(μθ) of a rope that slides over a sheave that does not turn (Euler, Eytelwein), or that of the moment
-μ (T + T') r_pin of a bearing under parallel falls, c = (1 + μ r_pin / r) / (1 - μ r_pin / r), or 1/η for an efficiency η
-of one sheave (Feyrer, Wire Ropes, 2nd ed., 2015, chapter 3.4.3). Without inertia the product over the sheaves gives the
-efficiency of a block, (1 - η^n) / (n (1 - η)), as in FEM 1.001 and DIN 15020.
+μ (T + T') r_pin of a bearing under parallel falls, c = (1 + μ r_pin / r) / (1 - μ r_pin / r), or 1/η for an efficiency
+η of one sheave (Feyrer, Wire Ropes, 2nd ed., 2015, chapter 3, on rope efficiency). Without inertia the product over the
+sheaves gives the efficiency of a block with n falls, (1 - η^n) / (n (1 - η)), as in DIN 15020-1.
 
 Tensions are those with which the rope lies on a sheave: ρ v² of a rope with the mass ρ per length are left out.
 """

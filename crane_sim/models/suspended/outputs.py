@@ -23,7 +23,7 @@ from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, reeving_of, winch_energy
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.suspended.crane import (
     SuspendedCrane,
@@ -284,7 +284,7 @@ def suspended_guard(p, t, x, u, work):
     if stops.taut > 0.0:
         for k in range(len(work.tension)):
             best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))
-        best = fall_guard(reeving_of(p.hoist), best, p, x, (length, rate, acceleration), work.tension)
+        best = fall_guard(p.hoist, best, p, x, (length, rate, acceleration), work.tension)
     value, number = suspended_winch_guard(p, best, x, tau, work.tension)
     return value, number, int(forces)
 

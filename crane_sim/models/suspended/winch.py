@@ -5,12 +5,11 @@ from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH, switching_of
 from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.friction import retake_of
-from crane_sim.models.supports.hoist import hoist_modes
+from crane_sim.models.supports.hoist import RateHoist, hoist_modes
 from crane_sim.models.supports.reeved_hoist import (
     ReevedHoist,
     drum_torque,
     mode_of_stopped_winch,
-    reeving_of,
     rope_direction,
     slip_direction,
     winch_guard,
@@ -60,11 +59,11 @@ def after_winch_guard(p, t, x, tau):
 
 
 @lean_generic
-def fall_guard(reeving, best, p, x, motion, tension):
+def fall_guard(hoist, best, p, x, motion, tension):
     """Return the smallest guard, the smallest tension of falls and lead line counted in where the hoist has some.
 
     Args:
-        reeving: of the hoist, None without one.
+        hoist: of the crane.
         best: the smallest guard of all others.
         p, x: crane and state.
         motion: (length [m], its rate [m/s], its acceleration [m/s²]).
@@ -73,7 +72,19 @@ def fall_guard(reeving, best, p, x, motion, tension):
     return best
 
 
-@fall_guard.register(Reeving)
+@fall_guard.register(RateHoist)
+@fall_guard.register(ReevedHoist)
+def _(hoist, best, p, x, motion, tension):
+    return smallest_tension(hoist.reeving, best, p, x, motion, tension)
+
+
+@lean_generic
+def smallest_tension(reeving, best, p, x, motion, tension):
+    """Return the result of `fall_guard` for a hoist with this reeving, None without one."""
+    return best
+
+
+@smallest_tension.register(Reeving)
 def _(reeving, best, p, x, motion, tension):
     mode = winch_mode(p.hoist, x, suspended_layout(p)[2])
     factor = sheave_factor(reeving.loss, slip_direction(p.hoist, motion[1], mode))
@@ -84,12 +95,24 @@ def _(reeving, best, p, x, motion, tension):
 
 @system.fall_count.register(SuspendedCrane)
 def _(p):
-    return falls_of(reeving_of(p.hoist))
+    return hoist_falls(p.hoist)
+
+
+@generic
+def hoist_falls(hoist):
+    """Return the number of falls of a hoist's reeving, 0 without one."""
+    return 0
+
+
+@hoist_falls.register(RateHoist)
+@hoist_falls.register(ReevedHoist)
+def _(hoist):
+    return falls_of(hoist.reeving)
 
 
 @generic
 def falls_of(reeving):
-    """Return the number of falls of a reeving."""
+    """Return the number of falls of a reeving, 0 for None."""
     return 0
 
 
@@ -100,7 +123,18 @@ def _(reeving):
 
 @system.fall_tensions.register(SuspendedCrane)
 def _(p, t, x, u, rows, i):
-    write_falls(reeving_of(p.hoist), p, t, x, u, rows, i)
+    write_hoist_falls(p.hoist, p, t, x, u, rows, i)
+
+
+@generic
+def write_hoist_falls(hoist, p, t, x, u, rows, i):
+    """Write the result of `system.fall_tensions` of a crane with this hoist."""
+
+
+@write_hoist_falls.register(RateHoist)
+@write_hoist_falls.register(ReevedHoist)
+def _(hoist, p, t, x, u, rows, i):
+    write_falls(hoist.reeving, p, t, x, u, rows, i)
 
 
 @generic

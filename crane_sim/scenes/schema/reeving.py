@@ -175,6 +175,4 @@ class ReevingGroup(Group):
             drum = self.drum.model(motor * (self.drum.radius / self.falls) ** 2)
         slides = sheaves is not None and isinstance(sheaves.loss, RopeSlip)  # sheaves then stand still
         mass = 0.0 if sheaves is None or slides else sheaves.inertia / sheaves.radius**2
-        return Reeving(
-            self.falls, self.lead_sheaves, mass, self.loss, drum, self.mass_per_length, self.length or inf
-        )
+        return Reeving(self.falls, self.lead_sheaves, mass, self.loss, drum, self.mass_per_length, self.length or inf)
