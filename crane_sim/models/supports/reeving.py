@@ -183,7 +183,7 @@ def _(drum, reeving, length):
     n = reeving.falls
     radius, slope = drum_radius(drum.layers, drum, reeving.length - n * length)
     mass = drum.inertia / (radius * radius)
-    return mass, mass * n * n * slope / radius
+    return mass, -mass * n * n * slope / radius
 
 
 @lean_generic
