@@ -140,7 +140,12 @@ class ReevingGroup(Group):
 
     def check(self, shortest: float, longest: float) -> None:
         """Raise SceneError unless rope and drum suffice for falls between these lengths [m]."""
-        drum, length = self.drum, self.length
+        drum, sheaves, length = self.drum, self.sheaves, self.length
+        if sheaves is not None and sheaves.inertia > 0.0 and isinstance(sheaves.loss, RopeSlip):
+            raise SceneError(
+                f"rope.reeving.sheaves.inertia = {sheaves.inertia:g}: sheaves with the loss 'capstan' stand still; "
+                "must be 0"
+            )
         if drum is not None:
             drum.check(length)
         if length is None:
@@ -155,8 +160,8 @@ class ReevingGroup(Group):
         held = inf if drum is None else float(sum(drum.capacities()))
         if length - self.falls * shortest > held:
             raise SceneError(
-                f"rope.reeving.drum: {drum.layers if drum else 0} layers hold {held:g} m of rope, and falls of "
-                f"{shortest:g} m leave {length - self.falls * shortest:g} m to it"
+                f"rope.reeving.drum: its layers hold {held:g} m of rope, and falls of {shortest:g} m leave "
+                f"{length - self.falls * shortest:g} m to it"
             )
 
     def model(self, motor: float) -> Reeving:
@@ -173,6 +178,5 @@ class ReevingGroup(Group):
         drum, sheaves = None, self.sheaves
         if self.drum is not None:
             drum = self.drum.model(motor * (self.drum.radius / self.falls) ** 2)
-        slides = sheaves is not None and isinstance(sheaves.loss, RopeSlip)  # sheaves then stand still
-        mass = 0.0 if sheaves is None or slides else sheaves.inertia / sheaves.radius**2
+        mass = 0.0 if sheaves is None else sheaves.inertia / sheaves.radius**2
         return Reeving(self.falls, self.lead_sheaves, mass, self.loss, drum, self.mass_per_length, self.length or inf)
