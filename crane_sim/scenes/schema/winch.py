@@ -16,11 +16,12 @@ from crane_sim.scenes.schema.motors import motor_of, reflected_inertia
 from crane_sim.scenes.schema.reeving import ReevingGroup
 
 
-class Rope(Group):
+class Winch(Group, frozen=True):
     """Drive of the rope by the winch."""
 
-    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
-    # out; the rope's acceleration [m/s²]; or nothing, the length stays
+    drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
+    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
+    # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
     time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
     # lag; left out: the input is an acceleration
     limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
@@ -32,7 +33,7 @@ class Rope(Group):
         if self.drive == "locked":
             return ()
         imposed = "m/s²" if self.time_constant is None else "m/s"
-        return (imposed if self.drive == "rate" else "N",)
+        return (imposed if self.drive == "rate" else "N m" if self.drive == "torque" else "N",)
 
     def check(self, start: float, rate: float, joint: int) -> None:
         """Raise SceneError for keys that belong to another drive, and for a start that the drive cannot have.
@@ -67,19 +68,18 @@ class Rope(Group):
         return MasslessHoist() if self.drive == "force" else None
 
 
-class ReevedRope(Rope):
+class Rope(Winch, frozen=True):
+    """Drive of the rope by the winch."""
+
+    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
+    # out; the rope's acceleration [m/s²]; or nothing, the length stays
+
+
+class ReevedRope(Winch, frozen=True):
     """Drive of the rope by the winch, and what the winch turns."""
 
-    drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
-    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
-    # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
     reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
     friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
-
-    @property
-    def effort_unit(self) -> tuple[str, ...]:
-        """Unit of the winch's command, a tuple, empty for a locked one."""
-        return ("N m",) if self.drive == "torque" else super().effort_unit
 
     @property
     def takes_motor(self) -> bool:
@@ -87,7 +87,7 @@ class ReevedRope(Rope):
         return self.reeving is not None and self.drive == "force"
 
     def check(self, start: float, rate: float, joint: int) -> None:
-        """Raise SceneError as `Rope.check` does, and for falls, drum and friction that do not fit drive or rope."""
+        """Raise SceneError as `Winch.check` does, and for falls, drum and friction that do not fit drive or rope."""
         super().check(start, rate, joint)
         drive, reeving, by_effort = self.drive, self.reeving, self.drive in ("force", "torque")
         if self.friction is not None and not by_effort:
