@@ -16,12 +16,10 @@ from crane_sim.scenes.schema.motors import motor_of, reflected_inertia
 from crane_sim.scenes.schema.reeving import ReevingGroup
 
 
-class Winch(Group, frozen=True):
-    """Drive of the rope by the winch."""
+class Winch(Group):
+    """Keys of every winch."""
 
-    drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
-    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
-    # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
+    drive: Any = "force"  # what the input of the winch is, see the subclasses
     time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
     # lag; left out: the input is an acceleration
     limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
@@ -68,16 +66,19 @@ class Winch(Group, frozen=True):
         return MasslessHoist() if self.drive == "force" else None
 
 
-class Rope(Winch, frozen=True):
+class Rope(Winch):
     """Drive of the rope by the winch."""
 
     drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
     # out; the rope's acceleration [m/s²]; or nothing, the length stays
 
 
-class ReevedRope(Winch, frozen=True):
+class ReevedRope(Winch):
     """Drive of the rope by the winch, and what the winch turns."""
 
+    drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
+    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
+    # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
     reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
     friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
 
