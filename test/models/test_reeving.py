@@ -285,6 +285,19 @@ def test_a_load_is_lowered_against_friction() -> None:
     assert WEIGHT - fall * instant == pytest.approx(WEIGHT / low - static, rel=1e-9)
 
 
+def test_a_run_ends_where_a_fall_goes_slack() -> None:
+    """A drum that is driven faster than the load falls ends the run, at the first tension of zero.
+
+    With inertia that is the lead line's, before the falls are slack.
+    """
+    rope = SCENE["rope"] | {"reeving": REEVED}
+    inputs = {"rope": table((0, -WEIGHT), (1, 4 * WEIGHT))}
+    with pytest.raises(crane_sim.SimulationError, match="a fall of the reeving went slack") as error:
+        crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
+    run = error.value.run
+    assert run.lead_line.min() > 0.0 and run.tension[-1] > run.lead_line[-1]
+
+
 def test_friction_of_a_plain_winch_sticks_and_slips() -> None:
     """A rope without a reeving has a winch with dry friction, which breaks loose at its static friction."""
     rope = {"drive": "force", "friction": {"coulomb": 500.0, "static": 900.0, "viscous": 1e3, "stribeck": 0.01}}
