@@ -26,12 +26,20 @@ STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as 
 
 
 def without_dry_friction(scene: Scene) -> Scene:
-    """Return the scene with viscous friction only: dry friction jumps where the equations are to be linearised."""
+    """Return the scene with viscous friction only: dry friction jumps where the equations are to be linearised.
+
+    A winch below a support loses all of its friction, and sheaves their loss.
+    """
     document = scene.to_dict()
-    friction = document.get("friction")
-    if not friction:
+    friction, rope = document.get("friction") or {}, document.get("rope") or {}
+    sheaves = (rope.get("reeving") or {}).get("sheaves") or {}
+    removed = rope.pop("friction", None), sheaves.pop("loss", None)
+    if not friction and not any(removed):
         return scene
-    document["friction"] = {axis: group | {"coulomb": 0.0, "static": 0.0} for axis, group in friction.items() if group}
+    if friction:
+        document["friction"] = {
+            axis: group | {"coulomb": 0.0, "static": 0.0} for axis, group in friction.items() if group
+        }
     return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
 
 

@@ -177,6 +177,21 @@ def tensions(p, t, x, u, rows, i, first):
 
 
 @generic
+def fall_count(p):
+    """Return the number n of falls of a rope that is reeved over sheaves, 0 by default."""
+    return 0
+
+
+@generic
+def fall_tensions(p, t, x, u, rows, i):
+    """Write tensions of the lead line and of the n falls [N], and the drum's torque [N m], into row i (n + 2 floats).
+
+    A fall's tension is that at its upper end. The torque pays out where it is positive, 0 without a drum.
+    """
+    raise NotImplementedError
+
+
+@generic
 def power(p, t, x, u):
     """Return the power [W] that enters the model other than through held efforts: all losses are negative."""
     raise NotImplementedError

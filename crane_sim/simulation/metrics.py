@@ -15,6 +15,7 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.extremes import Extremes
+from crane_sim.simulation.reeving import FallPeaks, fall_tensions
 from crane_sim.simulation.settling import Settling
 from crane_sim.stepping.rows import split
 from crane_sim.trajectories.trajectory import sample_trajectory
@@ -136,6 +137,7 @@ class Derived(NamedTuple):
     potential_relative: Array  # (K,) J, as if the base were level at height 0
     tensions: Array  # (K, L) N, of the links from the top to the payload
     swing: Array  # (K,) rad, angle of the rope from the vertical
+    falls: Array  # (K, n + 2), of a rope with n falls, see `crane_sim.simulation.reeving`; (K, 0) without one
 
     @property
     def energy(self) -> Array:
@@ -198,7 +200,8 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
     kinetic, potential, more_kinetic, more_potential = scalars.T
     world = kinetic + more_kinetic, potential + more_potential
-    return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing)
+    falls = fall_tensions(scene.model, t, q, v, u)
+    return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls)
 
 
 class Metrics:
@@ -219,6 +222,7 @@ class Metrics:
         self._tension, self._pushed = (np.inf, -np.inf), 0
         self._extremes = Extremes(scene)
         self._tracking = Tracking(scene) if scene.path is not None else None
+        self._falls = FallPeaks()
 
     def extend(self, t: Array, rows: Array) -> None:
         """Take the rows of the periods that begin at times t (K,) [s]."""
@@ -240,6 +244,7 @@ class Metrics:
         late = t >= (1.0 - LAST) * self._scene.duration
         self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
         self._extremes.extend(q)
+        self._falls.extend(derived.falls)
         if self._tracking is not None:
             self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
@@ -292,7 +297,8 @@ class Metrics:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""
         end = np.array([t]), np.array([q]), payload
         tracking = self._tracking.summary(*end) if self._tracking is not None else {}
-        return dict(self._scene.notes) | self._extremes.summary(np.array(q)) | tracking
+        further = dict(self._scene.notes) | self._falls.summary() | self._extremes.summary(np.array(q))
+        return further | tracking
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()

@@ -171,6 +171,24 @@ class Rollout:
         return self.tensions[:, 0]
 
     @property
+    def falls(self) -> Array:
+        """Tensions (K, n) [N] of the n falls of a reeved rope at their upper ends, from the lead line to the dead end.
+
+        (K, 0) without one.
+        """
+        return self.derived.falls[:, 1:-1]
+
+    @property
+    def lead_line(self) -> Array:
+        """Tension (K,) [N] of a reeved rope between drum and falls; (K, 0) without one."""
+        return self.derived.falls[:, 0] if self.derived.falls.size else self.derived.falls
+
+    @property
+    def drum_torque(self) -> Array:
+        """Torque (K,) [N m] on the drum of a reeved rope, positive pays out; (K, 0) without one."""
+        return self.derived.falls[:, -1] if self.derived.falls.size else self.derived.falls
+
+    @property
     def energy(self) -> Array:
         """Total energy in the world (K,) [J], weights from its height 0."""
         return self.derived.energy

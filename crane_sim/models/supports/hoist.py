@@ -13,6 +13,7 @@ from crane_sim.models.supports.friction import (
     has_friction,
     retake_of,
 )
+from crane_sim.models.supports.reeving import Reeving
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
@@ -43,6 +44,7 @@ class RateHoist(NamedTuple):
     """A winch that imposes motion: its input is the length's acceleration, or its rate when it has a time constant."""
 
     time_constant: Positive | None = None  # s
+    reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the motion
 
 
 Hoist = PrescribedHoist | ForceHoist | MasslessHoist | RateHoist

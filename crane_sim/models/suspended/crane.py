@@ -48,7 +48,8 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.bridge import Bridge
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.suspended.load_dynamics import (
     add,
@@ -76,7 +77,7 @@ class SuspendedCrane(NamedTuple):
     support: Any  # of `crane_sim.models.supports`
     cable: Chain  # node masses above the load; the last one is not used
     load: PointLoad | RigidLoad
-    hoist: Hoist | None = None
+    hoist: Hoist | ReevedHoist | None = None
     gravity: float = 9.81  # m/s²
     drag: PayloadDrag | None = None
     energy_meter: Meter | None = None
@@ -252,10 +253,10 @@ def solve_dynamics(p, t, x, tau, work):
 
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
     links, acc, tension, ratio = work
     fill_directions(p, x, links)
-    n, (_, rate) = len(tension), first_length(p.hoist, p, x, nq)
+    n, (length, rate) = len(tension), first_length(p.hoist, p, x, nq)
     xs = support_state(p.support, x, nq)
     pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
     s, c = sincos(angle)
@@ -272,17 +273,19 @@ def solve_dynamics(p, t, x, tau, work):
     first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (0.0, 0.0, 0.0))
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
-    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
+    at = nq + coordinate_count(p.support), end
+    hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
     top = SupportEnd(tip_mobility(p.support, pose, first), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
-    length = hoisted_length_acceleration(links, top, acc, tension)
+    length_acceleration = hoisted_length_acceleration(links, top, acc, tension)
     pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
     qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
     across = end_acceleration_across(p.load, load, last, tension[n - 1])
     for i in range(3):
         acc[n, i] += across[i]
-    return Solved(pose, qdd, length, pull, tau, load, base, power + imposed_load_power(base, p.load, load), moment)
+    power += imposed_load_power(base, p.load, load)
+    return Solved(pose, qdd, length_acceleration, pull, tau, load, base, power, moment)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -313,14 +316,16 @@ def write_suspended_derivative(p, t, x, u, out, work):
     write_load_acceleration(p.load, solved.base, solved.load, pull, (out, nq + first + 3 * n))
     if end > 2 * nq:
         out[2 * nq] = suspended_power(p, t, x, solved, work)
+    for i in range(end, len(out)):
+        out[i] = 0.0
 
 
 @lean_kernel
 def suspended_power(p, t, x, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, _ = suspended_layout(p)
-    (_, rate), load = first_length(p.hoist, p, x, nq), solved.load
+    nq, _, end = suspended_layout(p)
+    motion, load = (*first_length(p.hoist, p, x, nq), solved.length), solved.load
     force, moment = load_force(p, t, solved.base, load)
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
-    power += hoist_power(p.hoist, solved.tau, rate, work.tension[0])
+    power += winch_power(p.hoist, solved.tau, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
     return power + dot(force, load.velocity) + moment_power(p.load, load, moment)

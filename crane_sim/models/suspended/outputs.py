@@ -7,7 +7,7 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import BaseState, added_energy, base_state, pose_at, to_turned_axes, to_world
-from crane_sim.models.stops import Stops, describe_stop, length_guard, switching_of
+from crane_sim.models.stops import Stops, describe_stop, length_guard
 from crane_sim.models.supports import (
     coordinate_count,
     forward_kinematics,
@@ -23,6 +23,7 @@ from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.suspended.crane import (
     SuspendedCrane,
@@ -37,6 +38,13 @@ from crane_sim.models.suspended.crane import (
     to_base_axes,
 )
 from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state, turning_energy
+from crane_sim.models.suspended.winch import (
+    after_winch_guard,
+    fall_guard,
+    suspended_winch_guard,
+    winch_sticks,
+    winch_switching,
+)
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
 
@@ -100,8 +108,9 @@ def suspended_energies(p, base, x):
     fill_directions(p, x, links)
     xs = support_state(p.support, x, nq)
     pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
-    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
-    potential = support_potential(p.support, pose, p.gravity)
+    wound, hung = winch_energy(p.hoist, links.lengths[0], rate, p.gravity)
+    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
+    potential = support_potential(p.support, pose, p.gravity) + hung
     added = support_added_energy(base, p, pose, s, c)
     node, n = tip_motion(pose, s, c), len(links.squared_rates)
     for k in range(n):
@@ -241,7 +250,8 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None
-    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
+    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
+    imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 
@@ -253,7 +263,7 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    return switching_of(p.stops, 0)
+    return winch_switching(p.hoist, p.stops)
 
 
 @system.guard.register(SuspendedCrane)
@@ -265,25 +275,33 @@ def _(p, t, x, u, work):
 def suspended_guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations): limits of support and first length, slack links."""
     nq, _, _ = suspended_layout(p)
-    (length, rate), stops = first_length(p.hoist, p, x, nq), p.stops
+    (length, rate), stops, acceleration = first_length(p.hoist, p, x, nq), p.stops, 0.0
     best = length_guard(stops, length, rate)
     best = support_guard(p.support, best, support_state(p.support, x, nq))
+    forces, tau = stops.taut > 0.0 or winch_sticks(p, x), system.effort(u, p, t, x)
+    if forces:
+        acceleration = solve_dynamics(p, t, x, tau, work).length
     if stops.taut > 0.0:
-        solve_dynamics(p, t, x, system.effort(u, p, t, x), work)
         for k in range(len(work.tension)):
             best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))
-    value, number = best
-    return value, number, int(stops.taut > 0.0)
+        best = fall_guard(p.hoist, best, p, x, (length, rate, acceleration), work.tension)
+    value, number = suspended_winch_guard(p, best, x, tau, work.tension)
+    return value, number, int(forces)
 
 
 @system.apply_reset_map.register(SuspendedCrane)
 def _(p, t, x, u, number):
+    if decode(number)[0] == Guard.FRICTION:
+        x, number = after_winch_guard(p, t, x, system.effort(u, p, t, x))
+        return x, number, True
     return x, number, False
 
 
 @system.describe_event.register(SuspendedCrane)
 def _(p, number):
     kind, link, _ = decode(number)
+    if kind == Guard.LINK and link >= len(p.cable.masses):
+        return "a fall of the reeving went slack", "change what drives the rope; `rope.reeving: null` leaves it out"
     if kind == Guard.LINK and link > 0:
         return f"link {link + 1} went slack, and a rigid link cannot be", "take rope.slack: allow if the links are rods"
     return describe_stop(p.support, p.stops or Stops(), number)

@@ -174,10 +174,13 @@ def attitude_rate(q: Any, omega: Any) -> tuple[float, ...]:
     return tuple(0.5 * part for part in rate)
 
 
-def check_equipment(file: Any, payload: Payload) -> None:
-    """Raise SceneError for groups of drives and faults that these cranes do not model: they would have no effect."""
+def check_equipment(file: Any, payload: Payload, geared: Sequence[str] = ()) -> None:
+    """Raise SceneError for groups of drives and faults that these cranes do not model: they would have no effect.
+
+    Motors of the joints `geared` add their inertia.
+    """
     for joint in file.actuated:
-        if reflected_inertia(file, joint) > 0.0:
+        if joint not in geared and reflected_inertia(file, joint) > 0.0:
             raise SceneError(f"actuators.{joint}.motor.inertia: is not modelled on this crane; must be 0")
     for name, fault in (file.faults or {}).items():
         if isinstance(fault, PayloadChange) and payload.inertia is not None:

@@ -22,7 +22,7 @@ from crane_sim.scenes.schema.rigging import (
     rigging_start,
 )
 from crane_sim.scenes.schema.scene_file import SceneFile
-from crane_sim.scenes.schema.winch import Rope
+from crane_sim.scenes.schema.winch import ReevedRope
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.trajectory import Trajectory
 
@@ -31,7 +31,7 @@ class SuspendedFile(SceneFile):
     """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
 
     gravity: NonNegative = 9.81  # m/s², acceleration of free fall
-    rope: Rope = Rope()  # the winch
+    rope: ReevedRope = ReevedRope()  # the winch
     links: tuple[Link, ...] = ()  # further links below the rope, from the top
     payload: Payload  # at the end of rope or links
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
@@ -143,14 +143,15 @@ class SuspendedFile(SceneFile):
             SceneError: groups contradict each other.
         """
         ns, start = len(self.support_joints), self._start
-        check_equipment(self, self.payload)
         self.rope.check(start.q[ns], start.v[ns], ns)
+        self.rope.check_surroundings(self)
+        check_equipment(self, self.payload, ("rope",) if self.rope.takes_motor else ())
         base_motion, force, load = self.base_motion, self.payload_force, self.payload.load()
         return SuspendedCrane(
             self.support(),
             chain_of(start.q[ns], self.links, load.mass),
             load,
-            self.rope.hoist(),
+            self.rope.drive_of(self),
             self.gravity,
             self.payload_drag,
             base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,

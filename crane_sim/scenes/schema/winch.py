@@ -1,20 +1,25 @@
 """The group `rope` of a scene file: a rope below a boom or jib, and the winch that drives it."""
 
 from math import inf
-from typing import Literal
+from typing import Any, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import LengthRange, Positive
 from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import MasslessHoist, RateHoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
+from crane_sim.models.supports.reeving import Reeving
+from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.motors import motor_of, reflected_inertia
+from crane_sim.scenes.schema.reeving import ReevingGroup
 
 
-class Rope(Group):
-    """Drive of the rope by the winch."""
+class Winch(Group):
+    """Keys of every winch."""
 
-    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
-    # out; the rope's acceleration [m/s²]; or nothing, the length stays
+    drive: Any = "force"  # what the input of the winch is, see the subclasses
     time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
     # lag; left out: the input is an acceleration
     limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
@@ -26,7 +31,7 @@ class Rope(Group):
         if self.drive == "locked":
             return ()
         imposed = "m/s²" if self.time_constant is None else "m/s"
-        return (imposed if self.drive == "rate" else "N",)
+        return (imposed if self.drive == "rate" else "N m" if self.drive == "torque" else "N",)
 
     def check(self, start: float, rate: float, joint: int) -> None:
         """Raise SceneError for keys that belong to another drive, and for a start that the drive cannot have.
@@ -59,3 +64,72 @@ class Rope(Group):
         if self.drive == "rate":
             return RateHoist(self.time_constant)
         return MasslessHoist() if self.drive == "force" else None
+
+
+class Rope(Winch):
+    """Drive of the rope by the winch."""
+
+    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
+    # out; the rope's acceleration [m/s²]; or nothing, the length stays
+
+
+class ReevedRope(Winch):
+    """Drive of the rope by the winch, and what the winch turns."""
+
+    drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
+    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
+    # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
+    reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
+    friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
+
+    @property
+    def takes_motor(self) -> bool:
+        """Whether a motor's inertia adds to what the winch turns."""
+        return self.reeving is not None and self.drive == "force"
+
+    def check(self, start: float, rate: float, joint: int) -> None:
+        """Raise SceneError as `Winch.check` does, and for falls, drum and friction that do not fit drive or rope."""
+        super().check(start, rate, joint)
+        drive, reeving, by_effort = self.drive, self.reeving, self.drive in ("force", "torque")
+        if self.friction is not None and not by_effort:
+            raise SceneError(f"rope.friction: belongs to a winch driven by force or torque, this drive is {drive!r}")
+        if drive == "torque" and (reeving is None or reeving.drum is None):
+            raise SceneError("rope.drive = 'torque': is that of a drum; give rope.reeving.drum, or take 'force'")
+        if reeving is None:
+            return
+        if drive == "locked":
+            raise SceneError("rope.reeving: belongs to a winch that moves the rope, this drive is 'locked'")
+        if self.slack != "stop":
+            raise SceneError(f"rope.slack = {self.slack!r}: falls of a reeving cannot push; take 'stop'")
+        low, high = self.limits or (MIN_LENGTH, start)
+        reeving.check(low, high)
+
+    def check_surroundings(self, file: Any) -> None:
+        """Raise SceneError for motors and base motions that do not fit drive and rope."""
+        if self.drive == "torque" and motor_of(file, "rope") is not None:
+            raise SceneError("actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its inertia")
+        if file.base_motion is not None and self.reeving is not None and self.reeving.mass_per_length is not None:
+            raise SceneError("rope.reeving.mass_per_length: belongs to a base that rests, here is base_motion")
+
+    def stops(self, limited: bool) -> Stops | None:
+        """Return what ends a run, None for nothing; `limited`: some joint has travel limits."""
+        stops = super().stops(limited or self.friction is not None)
+        if stops is None or self.reeving is None:
+            return stops
+        return stops._replace(longest=min(stops.longest, self.reeving.longest))
+
+    def drive_of(self, file: Any) -> MasslessHoist | RateHoist | ReevedHoist | None:
+        """Return the drive of the first link of a crane's file; None: its length stays.
+
+        Raises:
+            SceneError: motor or friction do not fit it.
+        """
+        friction = checked("rope.friction", self.friction)
+        motor = reflected_inertia(file, "rope") if self.takes_motor else 0.0
+        reeving = self.reeving.model(motor) if self.reeving is not None else None
+        if self.drive == "rate":
+            return RateHoist(self.time_constant, reeving)
+        if self.drive == "locked" or (reeving is None and friction is None):
+            return self.hoist()
+        by_torque = Torque() if self.drive == "torque" else None
+        return ReevedHoist(reeving or Reeving(1, 0), friction, by_torque)

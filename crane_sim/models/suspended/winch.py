@@ -1,0 +1,157 @@
+"""The winch of a suspended crane: its stick and slip, a slack fall, and the tensions of its falls as outputs."""
+
+from crane_sim import system
+from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
+from crane_sim.models.stops import WINCH, switching_of
+from crane_sim.models.supports import coordinate_count
+from crane_sim.models.supports.friction import retake_of
+from crane_sim.models.supports.hoist import RateHoist, hoist_modes
+from crane_sim.models.supports.reeved_hoist import (
+    ReevedHoist,
+    drum_torque,
+    mode_of_stopped_winch,
+    rope_direction,
+    slip_direction,
+    winch_guard,
+    winch_mode,
+)
+from crane_sim.models.supports.reeving import Reeving, dead_end_of, fall_tension, follow_rope, sheave_factor
+from crane_sim.models.suspended.crane import SuspendedCrane, first_length, solve_dynamics, suspended_layout
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, routine
+from crane_sim.system import Switching
+
+
+@generic
+def winch_switching(hoist, stops):
+    """Return the result of `system.switching` for a crane with this hoist."""
+    return switching_of(stops, 0)
+
+
+@winch_switching.register(ReevedHoist)
+def _(hoist, stops):
+    return Switching(1000, 0, retake_of(hoist))
+
+
+@lean_kernel
+def winch_sticks(p, x):
+    """Return whether friction holds the winch in state x."""
+    return hoist_modes(p.hoist) > 0 and winch_mode(p.hoist, x, suspended_layout(p)[2]) == 0.0
+
+
+@lean_kernel
+def suspended_winch_guard(p, best, x, tau, tension):
+    """Return the smallest guard, that of the winch's stick and slip counted in, at the tensions [N] of the links."""
+    nq, _, end = suspended_layout(p)
+    motion = (*first_length(p.hoist, p, x, nq), p.gravity)
+    return winch_guard(p.hoist, best, tau, winch_mode(p.hoist, x, end), motion, tension[0])
+
+
+@routine
+def after_winch_guard(p, t, x, tau):
+    """Return (state, number of the event) after the guard of the winch's friction has failed."""
+    nq, _, end = suspended_layout(p)
+    x, work, rate, failed = x.copy(), system.workspace(p), nq + coordinate_count(p.support), x[end]
+    x[rate], x[end] = (0.0 if failed != 0.0 else x[rate]), 0.0
+    solve_dynamics(p, t, x, tau, work)
+    length, _ = first_length(p.hoist, p, x, nq)
+    x[end] = mode_of_stopped_winch(p.hoist, failed, tau, work.tension[0], length, p.gravity)
+    return x, friction_event(WINCH, x[end])
+
+
+@lean_generic
+def fall_guard(hoist, best, p, x, motion, tension):
+    """Return the smallest guard, the smallest tension of falls and lead line counted in where the hoist has some.
+
+    Args:
+        hoist: of the crane.
+        best: the smallest guard of all others.
+        p, x: crane and state.
+        motion: (length [m], its rate [m/s], its acceleration [m/s²]).
+        tension: of the links (N,) [N].
+    """
+    return best
+
+
+@fall_guard.register(RateHoist)
+@fall_guard.register(ReevedHoist)
+def _(hoist, best, p, x, motion, tension):
+    return smallest_tension(hoist.reeving, best, p, x, motion, tension)
+
+
+@lean_generic
+def smallest_tension(reeving, best, p, x, motion, tension):
+    """Return the result of `fall_guard` for a hoist with this reeving, None without one."""
+    return best
+
+
+@smallest_tension.register(Reeving)
+def _(reeving, best, p, x, motion, tension):
+    mode = winch_mode(p.hoist, x, suspended_layout(p)[2])
+    factor = sheave_factor(reeving.loss, slip_direction(p.hoist, motion[1], mode))
+    dead_end = dead_end_of(reeving, factor, tension[0], motion, p.gravity)
+    _, _, smallest, _ = follow_rope(reeving, factor, dead_end, motion, p.gravity)
+    return smaller_guard(best, smallest, encode(Guard.LINK, len(tension)))
+
+
+@system.fall_count.register(SuspendedCrane)
+def _(p):
+    return hoist_falls(p.hoist)
+
+
+@generic
+def hoist_falls(hoist):
+    """Return the number of falls of a hoist's reeving, 0 without one."""
+    return 0
+
+
+@hoist_falls.register(RateHoist)
+@hoist_falls.register(ReevedHoist)
+def _(hoist):
+    return falls_of(hoist.reeving)
+
+
+@generic
+def falls_of(reeving):
+    """Return the number of falls of a reeving, 0 for None."""
+    return 0
+
+
+@falls_of.register(Reeving)
+def _(reeving):
+    return reeving.falls
+
+
+@system.fall_tensions.register(SuspendedCrane)
+def _(p, t, x, u, rows, i):
+    write_hoist_falls(p.hoist, p, t, x, u, rows, i)
+
+
+@generic
+def write_hoist_falls(hoist, p, t, x, u, rows, i):
+    """Write the result of `system.fall_tensions` of a crane with this hoist."""
+
+
+@write_hoist_falls.register(RateHoist)
+@write_hoist_falls.register(ReevedHoist)
+def _(hoist, p, t, x, u, rows, i):
+    write_falls(hoist.reeving, p, t, x, u, rows, i)
+
+
+@generic
+def write_falls(reeving, p, t, x, u, rows, i):
+    """Write the result of `system.fall_tensions` of a crane whose hoist has this reeving, None without one."""
+
+
+@write_falls.register(Reeving)
+def _(reeving, p, t, x, u, rows, i):
+    nq, _, end = suspended_layout(p)
+    tau, work = system.effort(u, p, t, x), system.workspace(p)
+    motion = (*first_length(p.hoist, p, x, nq), solve_dynamics(p, t, x, tau, work).length)
+    pull, mode = work.tension[0], winch_mode(p.hoist, x, end)
+    factor = sheave_factor(reeving.loss, rope_direction(p.hoist, tau, mode, pull, motion, p.gravity))
+    dead_end = dead_end_of(reeving, factor, pull, motion, p.gravity)
+    _, lead, _, _ = follow_rope(reeving, factor, dead_end, motion, p.gravity)
+    rows[i, 0] = lead
+    for k in range(1, reeving.falls + 1):
+        rows[i, k] = fall_tension(reeving, factor, dead_end, motion, p.gravity, k)
+    rows[i, reeving.falls + 1] = drum_torque(reeving, lead, motion)

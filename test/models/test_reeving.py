@@ -1,0 +1,402 @@
+"""A rope over sheaves and drum: its tensions, what it adds to the load, friction that sticks and slips, and energy."""
+
+from math import exp, inf, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import SceneError, load_scene, system
+from crane_sim.models.cables.chain import Chain
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.reeving import (
+    Drum,
+    Layers,
+    Reeving,
+    SheaveLoss,
+    drum_radius,
+    follow_rope,
+    reeved_acceleration,
+    reeving_energy,
+)
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.scenes.schema.reeving import RopeSlip, SheaveBearing, SheaveEfficiency
+
+pytestmark = pytest.mark.interpreted
+
+G = 9.81
+STILL = (5.0, 0.0, 0.0)  # length, its rate, its acceleration
+LAYERS = Layers(np.array([30.0, 66.0]), np.array([3.0, 3.6]), 0.05)
+FULL = Reeving(4, 1, 12.0, SheaveLoss(1.03), Drum(0.4, 35.0, LAYERS), 2.5, 90.0)
+EXACT = {"method": "dop853", "rtol": 1e-12, "atol": 1e-13}
+SCENE: dict[str, Any] = {
+    "crane": "bridge",
+    "duration": 3.0,
+    "trolley": {"mass": 1200.0},
+    "bridge": {"mass": 1e4},
+    "rope": {"drive": "force", "slack": "stop"},
+    "payload": {"mass": 8000.0},
+    "initial": {"q": [0.0, 0.0, 4.0, 0, 0]},
+    "integrator": EXACT,
+}
+WEIGHT = 8000.0 * G
+REEVED: dict[str, Any] = {
+    "falls": 4,
+    "sheaves": {"radius": 0.2, "inertia": 0.4, "loss": {"kind": "efficiency", "efficiency": 0.98}},
+    "drum": {"radius": 0.25, "inertia": 30.0},
+}
+
+
+def table(*points: tuple[float, float]) -> dict[str, Any]:
+    """Return an input of a scene, (time [s], value) by corners."""
+    return {"kind": "table", "times": [t for t, _ in points], "values": [value for _, value in points]}
+
+
+def crane(hoist: Any) -> SuspendedCrane:
+    """Return a bridge crane with hook and sling under this hoist."""
+    cable = Chain(np.array([50.0, 1000.0]), np.array([5.0, 2.0]))
+    return SuspendedCrane(Bridge(DrivenAxis(100.0), DrivenAxis(200.0)), cable, PointLoad(1000.0), hoist)
+
+
+def posture(rate: float) -> tuple[list[float], list[float]]:
+    """Return joints of `crane` that swings, its rope lengthening at this rate."""
+    unit = np.array([0.1, 0.2, -1.0]) / np.sqrt(1.05)
+    return [0.0, 0.0, 5.0, 0.1, -0.05, *unit.tolist()], [0.1, 0.2, rate, 0.1, 0.05, 0.0, 0.0, 0.0]
+
+
+def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
+    """Return joint accelerations, tensions of the links and power of `crane` under this hoist."""
+    p = crane(hoist)
+    x, tensions = system.state(p, 0.0, *posture(rate)), np.empty((1, 2))
+    system.tensions(p, 0.0, x, u, tensions, 0, 0)
+    return np.array([*system.acceleration(p, 0.0, x, u), *tensions[0], system.power(p, 0.0, x, u)])
+
+
+@pytest.mark.parametrize("falls", range(1, 13))
+def test_falls_without_friction_share_the_load(falls: int) -> None:
+    """Each of n falls carries what the lead line does, however many sheaves lead it to the drum."""
+    for lead_sheaves in (0, 1, 3):
+        pull, lead, smallest, lost = follow_rope(Reeving(falls, lead_sheaves), 1.0, 700.0, STILL, G)
+        assert pull == pytest.approx(falls * lead, rel=1e-12)  # rounding of twelve sums
+        assert (lead, smallest, lost) == (700.0, 700.0, 0.0)
+
+
+@pytest.mark.parametrize("falls", [1, 2, 7, 12])
+def test_a_rope_that_slides_over_sheaves_follows_euler(falls: int) -> None:
+    """Over sheaves that stand, lead line and dead end differ by exp(μ θ) each, and back while the rope is paid out."""
+    friction, wrap = 0.12, 0.8 * pi
+    ratio = RopeSlip(friction, wrap).ratio(0.2)
+    expected = exp(friction * wrap * (falls - 1 + 2))
+    assert follow_rope(Reeving(falls, 2), ratio, 1.0, STILL, G)[1] == pytest.approx(expected, rel=1e-9)
+    assert follow_rope(Reeving(falls, 2), 1.0 / ratio, 1.0, STILL, G)[1] == pytest.approx(1.0 / expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("falls", [2, 5, 12])
+def test_a_block_has_the_efficiency_of_the_standard(falls: int) -> None:
+    """Load over n times the lead line is η_lead (1 - η^n) / (n (1 - η)), as in DIN 15020-1."""
+    eta = 0.97
+    pull, lead, _, _ = follow_rope(Reeving(falls, 0), SheaveEfficiency(eta).ratio(0.2), 1.0, STILL, G)
+    assert pull / (falls * lead) == pytest.approx((1 - eta**falls) / (falls * (1 - eta)), rel=1e-12)  # rounding
+
+
+def test_a_bearing_takes_the_moment_of_the_resultant() -> None:
+    """The ratio by a plain bearing is that of the moments on a sheave under two parallel falls."""
+    friction, pin, radius, low = 0.15, 0.03, 0.2, 500.0
+    high = SheaveBearing(friction, pin).ratio(radius) * low
+    assert (high - low) * radius == pytest.approx(friction * (high + low) * pin, rel=1e-12)  # rounding
+
+
+def place(s: float, length: float) -> float:
+    """Return how far [m] below the top of 4 falls the point of the rope is, s [m] from its dead end there."""
+    fall, rest = int(s // length), s % length
+    return rest if fall % 2 == 0 else length - rest
+
+
+def explicit_energy(length: float, rate: float) -> tuple[float, float]:
+    """Return (kinetic, potential) energy [J] of `FULL` of bodies one by one: points of the rope, sheaves, the drum.
+
+    Points of the rope keep their distance from the dead end along it; nothing here knows the speeds of falls.
+    """
+    n, density, step = FULL.falls, 2.5, 1e-5
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    kinetic = potential = 0.0
+    for fall in range(n):
+        for node, weight in zip(nodes, weights, strict=True):
+            s, mass = (fall + 0.5 + 0.5 * node) * length, density * 0.5 * weight * length
+            speed = rate * (place(s, length + step) - place(s, length - step)) / (2.0 * step)
+            kinetic, potential = kinetic + 0.5 * mass * speed**2, potential - mass * G * place(s, length)
+    wound = FULL.length - n * length
+    kinetic += 0.5 * density * wound * (n * rate) ** 2
+    for beyond in [*range(1, n), n]:  # falls on the side of the dead end, of the block's sheaves and of the lead sheave
+        kinetic += 0.5 * FULL.sheave_mass * (beyond * rate) ** 2
+    radius = 0.4 + sum(0.05 * blend((wound - full) / turn + 0.5) for full, turn in ((30.0, 3.0), (66.0, 3.6)))
+    return kinetic + 0.5 * 35.0 * (n * rate / radius) ** 2, potential
+
+
+def blend(s: float) -> float:
+    """Return the polynomial of fifth degree from 0 at 0 to 1 at 1 whose first two derivatives vanish there."""
+    s = min(max(s, 0.0), 1.0)
+    return 6.0 * s**5 - 15.0 * s**4 + 10.0 * s**3
+
+
+@pytest.mark.parametrize("length", [5.8, 6.1, 12.0, 15.2])
+def test_the_length_accelerates_as_by_lagrange(length: float) -> None:
+    """Inverse mass and bias of the length are those of Lagrange's equation for the explicit bodies' energies.
+
+    At 6.1 m and 15.2 m the rope climbs onto a layer, where the drum's inertia changes with the length.
+    """
+    rate, force, pull, h = -1.3, -700.0, 3.1e4, 1e-3
+    assert explicit_energy(length, rate) == pytest.approx(reeving_energy(FULL, length, rate, G), rel=1e-10)
+    kinetic = {i: explicit_energy(length + i * h, 1.0)[0] for i in range(-3, 4)}
+    potential = {i: explicit_energy(length + i * h, 1.0)[1] for i in range(-3, 4)}
+
+    def slope(f: dict[int, float]) -> float:  # of sixth order: its error and the rounding are below 1e-10
+        return float((45.0 * (f[1] - f[-1]) - 9.0 * (f[2] - f[-2]) + (f[3] - f[-3])) / (60.0 * h))
+
+    mass = 2.0 * kinetic[0]
+    expected = (FULL.falls * force + pull - slope(potential) - slope(kinetic) * rate**2) / mass
+    inv_mass, bias = reeved_acceleration(FULL._replace(loss=None), 1.0, force, length, rate, G)
+    assert inv_mass == pytest.approx(1.0 / mass, rel=1e-9)
+    assert bias + inv_mass * pull == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
+    """Acceleration and tensions solve moment balances of all sheaves with bearings, of the drum and of the block."""
+    n, lead, mass, share, inertia, radius = 5, 2, 40.0, 0.02, 60.0, 0.4
+    speeds = [*[n] * lead, *range(n - 1, 0, -1)]  # of the sheaves from the drum on, over the length's rate
+    force, pull, size = -900.0, 5200.0, len(speeds) + 2
+    a, b = np.zeros((size, size)), np.zeros(size)  # unknown: tensions from the drum on, acceleration
+    for i, speed in enumerate(speeds):
+        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * share, 1 - direction * share, -mass * speed
+    a[-2, 0], a[-2, -1], b[-2] = 1.0, -inertia / radius**2 * n, -force
+    a[-1, lead:-1], b[-1] = 1.0, pull
+    solved = np.linalg.solve(a, b)
+    loss = SheaveLoss((1 + share) / (1 - share))
+    reeving = Reeving(n, lead, mass, loss, Drum(radius, inertia))
+    factor = loss.ratio**-direction
+    inv_mass, bias = reeved_acceleration(reeving, factor, force, 5.0, 0.7 * direction, G)
+    assert bias + inv_mass * pull == pytest.approx(solved[-1], rel=1e-9)
+    found = follow_rope(reeving, factor, solved[-2], (5.0, 0.7 * direction, solved[-1]), G)
+    assert found[:2] == pytest.approx((pull, solved[0]), rel=1e-9)
+    moments = [direction * share * (x + y) * s for x, y, s in zip(solved, solved[1:], speeds, strict=False)]
+    assert found[3] == pytest.approx(sum(moments), rel=1e-9)
+
+
+def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
+    """Without loss, a crane has the accelerations of one whose winch has the effective mass of all sheaves."""
+    n, lead, sheave, inertia, radius = 6, 2, 15.0, 20.0, 0.3
+    mass = sheave * (sum(k * k for k in range(1, n)) + lead * n * n) + inertia * (n / radius) ** 2
+    reeved = ReevedHoist(Reeving(n, lead, sheave, None, Drum(radius, inertia)))
+    u = (10.0, -20.0, -9000.0)
+    np.testing.assert_allclose(answers(reeved, 0.3, u), answers(ForceHoist(mass), 0.3, u), rtol=1e-12)  # rounding
+
+
+def test_a_reeving_without_strength_is_none() -> None:
+    """One fall without inertia and loss gives the bits of the plain winch, n falls all digits but rounding."""
+    u = (10.0, -20.0, -9000.0)
+    plain = answers(MasslessHoist(), 0.3, u)
+    assert answers(ReevedHoist(Reeving(1, 1)), 0.3, u).tobytes() == plain.tobytes()
+    np.testing.assert_allclose(answers(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12)
+    rates = [answers(RateHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL)]
+    assert rates[0].tobytes() == rates[1].tobytes()
+
+
+def test_a_scene_without_strength_is_the_one_without_the_group() -> None:
+    """A run with sheaves that lose nothing and a friction of zero ends in the bits of the run without them."""
+    inputs = {"inputs": {"trolley": table((0, 0), (1, 900)), "rope": table((0, -WEIGHT), (1, -WEIGHT - 2e3))}}
+    plain = SCENE | inputs | {"duration": 1.0}
+    loss = {"kind": "efficiency", "efficiency": 1.0}
+    more = {"rope.reeving": {"falls": 1, "sheaves": {"radius": 0.2, "loss": loss}}}
+    more["rope.friction"] = {"coulomb": 0.0, "static": 0.0}
+    hashes = {crane_sim.simulate(plain, overrides=o).summary["state_sha256"] for o in (None, more)}
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> None:
+    """Energy changes at the rate of the power, which is the drive's less moments times speeds of all sheaves."""
+    hoist = ReevedHoist(FULL._replace(mass=None), Friction(80.0, 120.0, 30.0, 0.2))
+    p, u, rate, h = crane(hoist), (10.0, -20.0, -9000.0), 0.3 * direction, 1e-4
+    x = system.state(p, 0.0, *posture(rate))
+    derivative, work = system.rhs(p, 0.0, x, u), system.power(p, 0.0, x, u)
+    ends = [x + s * h * derivative for s in (-2.0, -1.0, 1.0, 2.0)]
+    low, before, after, high = (system.kinetic(p, y) + system.potential(p, y) for y in ends)
+    change = (8.0 * (after - before) - (high - low)) / (12.0 * h)
+    driven = sum(force * speed for force, speed in zip(u, (0.1, 0.2, rate), strict=True))
+    assert change == pytest.approx(work, rel=1e-8)  # rounding of energies of 1e4 J over h
+    rows, acceleration = np.empty((1, 6)), system.acceleration(p, 0.0, x, u)[2]
+    system.fall_tensions(p, 0.0, x, u, rows, 0)
+    tensions, share, taken = rows[0, :5], 0.03 / 2.03, 0.0  # of the ratio 1.03
+    for k, speed in enumerate([4, 3, 2, 1]):
+        taken += share * (tensions[k] + tensions[k + 1]) * speed * abs(rate)
+        assert (tensions[k + 1] - tensions[k] - 12.0 * speed * acceleration) * direction == pytest.approx(
+            share * (tensions[k] + tensions[k + 1]), rel=1e-9
+        )
+    winch = 80.0 + 40.0 * exp(-((0.3 / 0.2) ** 2)) + 30.0 * abs(rate)
+    assert work == pytest.approx(driven - taken - winch * abs(rate), rel=1e-9)
+
+
+def test_energy_balances_over_layers_stick_and_slip() -> None:
+    """In a run over layers, with a rope that weighs, losses, events and swing, no energy appears from nowhere."""
+    drum = {"radius": 0.25, "inertia": 30.0, "turns": 10, "layers": 8, "layer_height": 0.02}
+    reeving = REEVED | {"drum": drum, "mass_per_length": 1.5, "length": 85.8}
+    friction = {"coulomb": 1000.0, "static": 1500.0, "viscous": 2e4, "stribeck": 0.01}
+    pulls = ((0, -9.6e4), (1.2, -9.6e4), (1.3, -7.6e4), (2.2, -7.6e4), (2.3, -6e4))
+    inputs = {"trolley": table((0, 0), (0.5, 800), (1, 0)), "rope": table(*pulls)}
+    rope = SCENE["rope"] | {"reeving": reeving, "friction": friction}
+    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
+    assert [what.split()[-1] for _, what in run.events] == ["backwards", "sticks", "forwards"]
+    assert run.summary["energy_audit_max"] < 1e-9  # ten times the method's tolerance over the run's steps
+    wound = 85.8 - 4.0 * run.q[:, 2]
+    full = 2 * pi * 10 * (0.25 + 0.27 + 0.29 + 0.31)  # m, in four layers; it climbs half a turn to either side of it
+    assert wound[0] < full - pi * 0.31 / 2 and wound.max() > full + pi * 0.31
+
+
+def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
+    """The winch holds while its pull is within what friction can hold, to the effort where hauling in begins."""
+    high = 0.98 * (1 - 0.98**4) / (4 * 0.02)  # efficiency while hauling in
+    static, rise = 900.0, 1e4
+    rope = SCENE["rope"] | {"reeving": REEVED, "friction": {"coulomb": 500.0, "static": static}}
+    inputs = {"rope": table((0, -WEIGHT), (3, -WEIGHT - 3 * rise))}
+    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
+    (instant, what), *_ = run.events
+    assert what == "the winch slips backwards"
+    assert WEIGHT + rise * instant == pytest.approx(WEIGHT / high + static, rel=1e-9)
+    still = run.t < instant
+    assert np.all(run.q[still, 2] == 4.0) and np.all(run.v[still, 2] == 0.0)
+    assert run.lead_line[0] == pytest.approx(WEIGHT / 4, rel=1e-9)
+    assert run.falls[0] == pytest.approx(WEIGHT / 4 * np.ones(4), rel=1e-9)  # at the drum's pull no friction is used
+
+
+def test_a_load_is_lowered_against_friction() -> None:
+    """Paying out begins where the pull falls below what the falls need, less the static friction."""
+    low = sum(0.98**-k for k in range(1, 5)) / 4  # tensions from the lead line on, over it
+    static, fall = 900.0, 1e4
+    rope = SCENE["rope"] | {"reeving": REEVED, "friction": {"coulomb": 500.0, "static": static}}
+    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": {"rope": table((0, -WEIGHT), (3, -WEIGHT + 3 * fall))}})
+    (instant, what), *_ = run.events
+    assert what == "the winch slips forwards"
+    assert WEIGHT - fall * instant == pytest.approx(WEIGHT / low - static, rel=1e-9)
+
+
+def test_a_run_ends_where_a_fall_goes_slack() -> None:
+    """A drum that is driven faster than the load falls ends the run, at the first tension of zero.
+
+    With inertia that is the lead line's, before the falls are slack.
+    """
+    rope = SCENE["rope"] | {"reeving": REEVED}
+    inputs = {"rope": table((0, -WEIGHT), (1, 4 * WEIGHT))}
+    with pytest.raises(crane_sim.SimulationError, match="a fall of the reeving went slack") as error:
+        crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
+    run = error.value.run
+    assert run.lead_line.min() > 0.0 and run.tension[-1] > run.lead_line[-1]
+
+
+def test_friction_of_a_plain_winch_sticks_and_slips() -> None:
+    """A rope without a reeving has a winch with dry friction, which breaks loose at its static friction."""
+    rope = {"drive": "force", "friction": {"coulomb": 500.0, "static": 900.0, "viscous": 1e3, "stribeck": 0.01}}
+    inputs = {"rope": table((0, -WEIGHT), (1.5, -WEIGHT - 1.5e3), (2, -WEIGHT))}
+    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
+    assert [what for _, what in run.events] == ["the winch slips backwards", "the winch sticks"]
+    assert run.events[0][0] == pytest.approx(0.9, rel=1e-9)
+    assert run.summary["energy_audit_max"] < 1e-9
+    assert run.falls.shape == (len(run.t), 1)  # the rope itself
+
+
+def test_a_winch_by_rate_tells_tensions_and_torque() -> None:
+    """Hauled in at a given acceleration, the drum's torque times its speed is what load, inertia and losses take."""
+    rope = SCENE["rope"] | {"drive": "rate", "reeving": REEVED}
+    p = load_scene(SCENE | {"rope": rope}).model
+    rate, acceleration, rows = -0.4, -0.2, np.empty((1, 6))
+    x = system.state(p, 0.0, [0.0, 0.0, 4.0, 0.0, 0.0], [0.0, 0.0, rate, 0.0, 0.0])
+    system.fall_tensions(p, 0.0, x, (0.0, 0.0, acceleration), rows, 0)
+    lead, *falls, torque = rows[0].tolist()
+    pull, share = 8000.0 * (G - acceleration), 0.02 / 1.98
+    assert sum(falls) == pytest.approx(pull, rel=1e-9)
+    taken = sum(share * (a + b) * s for a, b, s in zip([lead, *falls], falls, [4, 3, 2, 1], strict=False))
+    inertia = 0.4 / 0.2**2 * (1 + 4 + 9 + 16) + 30.0 * (4 / 0.25) ** 2
+    expected = -pull * rate - taken * rate + inertia * rate * acceleration
+    assert torque * 4 * rate / 0.25 == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_torque_drives_the_drum_over_its_layers() -> None:
+    """The same torque pulls with less force where the rope lies on more layers."""
+    drum = {"radius": 0.25, "inertia": 30.0, "turns": 10, "layers": 8, "layer_height": 0.02}
+    reeving = REEVED | {"drum": drum, "length": 90.0} | {"sheaves": None}
+    p = load_scene(SCENE | {"rope": SCENE["rope"] | {"drive": "torque", "reeving": reeving}}).model
+    rows, radii = np.empty((2, 6)), []
+    for i, length in enumerate((3.0, 16.0)):
+        x = system.state(p, 0.0, [0.0, 0.0, length, 0.0, 0.0], [0.0] * 5)
+        system.fall_tensions(p, 0.0, x, (0.0, 0.0, -5000.0), rows, i)
+        radii.append(drum_radius(p.hoist.reeving.drum.layers, p.hoist.reeving.drum, 90.0 - 4 * length)[0])
+    assert rows[:, -1] == pytest.approx(-5000.0, rel=1e-9)
+    full = np.cumsum(2 * pi * 10 * (0.25 + 0.02 * np.arange(8)))
+    assert radii == pytest.approx([0.25 + 0.02 * np.searchsorted(full, w) for w in (78.0, 26.0)], rel=1e-12)
+
+
+BAD = [
+    ({"rope.reeving.falls": 0}, "rope.reeving.falls = 0: must be greater than or equal to 1"),
+    ({"rope.slack": "allow"}, "rope.slack = 'allow': falls of a reeving cannot push; take 'stop'"),
+    ({"rope.drive": "locked"}, "rope.reeving: belongs to a winch that moves the rope"),
+    ({"rope.drive": "torque", "rope.reeving.drum": None}, "rope.drive = 'torque': is that of a drum"),
+    ({"rope.drive": "rate", "rope.friction": {"coulomb": 1, "static": 1}}, "rope.friction: belongs to a winch driven"),
+    ({"rope.friction": {"coulomb": 2, "static": 1}}, "rope.friction.static = 1.0: must be at least coulomb = 2.0"),
+    ({"rope.reeving.mass_per_length": 2.0}, "rope.reeving.length: is missing; a rope with a mass_per_length"),
+    ({"rope.reeving.length": 12.0}, "rope.reeving.length = 12: too short, 4 falls of 4 m take 16 m"),
+    ({"rope.reeving.drum.layers": 2}, "rope.reeving.drum.turns: is missing; a drum with 2 layers needs it"),
+    ({"rope.reeving.drum.layer_height": 0.02}, "rope.reeving.drum.layer_height: belongs to a drum with more than one"),
+    (
+        {"rope.reeving.drum.turns": 10, "rope.reeving.length": 90.0},
+        "rope.reeving.drum: its layers hold 15.708 m of rope, and falls of 0.001 m leave 89.996 m to it",
+    ),
+    ({"rope.reeving.sheaves.loss": {"kind": "efficiency", "efficiency": 1.2}}, "efficiency = 1.2: must be at most 1"),
+    ({"rope.reeving.sheaves.loss": {"kind": "oil"}}, "kind 'oil' is unknown; possible: efficiency, bearing, capstan"),
+    (
+        {"rope.reeving.sheaves.loss": {"kind": "bearing", "friction": 1.0, "pin_radius": 0.3}},
+        "rope.reeving.sheaves.loss: one sheave holds inf times what pulls it; at most 1000",
+    ),
+    (
+        {"rope.reeving.sheaves.loss": {"kind": "capstan", "friction": 0.1}},
+        "rope.reeving.sheaves.inertia = 0.4: sheaves with the loss 'capstan' stand still; must be 0",
+    ),
+    (
+        {"actuators": {"rope": {"motor": {"ratio": 40.0, "inertia": 1.0}}}, "rope.reeving.drum": None},
+        "actuators.rope.motor.inertia: belongs to a rope.reeving.drum with one layer",
+    ),
+    (
+        {"actuators": {"rope": {"motor": {"ratio": 40.0}}}, "rope.drive": "torque"},
+        "actuators.rope.motor: belongs to rope.drive: force",
+    ),
+    (
+        {
+            "rope.reeving": REEVED | {"mass_per_length": 1.0, "length": 50.0},
+            "base_motion": {"roll": {"amplitude": 0.1, "frequency": 0.5}},
+        },
+        "rope.reeving.mass_per_length: belongs to a base that rests",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), BAD, ids=lambda case: str(case)[:60])
+def test_a_bad_reeving_is_a_single_line_error(changes: Any, message: str) -> None:
+    """What contradicts itself or cannot be is refused in one line with its keys and values."""
+    with pytest.raises(SceneError) as error:
+        load_scene(SCENE | {"rope": SCENE["rope"] | {"reeving": REEVED}}, changes)
+    assert message in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_motor_turns_with_the_drum() -> None:
+    """A motor's inertia through its ratio adds to the mass of the length."""
+    scene = SCENE | {"rope": SCENE["rope"] | {"reeving": REEVED}}
+    masses = []
+    for inertia in (0.0, 0.2):
+        p = load_scene(scene, {"actuators": {"rope": {"motor": {"ratio": 400.0, "inertia": inertia}}}}).model
+        masses.append(2.0 * reeving_energy(p.hoist.reeving, 4.0, 1.0, G)[0])
+    assert masses[1] - masses[0] == pytest.approx(0.2 * 400.0**2, rel=1e-9)
+    assert p.hoist.reeving.length == inf
