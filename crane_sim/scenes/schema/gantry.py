@@ -15,6 +15,7 @@ from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.falls import FallsGroup, load_at_rest
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
@@ -108,6 +109,7 @@ class GantryFile(SceneFile):
     falls: FallsGroup  # the ropes
     payload: Payload  # spreader and container, one rigid body; its attachment is the spreader's origin
     initial: Initial  # the state at t = 0
+    contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is below it
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
     reference: Reference | None = None  # where the crane should go
@@ -224,6 +226,7 @@ class GantryFile(SceneFile):
             force=force.force() if force is not None else None,
             stops=self._stops(),
             wind=self.airflow(),
+            contact=self.contact.model(load, self.initial_q[3:]) if self.contact is not None else None,
         )
 
     def _stops(self) -> Stops:
