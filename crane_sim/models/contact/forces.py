@@ -12,6 +12,7 @@ from crane_sim.models.contact.rigid import (
     Pressures,
     closed_count,
     closing_pressures,
+    holding_accelerations,
     holding_pressures,
     is_closed,
     turn_of,
@@ -76,7 +77,8 @@ def _(contact, load, t, x, first, state, free):
     moved = displacement_at(contact.surface.motion, t)
     if is_closed(x, first, len(contact.points)):
         held = holding_pressures(contact, load, x, first, (moved, state), free)
-        return Touching(moved.acceleration, (0.0, 0.0, 0.0), held)
+        center, alpha = holding_accelerations(contact, x, first, (moved, state))
+        return Touching(center, rotate_to_base(state.rows, alpha), held)
     pressures = slipping_pressures(contact, load, x, first, (moved, state), free)
     return under_wrench(load, state, free, pressures)
 

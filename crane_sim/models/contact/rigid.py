@@ -8,6 +8,9 @@ equal springs that are ever stiffer. So there are never more than three unknowns
 While the load slips, each pressure comes with its friction, linear in it. A load that sticks, with three or more points
 closed, moves as the surface does. What holds it is shared in proportion to the pressures, f_i = λ_i (a + b ẑ × ρ_i) with
 ρ_i from the centre of pressure; the load slips where one |f_i| exceeds μ λ_i.
+
+Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the surface's acceleration less
+2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972, 1-16).
 """
 
 from math import sqrt
@@ -26,6 +29,7 @@ from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
 from crane_sim.numerics.jit import lean_kernel, lean_routine
 
 NONE = Wrench(ZERO, ZERO)
+RATE = 10.0  # 1/s, γ: slow beside falls and slip, so that it costs no steps
 
 
 class Pressures(NamedTuple):
@@ -90,30 +94,57 @@ def turn_of(load, state, moment):
 
 
 @lean_kernel
-def required_changes(contact, x, first, scene, count, lift, turning):
-    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)).
-
-    Args:
-        contact, x, first, scene, count: as in `slipping_pressures`.
-        lift: (z'', α_x, α_y) of the load alone, relative to the surface; or velocities.
-        turning: 1 where points have centripetal accelerations, 0 for velocities.
-    """
-    if count > 2:
-        return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), multiple(-1.0, lift)
+def required_changes(contact, x, first, scene, count, lift, smooth):
+    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_pressures`."""
     (moved, state), place = scene, 0
+    if count > 2:
+        back = add(lift, multiple(smooth, correction(contact, x, first, scene)))
+        return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), multiple(-1.0, back)
     omega = multiply(state.rows, state.omega)
     row, other, missing, more = ZERO, ZERO, 0.0, 0.0
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
-            lever = contact_point(contact, i, moved, state).lever
-            across = 1.0, lever[1], -lever[0]
-            needed = -dot(across, lift) - turning * cross(omega, cross(omega, lever))[2]
+            point = contact_point(contact, i, moved, state)
+            across = 1.0, point.lever[1], -point.lever[0]
+            back = cross(omega, cross(omega, point.lever))[2] + RATE * (2.0 * point.velocity[2] + RATE * point.gap)
+            needed = -dot(across, lift) - smooth * back
             if place == 0:
                 row, missing = across, needed
             else:
                 other, more = across, needed
             place += 1
     return (row, other, ZERO), (missing, more, 0.0)
+
+
+@lean_kernel
+def correction(contact, x, first, scene):
+    """Return 2 γ g' + γ² g (3,) of the gap's plane g₀ + g₁ r_y - g₂ r_x through three or more closed points."""
+    sums, (moved, state) = ZERO, scene
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            point = contact_point(contact, i, moved, state)
+            back = RATE * (2.0 * point.velocity[2] + RATE * point.gap)
+            sums = add(sums, multiple(back, shares(3, 0, point.lever)))
+    return plane_through(contact, x, first, scene, sums)
+
+
+@lean_kernel
+def plane_through(contact, x, first, scene, sums):
+    """Return y (3,) of the plane y₀ + y₁ r_y - y₂ r_x whose sums over closed points with (1, r_y, -r_x) are given."""
+    a, b, c = ZERO, ZERO, ZERO
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            factors = shares(3, 0, contact_point(contact, i, scene[0], scene[1]).lever)
+            a, b = add(a, multiple(factors[0], factors)), add(b, multiple(factors[1], factors))
+            c = add(c, multiple(factors[2], factors))
+    return solve_three(a, b, c, sums)
+
+
+@lean_kernel
+def solve_three(a, b, c, right):
+    """Return the solution (3,) of a 3 × 3 system with the columns a, b, c."""
+    scale = 1.0 / dot(a, cross(b, c))
+    return scale * dot(right, cross(b, c)), scale * dot(a, cross(right, c)), scale * dot(a, cross(b, right))
 
 
 @lean_kernel
@@ -129,8 +160,7 @@ def solve_unknowns(count, rows, columns, b):
     if count == 2:
         scale = 1.0 / (p[0] * q[1] - q[0] * p[1])
         return scale * (b[0] * q[1] - q[0] * b[1]), scale * (p[0] * b[1] - b[0] * p[1]), 0.0
-    scale = 1.0 / dot(p, cross(q, r))
-    return scale * dot(b, cross(q, r)), scale * dot(p, cross(b, r)), scale * dot(p, cross(q, b))
+    return solve_three(p, q, r, b)
 
 
 @lean_kernel
@@ -142,7 +172,7 @@ def combine(wrenches, y):
 
 
 @lean_routine
-def closing_pressures(contact, load, x, first, scene, lift, law):
+def closing_pressures(contact, load, x, first, scene, lift, smooth):
     """Return the Pressures that keep closed points on the surface.
 
     Args:
@@ -150,39 +180,37 @@ def closing_pressures(contact, load, x, first, scene, lift, law):
         x, first: state and the index of its first contact mode.
         scene: (Displacement of the surface, BodyState of the load).
         lift: (z'', α_x, α_y) of the load alone, relative to the surface; or velocities, which they bring to zero.
-        law: 1 with friction and centripetal accelerations, 0 for velocities.
+        smooth: 1 for accelerations, with friction; 0 for velocities, which jump without.
     """
     count = closed_count(contact, x, first)
-    wrenches = unit_wrenches(contact, x, first, scene, count, law)
+    wrenches = unit_wrenches(contact, x, first, scene, count, smooth)
     a, b, c = wrenches
     columns = lift_of(load, scene[1], a), lift_of(load, scene[1], b), lift_of(load, scene[1], c)
-    rows, missing = required_changes(contact, x, first, scene, count, lift, law)
+    rows, missing = required_changes(contact, x, first, scene, count, lift, smooth)
     y = solve_unknowns(count, rows, columns, missing)
     return Pressures(count, y, combine(wrenches, y))
 
 
-@lean_kernel
-def holding_wrench(load, scene, free):
-    """Return the wrench that moves the load as the surface moves; free: (centre, α) of it alone, as in `add_contact`."""
+@lean_routine
+def holding_accelerations(contact, x, first, scene):
+    """Return the accelerations of a load that moves as the surface: (centre (3,), α (3,)), in the axes of the base."""
     moved, state = scene
-    force = multiple(load.mass, subtract(moved.acceleration, free[0]))
-    return Wrench(force, multiple(-1.0, multiply(state.rows, multiply(load.inertia, free[1]))))
+    back, omega = correction(contact, x, first, scene), multiply(state.rows, state.omega)
+    slip, damping = subtract(state.velocity, moved.velocity), 2.0 * RATE
+    (ax, ay, az), (vx, vy, _) = moved.acceleration, slip
+    return (ax - damping * vx, ay - damping * vy, az - back[0]), (-back[1], -back[2], -damping * omega[2])
 
 
 @lean_routine
 def holding_pressures(contact, load, x, first, scene, free):
-    """Return the Pressures that hold the load; three or more points are closed."""
-    count, wrench = closed_count(contact, x, first), holding_wrench(load, scene, free)
-    a, b, c = ZERO, ZERO, ZERO
-    for i in range(len(contact.points)):
-        if is_closed(x, first, i):
-            factors = shares(3, i, contact_point(contact, i, scene[0], scene[1]).lever)
-            a, b = add(a, multiple(factors[0], factors)), add(b, multiple(factors[1], factors))
-            c = add(c, multiple(factors[2], factors))
-    scale = 1.0 / dot(a, cross(b, c))  # of a symmetric matrix: its rows are its columns
-    w = wrench.force[2], wrench.moment[0], wrench.moment[1]
-    y = scale * dot(w, cross(b, c)), scale * dot(a, cross(w, c)), scale * dot(a, cross(b, w))
-    return Pressures(count, y, wrench)
+    """Return the Pressures that hold the load; three or more points are closed, free: as in `add_contact`."""
+    state, (center, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
+    force = multiple(load.mass, subtract(center, free[0]))
+    turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
+    wrench = Wrench(force, multiply(state.rows, turn))
+    sums = force[2], wrench.moment[0], wrench.moment[1]
+    y = plane_through(contact, x, first, scene, sums)
+    return Pressures(closed_count(contact, x, first), y, wrench)
 
 
 @lean_kernel
