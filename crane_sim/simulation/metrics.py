@@ -186,6 +186,13 @@ def world_points(p, t, q, v):
     return points, system.tip_index(p)
 
 
+@entry_point
+def fill_pressures(p, t, q, v, out):
+    """Fill out (K,) with the normal force [N] of a surface on the load at times t (K,) and joints q, v."""
+    for i in range(len(q)):
+        out[i] = system.contact_pressure(p, t[i], system.state(p, t[i], q[i], v[i]))
+
+
 def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
     points, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
@@ -216,6 +223,7 @@ class Metrics:
         self._peak = np.zeros(self._nu)
         self._swing = self._residual = 0.0
         self._tension, self._pushed = (np.inf, -np.inf), 0
+        self._pressure = 0.0 if getattr(model, "contact", None) is not None else None
         self._tracking = Tracking(scene) if scene.path is not None else None
 
     def extend(self, t: Array, rows: Array) -> None:
@@ -237,6 +245,10 @@ class Metrics:
         self._swing = max(self._swing, float(derived.swing.max()))
         late = t >= (1.0 - LAST) * self._scene.duration
         self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
+        if self._pressure is not None:
+            pressures = np.empty(len(t))
+            fill_pressures(self._scene.model, *map(np.ascontiguousarray, (t, q, v)), pressures)
+            self._pressure = max(self._pressure, float(pressures.max()))
         if self._tracking is not None:
             self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
@@ -288,7 +300,8 @@ class Metrics:
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, and how well a path was followed."""
         end = np.array([t]), np.array([q]), payload
-        return dict(self._scene.notes) | (self._tracking.summary(*end) if self._tracking is not None else {})
+        pressed = {} if self._pressure is None else {"peak_contact_force": self._pressure}
+        return dict(self._scene.notes) | pressed | (self._tracking.summary(*end) if self._tracking is not None else {})
 
     def _final_error(self, q: Vector) -> dict[str, float]:
         reference = self._scene.reference or ()

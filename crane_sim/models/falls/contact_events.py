@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.models.attitude import quaternion_rate
-from crane_sim.models.contact.forces import compliant_pressure, slipping_pressures
+from crane_sim.models.contact.forces import add_contact, compliant_pressure, slipping_pressures
 from crane_sim.models.contact.impacts import NEAR, PARTS, collide, impulse_work, settle, sum_wrenches
 from crane_sim.models.contact.rigid import (
     closed_count,
@@ -78,6 +78,18 @@ def _(contact, p, t, x):
         x[first + i] = 1.0 if point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST else 0.0
     if closed_count(contact, x, first) > 2:
         x[first + n] = 1.0 if slip_guard(contact, p, t, x, (moved, load), load_alone(p, t, x)) < 0.0 else 0.0
+
+
+@generic
+def total_pressure(contact, p, t, x):
+    """Return the normal force [N] on the load."""
+    load = body_state(p, x)
+    return add_contact(contact, p.load, t, x, contact_index(p), load, load_alone(p, t, x)).pressures.wrench.force[2]
+
+
+@total_pressure.register(type(None))
+def _(contact, p, t, x):
+    return 0.0
 
 
 @lean_generic

@@ -10,7 +10,7 @@ from crane_sim import system
 from crane_sim.models.attitude import align_quaternion
 from crane_sim.models.contact.forces import contact_modes
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.falls.contact_events import contact_guard, describe_contact, fill_contact, switch_contact
+from crane_sim.models.falls.contact_events import contact_guard, describe_contact, fill_contact, switch_contact, total_pressure
 from crane_sim.models.falls.crane import (
     FallsCrane,
     body_state,
@@ -102,6 +102,11 @@ def _(p, t, x, u, rows, i, first):
     (_, _, modes), kinematics = falls_layout(p), kinematics_of(p, x)
     for k in range(len(p.falls.offset)):
         rows[i, first + k] = x[modes + k] * fall_state(p.falls, k, *kinematics).tension
+
+
+@system.contact_pressure.register(FallsCrane)
+def _(p, t, x):
+    return total_pressure(p.contact, p, t, x)
 
 
 @system.power.register(FallsCrane)
