@@ -123,8 +123,7 @@ def unit_push(corner: Any, q: Any, v: Any, sea: bool) -> Extras:
     return Extras(added, strain_energy("bridge"), lambda t, at: on_base(group, t, place(at, corner)), lambda _: world)
 
 
-@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
-@pytest.mark.parametrize("count", TILTS)
+@pytest.mark.parametrize(("count", "sea"), [(1, True), (2, True), (3, False), (4, True)])
 def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
     """A sliding load accelerates as point masses pushed by pressures and friction; closed corners as the deck does."""
     load = Resting(count)

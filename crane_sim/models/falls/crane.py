@@ -99,6 +99,7 @@ class Fall(NamedTuple):
     spring: float  # N, EA e / L, also where it is slack
     tension: float  # N, with the damping, also where it is slack
     damping: float  # W, that the damper takes while taut
+    rate: float  # m/s, of the elongation
 
 
 class Pull(NamedTuple):
@@ -179,7 +180,27 @@ def fall_state(falls, i, pose, turn, tip, load, length):
     n, stiffness = (dx / distance, dy / distance, dz / distance), falls.axial_stiffness[i] / rest
     rate = n[0] * vx + n[1] * vy + n[2] * vz - length[1]
     spring, damping = stiffness * (distance - rest), stiffness * falls.relaxation[i] * rate
-    return Fall(n, lever, top, spring, spring + damping, damping * rate)
+    return Fall(n, lever, top, spring, spring + damping, damping * rate, rate)
+
+
+@lean_generic
+def taut_fall(contact, fall):
+    """Return a taut fall as it pulls."""
+    return fall
+
+
+@taut_fall.register(RigidContact)
+@taut_fall.register(CompliantContact)
+def _(contact, fall):
+    return without_push(fall)
+
+
+@lean_kernel
+def without_push(fall):
+    """Return the fall, a slack one where it would push: less than a step's guards see, beside a load that is held."""
+    if fall.tension >= 0.0:
+        return fall
+    return Fall(fall.n, fall.lever, fall.top, fall.spring, 0.0, -fall.spring * fall.rate, fall.rate)
 
 
 @lean_kernel
@@ -190,7 +211,7 @@ def sum_falls(p, x, pose, turn, tip, load):
     length = common_length(p.hoist, p, x, nq)
     for i in range(len(p.falls.offset)):
         taut = x[modes + i]
-        fall = fall_state(p.falls, i, pose, turn, tip, load, length)
+        fall = taut_fall(p.contact, fall_state(p.falls, i, pose, turn, tip, load, length))
         tension = taut * fall.tension
         pull = tension * fall.n[0], tension * fall.n[1], tension * fall.n[2]
         force, moment = add(force, pull), add(moment, cross(fall.lever, pull))

@@ -21,6 +21,7 @@ from crane_sim.models.falls.crane import (
     falls_power,
     kinematics_of,
     solve_dynamics,
+    taut_fall,
 )
 from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
@@ -101,7 +102,8 @@ def _(p):
 def _(p, t, x, u, rows, i, first):
     (_, _, modes), kinematics = falls_layout(p), kinematics_of(p, x)
     for k in range(len(p.falls.offset)):
-        rows[i, first + k] = x[modes + k] * fall_state(p.falls, k, *kinematics).tension
+        fall = taut_fall(p.contact, fall_state(p.falls, k, *kinematics))
+        rows[i, first + k] = x[modes + k] * fall.tension
 
 
 @system.contact_pressure.register(FallsCrane)
