@@ -94,9 +94,7 @@ class Resting:
         surface = Surface(self.height, FRICTION, SLIP, heaving())
         contact = RigidContact(self.corners, surface, 0.0, 0.01)
         hoist = ForceHoist(1.5)
-        return FallsCrane(
-            SUPPORTS["bridge"], falls(), rigid(), hoist, base=base() if sea else None, contact=contact
-        )
+        return FallsCrane(SUPPORTS["bridge"], falls(), rigid(), hoist, base=base() if sea else None, contact=contact)
 
 
 def pressures_of(crane: FallsCrane, x: Any) -> Any:
@@ -150,7 +148,8 @@ def test_indeterminate_pressures_are_the_least_squares() -> None:
     """Of all pressures on four corners with the same force and tilting moment, the model takes the smallest ones."""
     load = Resting(4)
     crane = load.crane(False)
-    frictionless = crane._replace(contact=crane.contact._replace(surface=crane.contact.surface._replace(friction=0.0)))
+    contact: Any = crane.contact
+    frictionless = crane._replace(contact=contact._replace(surface=contact.surface._replace(friction=0.0)))
     joints, rates, _ = mapped(load.q, load.v, 0.0 * load.v)
     pressures, wrench, levers = pressures_of(frictionless, system.state(frictionless, T, joints, rates))
     rows = np.array([np.ones(4), levers[:, 1], -levers[:, 0]])
@@ -183,7 +182,7 @@ def body_at(lever: Any, velocity: Any, omega: Any) -> BodyState:
 
 
 def test_a_rocking_block_loses_what_housner_says() -> None:
-    """A block that rocks onto its other edge, without bounce or slip, keeps 1 - 3/2 sin² α of its rate (Housner 1963)."""
+    """A block that rocks onto its other edge, without bounce or slip, keeps 1 - 3/2 sin² α of its rate (Housner)."""
     half, tall, depth, mass = 0.3, 1.0, 0.2, 7.0
     sizes = (half, tall), (depth, tall), (half, depth)  # half is along y, tall along z, depth along x
     moments = [mass / 3.0 * (a * a + b * b) for a, b in sizes]
@@ -211,7 +210,7 @@ def impacts() -> Any:
 
 
 def test_impacts_give_no_energy_and_leave_no_approach() -> None:
-    """After an impact no touching corner approaches, no impulse pulls, and the impulses' work is the energy's change."""
+    """After an impact no touching corner approaches, no impulse pulls, and the work done is the energy's change."""
     load, resting = rigid(), displacement_at(None, 0.0)
     for contact, velocity, omega, touching in impacts():
         before = body_at(ZERO, velocity, omega)

@@ -16,7 +16,7 @@ from crane_sim.evaluation.league.cases import names as trials
 from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
-HAND_WRITTEN = ("bench_top", "commands", "machines", "profiling", "ros", "summary", "wind")
+HAND_WRITTEN = ("bench_top", "commands", "contact", "machines", "profiling", "ros", "summary", "wind")
 """Pages written by hand."""
 
 

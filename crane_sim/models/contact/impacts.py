@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from crane_sim.models.contact.rigid import NONE, closed_count, closing_pressures, is_closed, turn_of
+from crane_sim.models.contact.rigid import NONE, closed_count, closing_pressures, turn_of
 from crane_sim.models.contact.surface import (
     Wrench,
     add_force,

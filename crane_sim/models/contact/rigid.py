@@ -1,13 +1,14 @@
 """Pressures of a rigid contact: what keeps closed points on the surface, and holds a load that sticks.
 
-The closed points' pressures λ are unilateral, and more than three of them are statically indeterminate. Of all that hold
-the load the least squares are taken; these are linear in the place, λ_i = y₀ + y₁ r_y - y₂ r_x, as the pressures below
-equal springs that are ever stiffer. So there are never more than three unknowns y, which follow from the accelerations
-(z'', α_x, α_y) of the surface less those of the load alone. One or two closed points have their pressures as unknowns.
+The closed points' pressures λ are unilateral, and more than three of them are statically indeterminate. Of all that
+hold the load the least squares are taken; these are linear in the place, λ_i = y₀ + y₁ r_y - y₂ r_x, as the pressures
+below equal springs that are ever stiffer. So there are never more than three unknowns y, which follow from the
+accelerations (z'', α_x, α_y) of the surface less those of the load alone. One or two closed points have their pressures
+as unknowns.
 
 While the load slips, each pressure comes with its friction, linear in it. A load that sticks, with three or more points
-closed, moves as the surface does. What holds it is shared in proportion to the pressures, f_i = λ_i (a + b ẑ × ρ_i) with
-ρ_i from the centre of pressure; the load slips where one |f_i| exceeds μ λ_i.
+closed, moves as the surface does. What holds it is shared in proportion to the pressures, f_i = λ_i (a + b ẑ × ρ_i)
+with ρ_i from the centre of pressure; the load slips where one |f_i| exceeds μ λ_i.
 
 Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the surface's acceleration less
 2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972, 1-16).
@@ -35,7 +36,7 @@ RATE = 10.0  # 1/s, γ: slow beside falls and slip, so that it costs no steps
 class Pressures(NamedTuple):
     """What presses on the load at one instant."""
 
-    count: int  # of closed points
+    closed: int  # number of closed points
     unknowns: tuple[float, float, float]  # y
     wrench: Wrench  # of all forces
 
@@ -216,7 +217,7 @@ def holding_pressures(contact, load, x, first, scene, free):
 @lean_kernel
 def pressure_on(pressures, place, lever):
     """Return the pressure [N] on a closed point, the one with number `place`."""
-    return dot(shares(pressures.count, place, lever), pressures.unknowns)
+    return dot(shares(pressures.closed, place, lever), pressures.unknowns)
 
 
 @lean_kernel

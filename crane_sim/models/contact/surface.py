@@ -5,8 +5,8 @@ of a deck; it does not turn. A point at r from the load's centre of mass C has, 
 
     gap = C_z + r_z - height - s_z,    velocity = v_C + ω × r - s',
 
-with the motion s. Friction is Coulomb's, smoothed at the slip velocity v_s so that slow slip has a direction: a pressure
-N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x² + v_y² + v_s²).
+with the motion s. Friction is Coulomb's, smoothed at the slip velocity v_s so that slow slip has a direction: a
+pressure N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x² + v_y² + v_s²).
 """
 
 from math import sqrt

@@ -1,8 +1,8 @@
-"""Events of a load on falls that touches a surface: points that touch, bounce and lift off, a load that sticks and slips.
+"""Events of a load on falls that touches a surface: its points touch, bounce and lift off, the load sticks and slips.
 
 A point of a rigid contact touches where it is below the surface and comes nearer, by a little more than rounding: one
-that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its pressure would be
-positive.
+that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its pressure would
+be positive.
 """
 
 from typing import Any

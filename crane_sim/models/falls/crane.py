@@ -11,7 +11,7 @@ each metre: what the rope pulls, and the energy of the strain that goes with it.
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
 mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Those
-of contact stand behind the falls'. The falls' forces are functions of the state, so that contact concerns the load alone.
+of contact stand behind the falls'. The falls' forces are functions of the state: contact concerns the load alone.
 """
 
 from math import sqrt

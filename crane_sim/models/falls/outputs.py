@@ -10,10 +10,15 @@ from crane_sim import system
 from crane_sim.models.attitude import align_quaternion
 from crane_sim.models.contact.forces import contact_modes
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.falls.contact_events import contact_guard, describe_contact, fill_contact, switch_contact, total_pressure
+from crane_sim.models.falls.contact_events import (
+    contact_guard,
+    describe_contact,
+    fill_contact,
+    switch_contact,
+    total_pressure,
+)
 from crane_sim.models.falls.crane import (
     FallsCrane,
-    body_state,
     common_length,
     contact_index,
     fall_state,
@@ -28,7 +33,6 @@ from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
 from crane_sim.models.supports import (
     coordinate_count,
-    forward_kinematics,
     support_guard,
     support_kinetic,
     support_polyline,
@@ -39,11 +43,11 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
-from crane_sim.models.suspended.crane import support_state, tip_motion, to_base_axes
+from crane_sim.models.suspended.crane import support_state, to_base_axes
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import lean_generic, lean_routine, routine
 from crane_sim.system import Switching
 
 

@@ -86,8 +86,8 @@ class ContactGroup(Group):
         gaps = z + points @ row - self.height - raised
         if gaps.min() < -NEAR:
             raise SceneError(
-                f"contact.height = {self.height:g}: at t = 0 point {int(gaps.argmin()) + 1} is {-gaps.min():.4g} m below "
-                "the surface; lower it, or raise the load"
+                f"contact.height = {self.height:g}: at t = 0 point {int(gaps.argmin()) + 1} is {-gaps.min():.4g} m "
+                "below the surface; lower it, or raise the load"
             )
 
 
@@ -101,6 +101,5 @@ def _check_points(points: Any) -> None:
                 raise SceneError(f"contact.points: {k + 1} and {i + 1} are the same; each may stand once")
             away = np.linalg.norm(np.cross(points[:k] - points[k], along), axis=1) / np.linalg.norm(along)
             if len(away) and away.min() <= near:
-                raise SceneError(
-                    f"contact.points: {int(away.argmin()) + 1}, {k + 1} and {i + 1} are in a line; leave out the middle one"
-                )
+                three = f"{int(away.argmin()) + 1}, {k + 1} and {i + 1}"
+                raise SceneError(f"contact.points: {three} are in a line; leave out the middle one")

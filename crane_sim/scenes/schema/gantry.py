@@ -16,7 +16,7 @@ from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.wind_load import RodWindage, Windage
 from crane_sim.scenes.schema.contact import ContactGroup
-from crane_sim.scenes.schema.falls import FallsGroup, load_at_rest
+from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
@@ -203,8 +203,12 @@ class GantryFile(SceneFile):
 
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
-        stiffness = self.falls.axial_stiffness * self.falls.parts * len(self.falls.top) / self.initial.length
-        frequency = float(np.sqrt(stiffness / self.payload.mass))
+        load, masses = self._load(), (self.trolley.mass, self.trolley.mass + self.bridge.mass, self.hoist.mass)
+        falls, q = self.falls.falls(self.initial.length, load), np.array(self.initial_q)
+        contact = self.contact.model(load, q[3:]) if self.contact is not None else None
+        frequency = stiffest_frequency(falls, load, masses, q, contact)
+        if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
+            frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
         return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
 
     def model(self) -> FallsCrane:
@@ -215,6 +219,7 @@ class GantryFile(SceneFile):
         """
         load, base_motion, force = self._load(), self.base_motion, self.payload_force
         check_equipment(self, self.payload)
+        check_ends(self.falls.falls(self.initial.length, load), np.array(self.initial_q))
         return FallsCrane(
             Bridge(self.trolley, self.bridge),
             self.falls.falls(self.initial.length, load),
