@@ -100,7 +100,7 @@ def test_set_down_and_pick_up() -> None:
     distance = 16.0 - 0.02 * rate[1]  # from trolley to spreader, and what damping adds
     np.testing.assert_allclose(rope * (1.0, 1.0 + stretch), (16.0, distance), atol=1e-5)  # of the interpolation
     middle = np.searchsorted(run.t, 0.5 * (slack[-1] + taut[0]))
-    assert not run.tensions[middle].any() and not run.v[middle, 3:].any()
+    assert not run.tensions[middle].any() and abs(run.v[middle, 3:]).max() < 1e-12  # rounding
     assert run.summary["peak_contact_force"] >= MASS * G * (1.0 - 1e-9)
     assert run.summary["min_rope_tension"] >= 0.0 and run.summary["energy_audit_max"] < 1e-9
 

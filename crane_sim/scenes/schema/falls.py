@@ -114,7 +114,9 @@ def stiffest_frequency(falls: Falls, load: RigidLoad, masses: Any, q: Any, conta
     mobility = np.zeros((9, 9))
     mobility[:3, :3], mobility[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
     mobility[6:, 6:] = np.diag(1.0 / np.array([masses[0], masses[1], winch]))
-    return float(np.sqrt(np.linalg.eigvalsh(weighted @ mobility @ weighted.T).max()))
+    with np.errstate(all="ignore"):  # the largest numbers overflow
+        matrix = weighted @ mobility @ weighted.T
+    return float(np.sqrt(np.linalg.eigvalsh(matrix).max())) if np.isfinite(matrix).all() else float("inf")
 
 
 def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
