@@ -43,7 +43,7 @@ SPRINGS = {"contact.kind": "compliant", "contact.stiffness": 1e6}
         ({"contact.kind": "compliant"}, "contact.stiffness: is missing; a compliant contact needs it"),
         ({"contact.restitution": 1.5}, "contact.restitution = 1.5: must be less than or equal to 1"),
         ({"contact.friction": -0.1}, "contact.friction = -0.1: must be greater than or equal to 0"),
-        ({"contact.slip_velocity": 0.0}, "contact.slip_velocity = 0.0: must be greater than or equal to 1e-06"),
+        ({"contact.slip_velocity": 0.0}, "contact.slip_velocity = 0.0: must be greater than or equal to 0.000001"),
         ({"contact.motion": {"roll": 0.1}}, "contact.motion: unknown key 'roll' (known: surge, sway, heave)"),
         (
             {"falls.bottom": [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 10]], "initial.position": [0, 0, -11]},

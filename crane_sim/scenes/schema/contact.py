@@ -3,10 +3,10 @@
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import NonNegative, Real, reject_bool
+from crane_sim.files.types import Fraction, NonNegative, Real
 from crane_sim.models.contact.impacts import NEAR
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, Surface
 from crane_sim.models.loads import RigidLoad
@@ -17,8 +17,9 @@ from crane_sim.trajectories.base_motion import Base, base_positions
 
 OWN_KEYS = {"rigid": ("restitution", "rest_velocity"), "compliant": ("stiffness", "damping")}
 """Keys of each kind of contact."""
-LEAST = 1e-6  # m/s, of velocities: above rounding
 APART = 1e-6  # of the points' span: how far three of them have to be from a line
+Speed = Annotated[Real, Field(ge=1e-6)]
+"""A speed above rounding [m/s]."""
 
 
 class DeckMotion(Group):
@@ -44,16 +45,12 @@ class ContactGroup(Group):
     height: Real  # m, of the surface above the base's origin
     motion: DeckMotion | None = None  # of the surface; left out: it rests on the base, and moves with it
     friction: NonNegative = 0.0  # -, coefficient of Coulomb friction
-    slip_velocity: Annotated[Real, Field(ge=LEAST)] = (
-        1e-3  # m/s, below which friction falls off with the slip; a load on three or more rigid
-    )
+    slip_velocity: Speed = 1e-3  # m/s, below which friction falls off with the slip; a load on three or more rigid
     # points sticks there if friction can hold it
-    restitution: Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, le=1.0)] | None = None  # -, of impacts of
-    # `rigid`, ratio of the impulses of expansion and compression; left out: 0
-    rest_velocity: Annotated[Real, Field(ge=LEAST)] | None = (
-        None  # m/s, of `rigid`: an approach that is no faster has no restitution; left
-    )
-    # out: 0.01
+    restitution: Fraction | None = None  # -, of impacts of `rigid`, ratio of the impulses of expansion and compression;
+    # left out: 0
+    rest_velocity: Speed | None = None  # m/s, of `rigid`: an approach that is no faster has no restitution; left out:
+    # 0.01
     stiffness: NonNegative | None = None  # N/m, of each point of `compliant`; 0 is no contact
     damping: NonNegative | None = None  # s/m, of `compliant`: N = stiffness × depth × (1 + damping × rate of depth);
     # left out: 0
