@@ -192,6 +192,12 @@ def fall_tensions(p, t, x, u, rows, i):
 
 
 @generic
+def contact_pressure(p, t, x):
+    """Return the normal force [N] of a surface on the load: 0 for a model without contact."""
+    return 0.0
+
+
+@generic
 def power(p, t, x, u):
     """Return the power [W] that enters the model other than through held efforts: all losses are negative."""
     raise NotImplementedError

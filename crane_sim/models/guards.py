@@ -17,11 +17,13 @@ class Guard(IntEnum):
     LENGTH = 2  # of a rope or first link; indices: LOWER, UPPER
     PAYLOAD = 3  # the next change of the payload
     LINK = 4  # the tension of a link from the top, or of the rope; outcomes: SLACK, TAUT
+    CONTACT = 5  # of a load's point, or after the last one of the load that sticks; outcomes: LEAVES, TOUCHES, BOUNCES
 
 
 LOWER, UPPER = 0, 1
 STICKS, FORWARDS, BACKWARDS = 0, 1, 2
 SLACK, TAUT = 0, 1
+LEAVES, TOUCHES, BOUNCES = 0, 1, 2  # and of a load: slips, sticks
 _KINDS, _INDICES = 8, 10_000  # room for kinds, and for indices
 
 

@@ -189,6 +189,13 @@ def world_points(p, t, q, v):
     return points, system.tip_index(p)
 
 
+@entry_point
+def fill_pressures(p, t, q, v, out):
+    """Fill out (K,) with the normal force [N] of a surface on the load at times t (K,) and joints q, v."""
+    for i in range(len(q)):
+        out[i] = system.contact_pressure(p, t[i], system.state(p, t[i], q[i], v[i]))
+
+
 def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
     points, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
@@ -221,6 +228,7 @@ class Metrics:
         self._swing = self._residual = 0.0
         self._tension, self._pushed = (np.inf, -np.inf), 0
         self._extremes = Extremes(scene)
+        self._pressure = 0.0 if getattr(model, "contact", None) is not None else None
         self._tracking = Tracking(scene) if scene.path is not None else None
         self._falls = FallPeaks()
 
@@ -245,6 +253,10 @@ class Metrics:
         self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
         self._extremes.extend(q)
         self._falls.extend(derived.falls)
+        if self._pressure is not None:
+            pressures = np.empty(len(t))
+            fill_pressures(self._scene.model, *map(np.ascontiguousarray, (t, q, v)), pressures)
+            self._pressure = max(self._pressure, float(pressures.max()))
         if self._tracking is not None:
             self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
@@ -297,7 +309,8 @@ class Metrics:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""
         end = np.array([t]), np.array([q]), payload
         tracking = self._tracking.summary(*end) if self._tracking is not None else {}
-        further = dict(self._scene.notes) | self._falls.summary() | self._extremes.summary(np.array(q))
+        pressed = {} if self._pressure is None else {"peak_contact_force": self._pressure}
+        further = dict(self._scene.notes) | pressed | self._falls.summary() | self._extremes.summary(np.array(q))
         return further | tracking
 
     def _final_error(self, q: Vector) -> dict[str, float]:

@@ -38,6 +38,7 @@ LAYERS = (
     "crane_sim.models.cables",
     "crane_sim.models.single_rope",
     "crane_sim.models.suspended",
+    "crane_sim.models.contact",
     "crane_sim.models.falls",
     "crane_sim.models.overhead",
     "crane_sim.models.__init__",

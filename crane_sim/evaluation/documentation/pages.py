@@ -16,7 +16,9 @@ from crane_sim.evaluation.league.cases import names as trials
 from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
-HAND_WRITTEN = ("bench_top", "commands", "machines", "profiling", "reeving", "ros", "summary", "uncertain", "wind")
+HAND_WRITTEN = (
+    *("bench_top", "commands", "contact", "machines", "profiling", "reeving", "ros", "summary", "uncertain", "wind"),
+)
 """Pages written by hand."""
 
 

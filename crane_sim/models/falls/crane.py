@@ -10,7 +10,8 @@ and a slack one with nothing. The rope on the drum is unstretched, so that a win
 each metre: what the rope pulls, and the energy of the strain that goes with it.
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
-mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one.
+mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Those
+of contact stand behind the falls'. The falls' forces are functions of the state: contact concerns the load alone.
 """
 
 from math import sqrt
@@ -18,6 +19,9 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.models.attitude import align_quaternion, angular_velocity_of, quaternion_acceleration, rotation_of
+from crane_sim.models.contact.forces import add_contact
+from crane_sim.models.contact.rigid import Pressures
+from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.loads import RigidLoad
@@ -83,6 +87,7 @@ class FallsCrane(NamedTuple):
     force: PayloadForce | None = None
     stops: Stops | None = None
     wind: Wind | None = None
+    contact: RigidContact | CompliantContact | None = None
 
 
 class Fall(NamedTuple):
@@ -94,6 +99,7 @@ class Fall(NamedTuple):
     spring: float  # N, EA e / L, also where it is slack
     tension: float  # N, with the damping, also where it is slack
     damping: float  # W, that the damper takes while taut
+    rate: float  # m/s, of the elongation
 
 
 class Pull(NamedTuple):
@@ -118,6 +124,7 @@ class Solved(NamedTuple):
     pull: Pull
     tau: Any  # efforts with those that base and falls add
     base: Any
+    pressures: Any  # of contact, None without
 
 
 @lean_kernel
@@ -173,7 +180,27 @@ def fall_state(falls, i, pose, turn, tip, load, length):
     n, stiffness = (dx / distance, dy / distance, dz / distance), falls.axial_stiffness[i] / rest
     rate = n[0] * vx + n[1] * vy + n[2] * vz - length[1]
     spring, damping = stiffness * (distance - rest), stiffness * falls.relaxation[i] * rate
-    return Fall(n, lever, top, spring, spring + damping, damping * rate)
+    return Fall(n, lever, top, spring, spring + damping, damping * rate, rate)
+
+
+@lean_generic
+def taut_fall(contact, fall):
+    """Return a taut fall as it pulls."""
+    return fall
+
+
+@taut_fall.register(RigidContact)
+@taut_fall.register(CompliantContact)
+def _(contact, fall):
+    return without_push(fall)
+
+
+@lean_kernel
+def without_push(fall):
+    """Return the fall, a slack one where it would push: less than a step's guards see, beside a load that is held."""
+    if fall.tension >= 0.0:
+        return fall
+    return Fall(fall.n, fall.lever, fall.top, fall.spring, 0.0, -fall.spring * fall.rate, fall.rate)
 
 
 @lean_kernel
@@ -184,7 +211,7 @@ def sum_falls(p, x, pose, turn, tip, load):
     length = common_length(p.hoist, p, x, nq)
     for i in range(len(p.falls.offset)):
         taut = x[modes + i]
-        fall = fall_state(p.falls, i, pose, turn, tip, load, length)
+        fall = taut_fall(p.contact, fall_state(p.falls, i, pose, turn, tip, load, length))
         tension = taut * fall.tension
         pull = tension * fall.n[0], tension * fall.n[1], tension * fall.n[2]
         force, moment = add(force, pull), add(moment, cross(fall.lever, pull))
@@ -194,6 +221,15 @@ def sum_falls(p, x, pose, turn, tip, load):
         paid += tension + strain
         damping += taut * fall.damping
     return Pull(force, moment, couple, paid, damping)
+
+
+@lean_kernel
+def kinematics_of(p, x):
+    """Return what `fall_state` takes besides the falls and a number, in state x."""
+    nq, _, _ = falls_layout(p)
+    xs = support_state(p.support, x, nq)
+    pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
+    return pose, (s, c), tip_motion(pose, s, c), body_state(p, x), common_length(p.hoist, p, x, nq)
 
 
 @lean_routine
@@ -210,12 +246,26 @@ def solve_dynamics(p, t, x, tau):
     fx, fy, fz = to_turned_axes(pull.force, s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (-fx, -fy, -fz))
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
+    free, length = load_acceleration(p, t, base, load, pull), bias_acc + inv_mass * pull.paid
+    center, alpha, pressures = add_contact(p.contact, p.load, t, x, contact_index(p), load, free)
+    return Solved(pose, qdd, length, center, alpha, load, pull, tau, base, pressures)
+
+
+@lean_kernel
+def load_acceleration(p, t, base, load, pull):
+    """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own)."""
     given, moment = load_force(p, t, base, load)
     ax, ay, az = add(pull.force, given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
     center = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
     alpha = angular_acceleration(p.load, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
-    return Solved(pose, qdd, bias_acc + inv_mass * pull.paid, center, alpha, load, pull, tau, base)
+    return center, alpha
+
+
+@lean_kernel
+def contact_index(p):
+    """Return the index of the first mode of contact."""
+    return falls_layout(p)[2] + len(p.falls.offset)
 
 
 @system.rhs_into.register(FallsCrane)
@@ -255,4 +305,15 @@ def falls_power(p, t, x, solved):
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
     power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, p.load, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
-    return power - pull.damping - pull.couple * solved.pose.yaw_rate
+    return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
+
+
+@lean_generic
+def add_contact_power(pressures, load, power):
+    """Return the power [W] with that of contact counted in."""
+    return power
+
+
+@add_contact_power.register(Pressures)
+def _(pressures, load, power):
+    return power + wrench_power(pressures.wrench, load)

@@ -8,22 +8,31 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.attitude import align_quaternion
+from crane_sim.models.contact.forces import contact_modes
 from crane_sim.models.energy_meter import Meter
+from crane_sim.models.falls.contact_events import (
+    contact_guard,
+    describe_contact,
+    fill_contact,
+    switch_contact,
+    total_pressure,
+)
 from crane_sim.models.falls.crane import (
     FallsCrane,
-    body_state,
     common_length,
+    contact_index,
     fall_state,
     falls_layout,
     falls_power,
+    kinematics_of,
     solve_dynamics,
+    taut_fall,
 )
 from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
 from crane_sim.models.supports import (
     coordinate_count,
-    forward_kinematics,
     support_guard,
     support_kinetic,
     support_polyline,
@@ -34,11 +43,11 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
-from crane_sim.models.suspended.crane import support_state, tip_motion, to_base_axes
+from crane_sim.models.suspended.crane import support_state, to_base_axes
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import lean_generic, lean_routine, routine
 from crane_sim.system import Switching
 
 
@@ -64,11 +73,12 @@ def _(p, x):
 
 @system.state.register(FallsCrane)
 def _(p, t, q, v):
-    nq, _, modes = falls_layout(p)
-    x = np.zeros(modes + len(p.falls.offset))
+    nq, _, _ = falls_layout(p)
+    x = np.zeros(contact_index(p) + contact_modes(p.contact))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     fill_modes(p, x)
+    fill_contact(p.contact, p, t, x)
     return x
 
 
@@ -79,15 +89,6 @@ def fill_modes(p, x):
     for i in range(len(p.falls.offset)):
         fall = fall_state(p.falls, i, *kinematics)
         x[modes + i] = 1.0 if min(fall.spring, fall.tension) > 0.0 else 0.0
-
-
-@lean_kernel
-def kinematics_of(p, x):
-    """Return what `fall_state` takes besides the falls and a number, in state x."""
-    nq, _, _ = falls_layout(p)
-    xs = support_state(p.support, x, nq)
-    pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
-    return pose, (s, c), tip_motion(pose, s, c), body_state(p, x), common_length(p.hoist, p, x, nq)
 
 
 @system.acceleration.register(FallsCrane)
@@ -105,7 +106,13 @@ def _(p):
 def _(p, t, x, u, rows, i, first):
     (_, _, modes), kinematics = falls_layout(p), kinematics_of(p, x)
     for k in range(len(p.falls.offset)):
-        rows[i, first + k] = x[modes + k] * fall_state(p.falls, k, *kinematics).tension
+        fall = taut_fall(p.contact, fall_state(p.falls, k, *kinematics))
+        rows[i, first + k] = x[modes + k] * fall.tension
+
+
+@system.contact_pressure.register(FallsCrane)
+def _(p, t, x):
+    return total_pressure(p.contact, p, t, x)
 
 
 @system.power.register(FallsCrane)
@@ -188,6 +195,7 @@ def _(p, u):
 @system.with_meter.register(FallsCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
+    lossy = lossy or p.contact is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -205,12 +213,12 @@ def _(p):
 
 @system.guard.register(FallsCrane)
 def _(p, t, x, u, work):
-    return falls_guard(p, x)
+    return contact_guard(p.contact, p, t, x, falls_guard(p, x))
 
 
 @lean_routine
 def falls_guard(p, x):
-    """Return (the smallest guard, its number, evaluations): taut and slack falls, and the stops of a run."""
+    """Return the smallest guard and its number: taut and slack falls, and the stops of a run."""
     nq, _, modes = falls_layout(p)
     best = stops_guard(p.stops, p, x, nq)
     kinematics = kinematics_of(p, x)
@@ -218,8 +226,7 @@ def falls_guard(p, x):
         fall = fall_state(p.falls, i, *kinematics)
         value = fall.tension if x[modes + i] > 0.0 else -min(fall.spring, fall.tension)
         best = smaller_guard(best, value, encode(Guard.LINK, i))
-    value, number = best
-    return value, number, 0
+    return best
 
 
 @lean_generic
@@ -237,6 +244,8 @@ def _(stops, p, x, nq):
 
 @system.apply_reset_map.register(FallsCrane)
 def _(p, t, x, u, number):
+    if decode(number)[0] == Guard.CONTACT:
+        return switch_contact(p.contact, p, t, x, number)
     return switch_fall(p, x, number)
 
 
@@ -259,6 +268,8 @@ def _(p, number):
     kind, i, outcome = decode(number)
     if kind == Guard.LINK:
         return f"fall {i + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
+    if kind == Guard.CONTACT:
+        return describe_contact(p.contact, i, outcome), ""
     if kind == Guard.LENGTH:
         return describe_length_event(
             "shortest fall" if i == LOWER else "falls' rope", "hoist", i, (p.stops or Stops()).shortest

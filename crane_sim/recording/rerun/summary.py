@@ -16,6 +16,7 @@ UNITS = {
     "settling_time": "s",
     "min_rope_tension": "N",
     "max_rope_tension": "N",
+    "peak_contact_force": "N",
     "final_error": "rad, m",
     "peak_effort": "N m, N",
 }

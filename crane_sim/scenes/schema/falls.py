@@ -7,6 +7,7 @@ from pydantic import Field
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.models.contact.surface import CompliantContact
 from crane_sim.models.falls.crane import Falls
 from crane_sim.models.loads import RigidLoad
 from crane_sim.scenes.schema.groups import Group
@@ -70,6 +71,52 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
         move = np.linalg.lstsq((ahead - behind).T / (2.0 * step), -residual, rcond=1e-12)[0]
         y[:free] += np.clip(move, -0.5, 0.5)
     raise SceneError("falls: no position of rest was found; give initial.position and initial.orientation")
+
+
+def _spread(falls: Falls, q: Any) -> tuple[Any, Any]:
+    """Return (lower ends from the load's centre, vectors from lower to upper ends), each (n, 3), at joints q."""
+    arms = falls.bottom @ _rotation(q[6:]).T
+    return arms, falls.top + (q[0], q[1], 0.0) - (q[3:6] + arms)
+
+
+def check_ends(falls: Falls, q: Any) -> None:
+    """Raise SceneError for a fall whose ends are at the same place at joints q: it would have no direction."""
+    distances = np.linalg.norm(_spread(falls, q)[1], axis=1)
+    i = int(distances.argmin())
+    if distances[i] < CLOSE:
+        raise SceneError(
+            f"falls.top[{i}] = {falls.top[i].tolist()}: at t = 0 both ends of this fall are at the same place; lower "
+            "the load, or take another end"
+        )
+
+
+def stiffest_frequency(falls: Falls, load: RigidLoad, masses: Any, q: Any, contact: Any) -> float:
+    """Return the largest frequency [rad/s] of the load on all of its falls, and on springs of a contact, at joints q.
+
+    Args:
+        falls, load: parameters.
+        masses: kg, that move with the trolley along x and along y, and of the winch, None where it has none.
+        q: joint positions (10,).
+        contact: of the load, None without.
+    """
+    arms, apart = _spread(falls, q)
+    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation(q[6:])
+    stiffness, rest = falls.axial_stiffness, q[2] + falls.offset
+    winch = masses[2] if masses[2] is not None else np.inf
+    rows = [np.hstack([n, np.cross(arms, n) @ rotation, n[:, :2], np.ones((len(n), 1))])]
+    springs = [stiffness / rest]
+    if isinstance(contact, CompliantContact):
+        levers = contact.points @ rotation.T
+        up = np.tile([0.0, 0.0, 1.0], (len(levers), 1))
+        rows.append(np.hstack([up, np.cross(levers, up) @ rotation, np.zeros((len(levers), 3))]))
+        springs.append(np.full(len(levers), contact.stiffness))
+    weighted = np.vstack(rows) * np.sqrt(np.concatenate(springs))[:, None]
+    mobility = np.zeros((9, 9))
+    mobility[:3, :3], mobility[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
+    mobility[6:, 6:] = np.diag(1.0 / np.array([masses[0], masses[1], winch]))
+    with np.errstate(all="ignore"):  # the largest numbers overflow
+        matrix = weighted @ mobility @ weighted.T
+    return float(np.sqrt(np.linalg.eigvalsh(matrix).max())) if np.isfinite(matrix).all() else float("inf")
 
 
 def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:

@@ -15,7 +15,8 @@ from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.falls import FallsGroup, load_at_rest
+from crane_sim.scenes.schema.contact import ContactGroup
+from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
@@ -108,6 +109,7 @@ class GantryFile(SceneFile):
     falls: FallsGroup  # the ropes
     payload: Payload  # spreader and container, one rigid body; its attachment is the spreader's origin
     initial: Initial  # the state at t = 0
+    contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is below it
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
     reference: Reference | None = None  # where the crane should go
@@ -208,8 +210,12 @@ class GantryFile(SceneFile):
 
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
-        stiffness = self.falls.axial_stiffness * self.falls.parts * len(self.falls.top) / self.initial.length
-        frequency = float(np.sqrt(stiffness / self.payload.mass))
+        load, masses = self._load(), (self.trolley.mass, self.trolley.mass + self.bridge.mass, self.hoist.mass)
+        falls, q = self.falls.falls(self.initial.length, load), np.array(self.initial_q)
+        contact = self.contact.model(load, q[3:]) if self.contact is not None else None
+        frequency = stiffest_frequency(falls, load, masses, q, contact)
+        if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
+            frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
         return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
 
     def model(self) -> FallsCrane:
@@ -220,6 +226,7 @@ class GantryFile(SceneFile):
         """
         load, base_motion, force = self._load(), self.base_motion, self.payload_force
         check_equipment(self, self.payload)
+        check_ends(self.falls.falls(self.initial.length, load), np.array(self.initial_q))
         return FallsCrane(
             Bridge(self.trolley, self.bridge),
             self.falls.falls(self.initial.length, load),
@@ -231,6 +238,7 @@ class GantryFile(SceneFile):
             force=force.force() if force is not None else None,
             stops=self._stops(),
             wind=self.airflow(),
+            contact=self.contact.model(load, self.initial_q[3:]) if self.contact is not None else None,
         )
 
     def _stops(self) -> Stops:

@@ -1,0 +1,116 @@
+"""What contact does to a load's accelerations, rigid or compliant.
+
+A compliant point presses with Hunt and Crossley's law for a spring without exponent, N = k δ (1 + c δ'), with the depth
+δ below the surface (J. Appl. Mech. 42, 1975, 440-445): no jump at touch-down, and never a pull, since the point is free
+from where 1 + c δ' has fallen to zero.
+"""
+
+from typing import Any, NamedTuple
+
+from crane_sim.models.contact.rigid import (
+    NONE,
+    Pressures,
+    closed_count,
+    closing_pressures,
+    holding_accelerations,
+    holding_pressures,
+    is_closed,
+    turn_of,
+)
+from crane_sim.models.contact.surface import (
+    CompliantContact,
+    RigidContact,
+    add_force,
+    contact_point,
+    displacement_at,
+    multiple,
+    unit_pressure,
+)
+from crane_sim.models.moving_base import rotate_to_base
+from crane_sim.models.suspended.load_dynamics import add, multiply
+from crane_sim.numerics.jit import lean_generic, lean_kernel
+
+OPEN = Pressures(0, (0.0, 0.0, 0.0), NONE)
+
+
+class Touching(NamedTuple):
+    """A load that may touch, at one instant."""
+
+    center: tuple[float, float, float]  # m/s², acceleration of the centre of mass
+    alpha: tuple[float, float, float]  # rad/s², in the load's axes
+    pressures: Any  # `Pressures`, None where contact is not modelled
+
+
+@lean_generic
+def contact_modes(contact):
+    """Return the number of floats of the contact's modes."""
+    return 0
+
+
+@contact_modes.register(RigidContact)
+def _(contact):
+    return len(contact.points) + 1  # 1 for a closed point each, then 1 for a load that sticks
+
+
+@contact_modes.register(CompliantContact)
+def _(contact):
+    return len(contact.points)  # 1 for a point that presses
+
+
+@lean_generic
+def add_contact(contact, load, t, x, first, state, free):
+    """Return the load's accelerations with contact.
+
+    Args:
+        contact, load: parameters.
+        t, x, first: time [s], state, and the index of its first contact mode.
+        state: BodyState of the load.
+        free: accelerations of the load alone: of its centre (3,) [m/s²] in the axes of the base, and α (3,) in its own.
+    """
+    return Touching(free[0], free[1], None)
+
+
+@add_contact.register(RigidContact)
+def _(contact, load, t, x, first, state, free):
+    if closed_count(contact, x, first) == 0:
+        return Touching(free[0], free[1], OPEN)
+    moved = displacement_at(contact.surface.motion, t)
+    if is_closed(x, first, len(contact.points)):
+        held = holding_pressures(contact, load, x, first, (moved, state), free)
+        center, alpha = holding_accelerations(contact, x, first, (moved, state))
+        return Touching(center, rotate_to_base(state.rows, alpha), held)
+    pressures = slipping_pressures(contact, load, x, first, (moved, state), free)
+    return under_wrench(load, state, free, pressures)
+
+
+@lean_kernel
+def slipping_pressures(contact, load, x, first, scene, free):
+    """Return the Pressures on a load that slips; arguments of `rigid.holding_pressures`."""
+    turn = multiply(scene[1].rows, free[1])
+    lift = free[0][2] - scene[0].acceleration[2], turn[0], turn[1]
+    return closing_pressures(contact, load, x, first, scene, lift, 1.0)
+
+
+@lean_kernel
+def under_wrench(load, state, free, pressures):
+    """Return the Touching of a load under pressures; other arguments of `add_contact`."""
+    force, moment = pressures.wrench
+    own = rotate_to_base(state.rows, turn_of(load, state, moment))
+    return Touching(add(free[0], multiple(1.0 / load.mass, force)), add(free[1], own), pressures)
+
+
+@add_contact.register(CompliantContact)
+def _(contact, load, t, x, first, state, free):
+    moved, wrench, count = displacement_at(contact.surface.motion, t), NONE, 0
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            point = contact_point(contact, i, moved, state)
+            force = unit_pressure(contact.surface, point)
+            wrench, count = add_force(wrench, compliant_pressure(contact, point), point.lever, force), count + 1
+    return under_wrench(load, state, free, Pressures(count, (0.0, 0.0, 0.0), wrench))
+
+
+@lean_kernel
+def compliant_pressure(contact, point):
+    """Return the pressure [N] on a compliant point, also where it is free."""
+    return -contact.stiffness * point.gap * (1.0 - contact.damping * point.velocity[2])

@@ -1,0 +1,261 @@
+"""Pressures of a rigid contact: what keeps closed points on the surface, and holds a load that sticks.
+
+The closed points' pressures λ are unilateral, and more than three of them are statically indeterminate. Of all that
+hold the load the least squares are taken; these are linear in the place, λ_i = y₀ + y₁ r_y - y₂ r_x, as the pressures
+below equal springs that are ever stiffer. So there are never more than three unknowns y, which follow from the
+accelerations (z'', α_x, α_y) of the surface less those of the load alone. One or two closed points have their pressures
+as unknowns.
+
+While the load slips, each pressure comes with its friction, linear in it. A load that sticks, with three or more points
+closed, moves as the surface does. What holds it is shared in proportion to the pressures, f_i = λ_i (a + b ẑ × ρ_i)
+with ρ_i from the centre of pressure; the load slips where one |f_i| exceeds μ λ_i.
+
+Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the surface's acceleration less
+2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972, 1-16).
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+from crane_sim.models.contact.surface import (
+    ZERO,
+    Wrench,
+    add_force,
+    contact_point,
+    multiple,
+    unit_pressure,
+)
+from crane_sim.models.moving_base import cross, dot, rotate_to_base
+from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.numerics.jit import lean_kernel, lean_routine
+
+NONE = Wrench(ZERO, ZERO)
+RATE = 10.0  # 1/s, γ: slow beside falls and slip, so that it costs no steps
+
+
+class Pressures(NamedTuple):
+    """What presses on the load at one instant."""
+
+    closed: int  # number of closed points
+    unknowns: tuple[float, float, float]  # y
+    wrench: Wrench  # of all forces
+
+
+@lean_kernel
+def is_closed(x, first, i):
+    """Return whether mode number i of those that begin at x[first] is set."""
+    return x[first + i] > 0.5
+
+
+@lean_kernel
+def closed_count(contact, x, first):
+    """Return the number of closed points in state x, whose contact modes begin at index `first`."""
+    count = 0
+    for i in range(len(contact.points)):
+        count += is_closed(x, first, i)
+    return count
+
+
+@lean_kernel
+def shares(count, place, lever):
+    """Return the factors (3,) of the unknowns in the pressure of a closed point, the one with number `place`."""
+    if count > 2:
+        return 1.0, lever[1], -lever[0]
+    return (1.0, 0.0, 0.0) if place == 0 else (0.0, 1.0, 0.0)
+
+
+@lean_kernel
+def unit_wrenches(contact, x, first, scene, count, rough):
+    """Return the wrenches (3) of the unknowns, each 1; arguments of `slipping_pressures`, rough: 1 with friction."""
+    (moved, state), place = scene, 0
+    a, b, c = NONE, NONE, NONE
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            point = contact_point(contact, i, moved, state)
+            factors, (fx, fy, fz) = shares(count, place, point.lever), unit_pressure(contact.surface, point)
+            force = rough * fx, rough * fy, fz
+            a = add_force(a, factors[0], point.lever, force)
+            b = add_force(b, factors[1], point.lever, force)
+            c = add_force(c, factors[2], point.lever, force)
+            place += 1
+    return a, b, c
+
+
+@lean_kernel
+def lift_of(load, state, wrench):
+    """Return (z'', α_x, α_y) of the load under a wrench."""
+    x, y, _ = turn_of(load, state, wrench.moment)
+    return wrench.force[2] / load.mass, x, y
+
+
+@lean_kernel
+def turn_of(load, state, moment):
+    """Return the angular acceleration (3,) under a moment (3,), both in the axes of the base."""
+    return multiply(state.rows, multiply(load.inverse_inertia, rotate_to_base(state.rows, moment)))
+
+
+@lean_kernel
+def required_changes(contact, x, first, scene, count, lift, smooth):
+    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_pressures`."""
+    (moved, state), place = scene, 0
+    if count > 2:
+        back = add(lift, multiple(smooth, correction(contact, x, first, scene)))
+        return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), multiple(-1.0, back)
+    omega = multiply(state.rows, state.omega)
+    row, other, missing, more = ZERO, ZERO, 0.0, 0.0
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            point = contact_point(contact, i, moved, state)
+            across = 1.0, point.lever[1], -point.lever[0]
+            back = cross(omega, cross(omega, point.lever))[2] + RATE * (2.0 * point.velocity[2] + RATE * point.gap)
+            needed = -dot(across, lift) - smooth * back
+            if place == 0:
+                row, missing = across, needed
+            else:
+                other, more = across, needed
+            place += 1
+    return (row, other, ZERO), (missing, more, 0.0)
+
+
+@lean_kernel
+def correction(contact, x, first, scene):
+    """Return 2 γ g' + γ² g (3,) of the gap's plane g₀ + g₁ r_y - g₂ r_x through three or more closed points."""
+    sums, (moved, state) = ZERO, scene
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            point = contact_point(contact, i, moved, state)
+            back = RATE * (2.0 * point.velocity[2] + RATE * point.gap)
+            sums = add(sums, multiple(back, shares(3, 0, point.lever)))
+    return plane_through(contact, x, first, scene, sums)
+
+
+@lean_kernel
+def plane_through(contact, x, first, scene, sums):
+    """Return y (3,) of the plane y₀ + y₁ r_y - y₂ r_x whose sums over closed points with (1, r_y, -r_x) are given."""
+    a, b, c = ZERO, ZERO, ZERO
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            factors = shares(3, 0, contact_point(contact, i, scene[0], scene[1]).lever)
+            a, b = add(a, multiple(factors[0], factors)), add(b, multiple(factors[1], factors))
+            c = add(c, multiple(factors[2], factors))
+    return solve_three(a, b, c, sums)
+
+
+@lean_kernel
+def solve_three(a, b, c, right):
+    """Return the solution (3,) of a 3 × 3 system with the columns a, b, c."""
+    scale = 1.0 / dot(a, cross(b, c))
+    return scale * dot(right, cross(b, c)), scale * dot(a, cross(right, c)), scale * dot(a, cross(b, right))
+
+
+@lean_kernel
+def solve_unknowns(count, rows, columns, b):
+    """Return y (3,) with rows · columns y = b, of which `count` (3 where there are more) are unknown."""
+    p, q, r = (
+        (dot(rows[0], columns[0]), dot(rows[1], columns[0]), dot(rows[2], columns[0])),
+        (dot(rows[0], columns[1]), dot(rows[1], columns[1]), dot(rows[2], columns[1])),
+        (dot(rows[0], columns[2]), dot(rows[1], columns[2]), dot(rows[2], columns[2])),
+    )
+    if count == 1:
+        return b[0] / p[0], 0.0, 0.0
+    if count == 2:
+        scale = 1.0 / (p[0] * q[1] - q[0] * p[1])
+        return scale * (b[0] * q[1] - q[0] * b[1]), scale * (p[0] * b[1] - b[0] * p[1]), 0.0
+    return solve_three(p, q, r, b)
+
+
+@lean_kernel
+def combine(wrenches, y):
+    """Return the sum of three wrenches times y (3,)."""
+    a, b, c = wrenches
+    force = add(add(multiple(y[0], a.force), multiple(y[1], b.force)), multiple(y[2], c.force))
+    return Wrench(force, add(add(multiple(y[0], a.moment), multiple(y[1], b.moment)), multiple(y[2], c.moment)))
+
+
+@lean_routine
+def closing_pressures(contact, load, x, first, scene, lift, smooth):
+    """Return the Pressures that keep closed points on the surface.
+
+    Args:
+        contact, load: parameters.
+        x, first: state and the index of its first contact mode.
+        scene: (Displacement of the surface, BodyState of the load).
+        lift: (z'', α_x, α_y) of the load alone, relative to the surface; or velocities, which they bring to zero.
+        smooth: 1 for accelerations, with friction; 0 for velocities, which jump without.
+    """
+    count = closed_count(contact, x, first)
+    wrenches = unit_wrenches(contact, x, first, scene, count, smooth)
+    a, b, c = wrenches
+    columns = lift_of(load, scene[1], a), lift_of(load, scene[1], b), lift_of(load, scene[1], c)
+    rows, missing = required_changes(contact, x, first, scene, count, lift, smooth)
+    y = solve_unknowns(count, rows, columns, missing)
+    return Pressures(count, y, combine(wrenches, y))
+
+
+@lean_routine
+def holding_accelerations(contact, x, first, scene):
+    """Return the accelerations of a load that moves as the surface: (centre (3,), α (3,)), in the axes of the base."""
+    moved, state = scene
+    back, omega = correction(contact, x, first, scene), multiply(state.rows, state.omega)
+    slip, damping = subtract(state.velocity, moved.velocity), 2.0 * RATE
+    (ax, ay, az), (vx, vy, _) = moved.acceleration, slip
+    return (ax - damping * vx, ay - damping * vy, az - back[0]), (-back[1], -back[2], -damping * omega[2])
+
+
+@lean_routine
+def holding_pressures(contact, load, x, first, scene, free):
+    """Return the Pressures that hold the load; three or more points are closed, free: as in `add_contact`."""
+    state, (center, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
+    force = multiple(load.mass, subtract(center, free[0]))
+    turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
+    wrench = Wrench(force, multiply(state.rows, turn))
+    sums = force[2], wrench.moment[0], wrench.moment[1]
+    y = plane_through(contact, x, first, scene, sums)
+    return Pressures(closed_count(contact, x, first), y, wrench)
+
+
+@lean_kernel
+def pressure_on(pressures, place, lever):
+    """Return the pressure [N] on a closed point, the one with number `place`."""
+    return dot(shares(pressures.closed, place, lever), pressures.unknowns)
+
+
+@lean_kernel
+def least_pressure(contact, x, first, scene, pressures):
+    """Return the smallest pressure [N] on a closed point."""
+    least, place = 1e300, 0
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            lever = contact_point(contact, i, scene[0], scene[1]).lever
+            least, place = min(least, pressure_on(pressures, place, lever)), place + 1
+    return least
+
+
+@lean_kernel
+def pressure_moments(contact, x, first, scene, pressures):
+    """Return Σ λ, Σ λ r_x, Σ λ r_y and Σ λ (r_x² + r_y²)."""
+    place, total, sx, sy, polar = 0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            lever = contact_point(contact, i, scene[0], scene[1]).lever
+            pressure = pressure_on(pressures, place, lever)
+            total, sx, sy = total + pressure, sx + pressure * lever[0], sy + pressure * lever[1]
+            polar, place = polar + pressure * (lever[0] * lever[0] + lever[1] * lever[1]), place + 1
+    return total, sx, sy, polar
+
+
+@lean_routine
+def required_friction(contact, x, first, scene, pressures):
+    """Return the coefficient of friction that it takes to hold the load by these Pressures, 1e300 if they pull."""
+    total, sx, sy, polar = pressure_moments(contact, x, first, scene, pressures)
+    if not total > 0.0:
+        return 1e300
+    cx, cy, (fx, fy, _) = sx / total, sy / total, pressures.wrench.force
+    turn = (pressures.wrench.moment[2] - (cx * fy - cy * fx)) / (polar - total * (cx * cx + cy * cy))
+    worst = 0.0
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            lever = contact_point(contact, i, scene[0], scene[1]).lever
+            ax, ay = fx / total - turn * (lever[1] - cy), fy / total + turn * (lever[0] - cx)
+            worst = max(worst, sqrt(ax * ax + ay * ay))
+    return worst

@@ -1,0 +1,127 @@
+"""The surface that a load touches, the points by which it does, and their friction.
+
+The surface is the plane z = height in the axes of the base, moved along these axes by a motion of its own, such as that
+of a deck; it does not turn. A point at r from the load's centre of mass C has, above it and relative to it,
+
+    gap = C_z + r_z - height - s_z,    velocity = v_C + ω × r - s',
+
+with the motion s. Friction is Coulomb's, smoothed at the slip velocity v_s so that slow slip has a direction: a
+pressure N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x² + v_y² + v_s²).
+"""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+from crane_sim.models.moving_base import cross, dot
+from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.trajectories.base_motion import Base, axis_at
+
+Vector = tuple[float, float, float]
+ZERO = (0.0, 0.0, 0.0)
+
+
+class Surface(NamedTuple):
+    """A plane, horizontal in the axes of the base."""
+
+    height: float  # m, above the base's origin
+    friction: float  # -, coefficient of friction
+    slip_velocity: float  # m/s, of the smoothing
+    motion: Base | None = None  # whose first three axes displace it; None: it rests on the base
+
+
+class RigidContact(NamedTuple):
+    """Points that do not enter the surface; n of them."""
+
+    points: Any  # (n, 3) m, from the load's centre of mass, in its axes
+    surface: Surface
+    restitution: float  # -, of impulses (Poisson)
+    rest_velocity: float  # m/s, of approach, up to which an impact has no restitution
+
+
+class CompliantContact(NamedTuple):
+    """Points on springs and dampers, which only press; n of them."""
+
+    points: Any  # (n, 3) m, from the load's centre of mass, in its axes
+    surface: Surface
+    stiffness: float  # N/m, of each point
+    damping: float  # s/m, λ/k of Hunt and Crossley
+
+
+class Displacement(NamedTuple):
+    """Motion of the surface at one instant, in the axes of the base."""
+
+    position: Vector  # m
+    velocity: Vector  # m/s
+    acceleration: Vector  # m/s²
+
+
+class ContactPoint(NamedTuple):
+    """One point at one instant, in the axes of the base."""
+
+    lever: Vector  # m, from the load's centre of mass
+    gap: float  # m, above the surface
+    velocity: Vector  # m/s, relative to the surface
+
+
+class Wrench(NamedTuple):
+    """Force, and moment about the load's centre of mass, in the axes of the base; or impulses of both."""
+
+    force: Vector  # N
+    moment: Vector  # N m
+
+
+@lean_generic
+def displacement_at(motion, t):
+    """Return the Displacement of a surface at time t [s]."""
+    return Displacement(ZERO, ZERO, ZERO)
+
+
+@displacement_at.register(Base)
+def _(motion, t):
+    (x, vx, ax), (y, vy, ay), (z, vz, az) = axis_at(motion, t, 0), axis_at(motion, t, 1), axis_at(motion, t, 2)
+    return Displacement((x, y, z), (vx, vy, vz), (ax, ay, az))
+
+
+@lean_kernel
+def contact_point(contact, i, moved, state):
+    """Return point number i of a load; moved: Displacement of the surface, state: BodyState of the load."""
+    own = contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]
+    lever = multiply(state.rows, own)
+    velocity = add(state.velocity, multiply(state.rows, cross(state.omega, own)))
+    gap = state.position[2] + lever[2] - contact.surface.height - moved.position[2]
+    return ContactPoint(lever, gap, subtract(velocity, moved.velocity))
+
+
+@lean_kernel
+def slip_speed(point):
+    """Return the speed [m/s] of a point along the surface."""
+    vx, vy, _ = point.velocity
+    return sqrt(vx * vx + vy * vy)
+
+
+@lean_kernel
+def unit_pressure(surface, point):
+    """Return the force (3,) on a slipping point for each newton of its pressure."""
+    vx, vy, _ = point.velocity
+    drag = -surface.friction / sqrt(vx * vx + vy * vy + surface.slip_velocity * surface.slip_velocity)
+    return drag * vx, drag * vy, 1.0
+
+
+@lean_kernel
+def multiple(factor, a):
+    """Return a vector (3,) times a factor."""
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+@lean_kernel
+def add_force(wrench, factor, lever, force):
+    """Return the wrench with `factor` times a force at a point counted in."""
+    applied = multiple(factor, force)
+    return Wrench(add(wrench.force, applied), add(wrench.moment, cross(lever, applied)))
+
+
+@lean_kernel
+def wrench_power(wrench, state):
+    """Return the power [W] of a wrench on a load (BodyState), relative to the base."""
+    return dot(wrench.force, state.velocity) + dot(wrench.moment, multiply(state.rows, state.omega))

@@ -1,0 +1,239 @@
+"""Events of a load on falls that touches a surface: its points touch, bounce and lift off, the load sticks and slips.
+
+A point of a rigid contact touches where it is below the surface and comes nearer, by a little more than rounding: one
+that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its pressure would
+be positive.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from crane_sim.models.attitude import quaternion_rate
+from crane_sim.models.contact.forces import add_contact, compliant_pressure, slipping_pressures
+from crane_sim.models.contact.impacts import NEAR, PARTS, collide, impulse_work, settle, sum_wrenches
+from crane_sim.models.contact.rigid import (
+    closed_count,
+    holding_pressures,
+    is_closed,
+    least_pressure,
+    pressure_on,
+    required_friction,
+)
+from crane_sim.models.contact.surface import (
+    ZERO,
+    CompliantContact,
+    RigidContact,
+    Wrench,
+    contact_point,
+    displacement_at,
+    multiple,
+    slip_speed,
+)
+from crane_sim.models.falls.crane import (
+    body_state,
+    contact_index,
+    falls_layout,
+    kinematics_of,
+    load_acceleration,
+    sum_falls,
+)
+from crane_sim.models.guards import BOUNCES, LEAVES, TOUCHES, Guard, decode, encode, smaller_guard
+from crane_sim.models.moving_base import base_kinematics_at
+from crane_sim.models.suspended.load_dynamics import BodyState, multiply, subtract
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+
+DEPTH, APPROACH = 1e-10, 1e-8  # m, m/s: beyond both of them a point touches
+AT_REST = 1e-6  # m/s: a load that is given no deeper than NEAR and no faster is closed there
+GRIP = 0.99  # part of the friction that may hold a load which comes to stick, so that it does not slip at once
+
+
+@lean_routine
+def load_alone(p, t, x):
+    """Return the load's accelerations without contact, see `load_acceleration`."""
+    pose, turn, tip, load, _ = kinematics_of(p, x)
+    pull = sum_falls(p, x, pose, turn, tip, load)
+    return load_acceleration(p, t, base_kinematics_at(p.base, p.gravity, t), load, pull)
+
+
+@generic
+def fill_contact(contact, p, t, x):
+    """Set the modes of contact in state x to those of positions and velocities."""
+
+
+@fill_contact.register(CompliantContact)
+def _(contact, p, t, x):
+    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
+    for i in range(len(contact.points)):
+        point = contact_point(contact, i, moved, load)
+        x[first + i] = 1.0 if min(-point.gap, compliant_pressure(contact, point)) > 0.0 else 0.0
+
+
+@fill_contact.register(RigidContact)
+def _(contact, p, t, x):
+    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
+    n = len(contact.points)
+    for i in range(n):
+        point = contact_point(contact, i, moved, load)
+        x[first + i] = 1.0 if point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST else 0.0
+    if closed_count(contact, x, first) > 2:
+        x[first + n] = 1.0 if slip_guard(contact, p, t, x, (moved, load), load_alone(p, t, x)) < 0.0 else 0.0
+
+
+@generic
+def total_pressure(contact, p, t, x):
+    """Return the normal force [N] on the load."""
+    load = body_state(p, x)
+    return add_contact(contact, p.load, t, x, contact_index(p), load, load_alone(p, t, x)).pressures.wrench.force[2]
+
+
+@total_pressure.register(type(None))
+def _(contact, p, t, x):
+    return 0.0
+
+
+@lean_generic
+def contact_guard(contact, p, t, x, best):
+    """Return (the smallest guard, its number, evaluations), contact counted in; best: (smallest other one, number)."""
+    return best[0], best[1], 0
+
+
+@contact_guard.register(CompliantContact)
+def _(contact, p, t, x, best):
+    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
+    for i in range(len(contact.points)):
+        point = contact_point(contact, i, moved, load)
+        pressure = compliant_pressure(contact, point)
+        value = pressure if is_closed(x, first, i) else -min(-contact.stiffness * point.gap, pressure)
+        best = smaller_guard(best, value, encode(Guard.CONTACT, i))
+    return best[0], best[1], 0
+
+
+@contact_guard.register(RigidContact)
+def _(contact, p, t, x, best):
+    return rigid_guard(contact, p, t, x, best)
+
+
+@lean_routine
+def rigid_guard(contact, p, t, x, best):
+    """Return the result of `contact_guard` for a rigid contact."""
+    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
+    n, place = len(contact.points), 0
+    for i in range(n):
+        if not is_closed(x, first, i):
+            point = contact_point(contact, i, moved, load)
+            value = max(point.gap + DEPTH, point.velocity[2] + APPROACH)
+            best = smaller_guard(best, value, encode(Guard.CONTACT, i))
+    if closed_count(contact, x, first) == 0:
+        return best[0], best[1], 0
+    scene, free = (moved, load), load_alone(p, t, x)
+    if is_closed(x, first, n):
+        pressures = holding_pressures(contact, p.load, x, first, scene, free)
+        spare = 1.0 - required_friction(contact, x, first, scene, pressures) / contact.surface.friction
+    else:
+        pressures = slipping_pressures(contact, p.load, x, first, scene, free)
+        spare = slip_guard(contact, p, t, x, scene, free)
+    best = smaller_guard(best, spare, encode(Guard.CONTACT, n))
+    for i in range(n):
+        if is_closed(x, first, i):
+            lever = contact_point(contact, i, moved, load).lever
+            best = smaller_guard(best, pressure_on(pressures, place, lever), encode(Guard.CONTACT, i))
+            place += 1
+    return best[0], best[1], 1
+
+
+@lean_kernel
+def slip_guard(contact, p, t, x, scene, free):
+    """Return the guard of a load that slips: negative where it is slow and friction can hold it."""
+    first, fastest, surface = contact_index(p), 0.0, contact.surface
+    if closed_count(contact, x, first) < 3 or surface.friction == 0.0:
+        return 1e300
+    for i in range(len(contact.points)):
+        if is_closed(x, first, i):
+            fastest = max(fastest, slip_speed(contact_point(contact, i, scene[0], scene[1])))
+    if fastest >= surface.slip_velocity:
+        return fastest / surface.slip_velocity - 1.0
+    held = holding_pressures(contact, p.load, x, first, scene, free)
+    needed = required_friction(contact, x, first, scene, held) / surface.friction - GRIP
+    needed = max(needed, -least_pressure(contact, x, first, scene, held))
+    return max(needed, fastest / surface.slip_velocity - 1.0)
+
+
+@generic
+def switch_contact(contact, p, t, x, number):
+    """Return (state after an event of contact, the event, whether the model goes on)."""
+    return x, number, False
+
+
+@switch_contact.register(CompliantContact)
+def _(contact, p, t, x, number):
+    (_, i, _), y = decode(number), x.copy()
+    k = contact_index(p) + i
+    y[k] = 1.0 - x[k]
+    return y, encode(Guard.CONTACT, i, TOUCHES if y[k] > 0.5 else LEAVES), True
+
+
+@switch_contact.register(RigidContact)
+def _(contact, p, t, x, number):
+    (_, i, _), y, first, n = decode(number), x.copy(), contact_index(p), len(contact.points)
+    if i == n:
+        outcome = LEAVES if is_closed(x, first, n) else TOUCHES
+        y[first + n] = 1.0 - x[first + n]
+        if outcome == TOUCHES:
+            stop_slip(p, t, x, y)
+    elif is_closed(x, first, i):
+        outcome = LEAVES
+        y[first + i] = 0.0
+        if closed_count(contact, y, first) < 3:
+            y[first + n] = 0.0
+    else:
+        strike(contact, p, t, x, y)
+        outcome = TOUCHES if is_closed(y, first, i) else BOUNCES
+    return y, encode(Guard.CONTACT, i, outcome), True
+
+
+@routine
+def stop_slip(p, t, x, y):
+    """Give the load in y the velocity of the surface."""
+    before, moved = body_state(p, x), displacement_at(p.contact.surface.motion, t)
+    force = multiple(p.load.mass, subtract(moved.velocity, before.velocity))
+    moment = multiple(-1.0, multiply(before.rows, multiply(p.load.inertia, before.omega)))
+    after = BodyState(before.position, moved.velocity, before.rows, ZERO, before.quaternion)
+    write_jump(p, y, before, after, Wrench(force, moment))
+
+
+@routine
+def strike(contact, p, t, x, y):
+    """Give the load in y its velocities after an impact, and its points their modes."""
+    first, before, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
+    n = len(contact.points)
+    touching = np.zeros(n)
+    for i in range(n):
+        if is_closed(x, first, i) or contact_point(contact, i, moved, before).gap <= NEAR:
+            touching[i] = 1.0
+    after, impulse = collide(contact, p.load, moved, before, touching)
+    for i in range(n):
+        parting = contact_point(contact, i, moved, after).velocity[2] > PARTS * contact.rest_velocity
+        y[first + i] = 0.0 if parting else touching[i]
+    y[first + n] = 0.0
+    settled, rest = settle(contact, p.load, y, first, moved, after)
+    write_jump(p, y, before, settled, sum_wrenches(impulse, rest))
+
+
+@routine
+def write_jump(p, y, before, after, impulse):
+    """Write the load's velocities after a jump into state y, and the work of its impulses into the meter."""
+    nq, first, modes = falls_layout(p)
+    i = nq + first
+    y[i], y[i + 1], y[i + 2] = after.velocity
+    y[i + 3], y[i + 4], y[i + 5], y[i + 6] = quaternion_rate(before.quaternion, after.omega)
+    if modes > 2 * nq:
+        y[2 * nq] += impulse_work(impulse, before, after, ZERO)
+
+
+def describe_contact(contact: Any, point: int, outcome: int) -> str:
+    """Return the text of an event of contact."""
+    place = "ground" if contact.surface.motion is None else "deck"
+    if point == len(contact.points):
+        return f"the load {'sticks to' if outcome == TOUCHES else 'slips on'} the {place}"
+    return f"contact point {point + 1} {('leaves', 'touches', 'bounces off')[outcome]} the {place}"

@@ -1,0 +1,185 @@
+"""Runs of a load that is set down, dropped, dragged and picked up, against closed forms and what must always hold."""
+
+from math import asinh, atan, log1p, pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import Rollout
+
+G, MASS, FLOOR = 9.81, 1000.0, -20.0
+CORNERS = [[1.0, 2.0, -2.0], [1.0, -2.0, -2.0], [-1.0, 2.0, -2.0], [-1.0, -2.0, -2.0]]
+DECK = {"heave": {"amplitude": 0.0, "frequency": 1.0}}
+SQUARE = [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]
+LANDINGS = 100
+
+
+def hoisting(first: float, second: float) -> dict[str, Any]:
+    """Return inputs that drive the hoist at one rate [m/s], then at another one."""
+    return {"hoist": {"kind": "table", "times": [0, 1, 4, 5, 10], "values": [first, first, first, second, second]}}
+
+
+def scene(contact: dict[str, Any], start: dict[str, Any], duration: float, **changes: Any) -> dict[str, Any]:
+    """Return a scene whose falls are slack unless `changes` shorten them; all have models of the same types."""
+    return {
+        "crane": "gantry",
+        "duration": duration,
+        "trolley": {"mass": 2e4},
+        "bridge": {"mass": 1e5},
+        "hoist": {"drive": "rate", "time_constant": 0.3},
+        "falls": {"top": SQUARE, "bottom": SQUARE, "axial_stiffness": 2e6, "relaxation": 0.02},
+        "payload": {"mass": MASS, "inertia": [1500, 900, 2000], "attachment": [0, 0, 1.0]},
+        "contact": {"points": CORNERS, "height": FLOOR, "motion": DECK} | contact,
+        "initial": {"length": 60.0} | start,
+        "inputs": hoisting(0.0, 0.0),
+        "integrator": {"method": "dop853", "rtol": 1e-10, "atol": 1e-12},
+    } | changes
+
+
+def times_of(run: Rollout, text: str) -> list[float]:
+    """Return the times [s] of the events that contain a text."""
+    return [t for t, what in run.events if text in what]
+
+
+def heights(run: Rollout) -> Any:
+    """Return the heights (K, n) [m] of the corners above the surface at all instants."""
+    contact, (w, a, b, c) = run.scene.model.contact, run.q[:, 6:10].T
+    row = np.stack([2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)], axis=1)
+    size, rate, phase = (part[2, 0] for part in contact.surface.motion[1:])
+    deck = contact.surface.height + size * np.sin(rate * run.t + phase)
+    return run.q[:, 5:6] + row @ contact.points.T - deck[:, None]
+
+
+def test_bounces_of_a_dropped_load() -> None:
+    """A load dropped flat flies 2 e v / g between impacts, each e times the one before, until it is too slow."""
+    drop, e = 0.5, 0.5
+    start = {"position": [0.0, 0.0, FLOOR + 1.0 + drop]}
+    run = crane_sim.simulate(scene({"restitution": e, "rest_velocity": 0.01}, start, 1.2))
+    speed = sqrt(2.0 * G * drop)
+    flights = [speed / G, *(2.0 * speed * e**k / G for k in range(1, 9))]
+    expected = np.cumsum(flights)
+    np.testing.assert_allclose(times_of(run, "bounces off"), expected, rtol=1e-9)  # depth at which it touches
+    (end,) = times_of(run, "point 1 touches")
+    assert end == pytest.approx(expected[-1] + 2.0 * speed * e**9 / G, rel=1e-9)
+    for k, t in enumerate(expected[:4]):  # whose flights are longer than a period
+        after = np.searchsorted(run.t, t)
+        energy = 0.5 * MASS * (e ** (k + 1) * speed) ** 2
+        height = run.q[after, 5] - FLOOR - 1.0
+        assert run.derived.kinetic[after] + MASS * G * height == pytest.approx(energy, abs=2e-10 * MASS * G)  # depth
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+def test_sliding_distance() -> None:
+    """A load that slides flat at v stops after v² / (2 μ g), less what smoothing below the slip velocity does to it."""
+    friction, v, slip = 0.3, 1.0, 1e-3
+    start = {"position": [0.0, 0.0, FLOOR + 1.0], "velocity": [v, 0.0, 0.0]}
+    run = crane_sim.simulate(scene({"friction": friction, "slip_velocity": slip}, start, 0.6))
+
+    def way(speed: float) -> float:
+        """Return ∫ √(v² + v_s²) dv / (μ g) up to a speed."""
+        root = sqrt(speed**2 + slip**2)
+        return 0.5 * (speed * root + slip**2 * asinh(speed / slip)) / (friction * G)
+
+    assert run.q[-1, 3] == pytest.approx(way(v) - way(slip), rel=1e-8)  # of the steps
+    assert run.q[-1, 3] == pytest.approx(v**2 / (2.0 * friction * G), rel=1e-5)
+    assert len(times_of(run, "the load sticks to")) == 1 and not run.v[-1, 3:].any()
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+def test_set_down_and_pick_up() -> None:
+    """A load that is set down presses with its weight on slack falls, and lifts off where the falls carry just that."""
+    stretch = MASS * G / (4.0 * 2e6)  # of the length
+    length, deck = 15.0, -18.0
+    start = {"length": length, "position": [0, 0, -length * (1.0 + stretch) - 1.0]}
+    run = crane_sim.simulate(scene({"height": deck, "friction": 0.2}, start, 9.0, inputs=hoisting(0.5, -0.5)))
+    slack, taut, leaves = (times_of(run, text) for text in ("went slack", "pulls", "leaves"))
+    assert len(slack) == len(taut) == len(leaves) == 4 and slack[-1] < taut[0] < leaves[0]
+    rope, rate = (np.interp([taut[0], leaves[0]], run.t, row[:, 2]) for row in (run.q, run.v))
+    distance = 16.0 - 0.02 * rate[1]  # from trolley to spreader, and what damping adds
+    np.testing.assert_allclose(rope * (1.0, 1.0 + stretch), (16.0, distance), atol=1e-5)  # of the interpolation
+    middle = np.searchsorted(run.t, 0.5 * (slack[-1] + taut[0]))
+    assert not run.tensions[middle].any() and abs(run.v[middle, 3:]).max() < 1e-12  # rounding
+    assert run.summary["peak_contact_force"] >= MASS * G * (1.0 - 1e-9)
+    assert run.summary["min_rope_tension"] >= 0.0 and run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.interpreted
+def test_a_load_on_a_ship_moves_with_it() -> None:
+    """On a base that heaves and rolls a load set down on it stays where it is, and the energies balance."""
+    ship = {"heave": {"amplitude": 0.5, "frequency": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
+    start = {"position": [0, 0, FLOOR + 1.001]}
+    run = crane_sim.simulate(scene({"friction": 0.3, "motion": None}, start, 0.6, base_motion=ship))
+    assert times_of(run, "sticks to the ground")
+    rest = run.t > times_of(run, "sticks to")[-1]
+    assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9  # the depth at which corners touch
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+def landing(seed: int) -> dict[str, Any]:
+    """Return a load, tilted and turning, that is lowered onto a heaving deck."""
+    rng = np.random.default_rng(seed)
+    turn = np.array([1.0, *rng.uniform(-0.07, 0.07, 2), rng.uniform(-0.25, 0.25)])
+    start = {
+        "length": 16.9,
+        "position": [*rng.uniform(-0.3, 0.3, 2).tolist(), -17.3],
+        "orientation": (turn / np.linalg.norm(turn)).tolist(),
+        "velocity": rng.uniform(-0.5, 0.5, 3).tolist(),
+        "angular_velocity": rng.uniform(-0.2, 0.2, 3).tolist(),
+    }
+    amplitude, frequency, phase = rng.uniform((0.1, 0.5, 0.0), (0.6, 1.2, 6.28)).tolist()
+    contact = {
+        "restitution": float(rng.choice([0.0, 0.2, 0.5])),
+        "friction": float(rng.choice([0.0, 0.2, 0.5])),
+        "motion": {"heave": {"amplitude": amplitude, "frequency": frequency, "phase": phase}},
+    }
+    return scene(
+        contact, start, 5.0, inputs=hoisting(0.6, 0.6), integrator={"method": "dop853", "rtol": 1e-9, "atol": 1e-10}
+    )
+
+
+def test_a_hundred_landings_on_a_heaving_deck() -> None:
+    """Loads that land at random come to rest: no NaN, depth, push or energy from nowhere, and the same bits again."""
+    instants = np.linspace(0.0, 5.0, 1001)
+    for seed in range(LANDINGS):
+        first, second = (crane_sim.simulate(landing(seed), sample_times=instants) for _ in range(2))
+        assert np.isfinite(first.q).all() and np.isfinite(first.v).all()
+        assert heights(first).min() >= -1e-9
+        assert first.tensions.min() >= 0.0 and first.summary["energy_audit_max"] < 1e-9
+        assert times_of(first, "touches the deck") and abs(heights(first)[-1]).max() < 1e-9, seed
+        assert first.q.tobytes() == second.q.tobytes() and first.events == second.events
+        assert first.summary["state_sha256"] == second.summary["state_sha256"]
+
+
+def compliant(stiffness: float, damping: float, start: dict[str, Any], duration: float, **changes: Any) -> Rollout:
+    """Return the run of a load above springs."""
+    contact = {"kind": "compliant", "stiffness": stiffness, "damping": damping}
+    return crane_sim.simulate(scene(contact, start, duration, **changes))
+
+
+@pytest.mark.interpreted
+def test_a_load_dropped_on_springs() -> None:
+    """A load that falls on four springs at v stays for 2 (π - atan(v ω / g)) / ω, and leaves at v."""
+    drop, k = 0.2, 1e5
+    speed, omega = sqrt(2.0 * G * drop), sqrt(4.0 * k / MASS)
+    stay = 2.0 * (pi - atan(speed * omega / G)) / omega
+    run = compliant(k, 0.0, {"position": [0, 0, FLOOR + 1.0 + drop]}, speed / G + stay + 0.05)
+    touches, leaves = times_of(run, "touches"), times_of(run, "leaves")
+    assert len(touches) == len(leaves) == 4
+    assert touches[0] == pytest.approx(speed / G, rel=1e-9)
+    assert leaves[-1] - touches[0] == pytest.approx(stay, rel=1e-9)
+    assert run.v[-1, 5] == pytest.approx(speed - G * (run.t[-1] - leaves[-1]), rel=1e-8)
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.interpreted
+def test_damping_of_hunt_and_crossley() -> None:
+    """Without gravity, speeds u before and w after satisfy c u - ln(1 + c u) = -c w - ln(1 - c w)."""
+    u, c = 0.8, 0.7
+    start = {"position": [0, 0, FLOOR + 1.01], "velocity": [0, 0, -u]}
+    run = compliant(1e5, c, start, 0.4, gravity=0.0)
+    w = float(run.v[-1, 5])
+    assert 0.0 < w < u and times_of(run, "leaves")
+    assert c * u - log1p(c * u) == pytest.approx(-c * w - log1p(-c * w), rel=1e-8)  # of the steps
+    assert run.summary["energy_audit_max"] < 1e-9
