@@ -1,5 +1,6 @@
 """The group `falls` of a scene file: elastic ropes between trolley and spreader, and where the load hangs at rest."""
 
+from math import cos, sin
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,8 +15,11 @@ from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.rigging import Vector
 
 Ends = Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]
-TRIALS, CLOSE = 50, 1e-12
-"""Steps of Newton's method for the load at rest, and its relative residual."""
+TRIALS, CLOSE, DECIMALS = 50, 1e-12, 10
+"""Steps of Newton's method for the load at rest, its relative residual, and the decimals [m, rad] of its result.
+
+Rounded so that a run begins with the same bits on every machine: LAPACK's last digits differ by processor.
+"""
 
 
 class FallsGroup(Group):
@@ -65,6 +69,7 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
         residual = _loads(falls, load, gravity, y)[:free]
         rounding = 1e-14 * float(falls.axial_stiffness.max())
         if np.abs(residual).max() <= CLOSE * load.mass * gravity * max(1.0, depth) + rounding:
+            y = np.round(y, DECIMALS) + 0.0  # no negative zero
             return y[:3], _quaternion(y[3:])
         ahead = np.array([_loads(falls, load, gravity, y + h)[:free] for h in step * np.eye(6)[:free]])
         behind = np.array([_loads(falls, load, gravity, y - h)[:free] for h in step * np.eye(6)[:free]])
@@ -133,7 +138,8 @@ def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
 
 def _quaternion(angles: Any) -> Any:
     """Return the unit quaternion (w, x, y, z) of Rz(yaw) Ry(pitch) Rx(roll)."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(0.5 * angles), np.cos(0.5 * angles)
+    half = (0.5 * angles).tolist()
+    (sr, sp, sy), (cr, cp, cy) = map(sin, half), map(cos, half)
     vector = (cy * cp * sr - sy * sp * cr, cy * sp * cr + sy * cp * sr, sy * cp * cr - cy * sp * sr)
     return np.array([cy * cp * cr + sy * sp * sr, *vector])
 
