@@ -1,7 +1,8 @@
 """A crane with a cable of N rigid links below any support: equations of motion.
 
-State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied)] with unit vectors n_k down the
-links in the axes of the base. Equations see the state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges)] with unit vectors
+n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the state
+put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
 
 The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
 first link, the load by that of its attachment along the last one.
@@ -50,6 +51,7 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.tower_crane import TowerCrane
+from crane_sim.models.suspended.exchange import Exchange, exchange_modes, with_current_load
 from crane_sim.models.suspended.load_dynamics import (
     add,
     end_acceleration_across,
@@ -84,6 +86,7 @@ class SuspendedCrane(NamedTuple):
     force: PayloadForce | None = None
     stops: Stops | None = None
     wind: Wind | None = None
+    exchange: Exchange | None = None  # of the load
 
 
 class Work(NamedTuple):
@@ -123,10 +126,16 @@ def _(support, x, nq):
 
 @lean_kernel
 def suspended_layout(p):
-    """Return (number nq of coordinates, index of the first link's, index of what follows the rates)."""
+    """Return (number nq of coordinates, index of the first link's, index of the first mode)."""
     first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
     nq = first + 3 * len(p.cable.masses) + load_coordinates(p.load)
     return nq, first, 2 * nq + meter_size(p.energy_meter)
+
+
+@lean_kernel
+def mode_count(p):
+    """Return the number of floats of the state's modes."""
+    return exchange_modes(p.exchange)
 
 
 @lean_generic
@@ -252,7 +261,8 @@ def solve_dynamics(p, t, x, tau, work):
 
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
+    p = with_current_load(p.exchange, p, x, end)
     links, acc, tension, ratio = work
     fill_directions(p, x, links)
     n, (_, rate) = len(tension), first_length(p.hoist, p, x, nq)
@@ -294,6 +304,7 @@ def _(p, t, x, u, out, work):
 def write_suspended_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, end = suspended_layout(p)
+    p = with_current_load(p.exchange, p, x, end)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
     solved, n, ns = solve_dynamics(p, t, x, tau, work), len(tension), coordinate_count(p.support)
@@ -313,12 +324,15 @@ def write_suspended_derivative(p, t, x, u, out, work):
     write_load_acceleration(p.load, solved.base, solved.load, pull, (out, nq + first + 3 * n))
     if end > 2 * nq:
         out[2 * nq] = suspended_power(p, t, x, solved, work)
+    for i in range(end, len(out)):
+        out[i] = 0.0
 
 
 @lean_kernel
 def suspended_power(p, t, x, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
+    p = with_current_load(p.exchange, p, x, end)
     (_, rate), load = first_length(p.hoist, p, x, nq), solved.load
     force, moment = load_force(p, t, solved.base, load)
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power

@@ -20,7 +20,15 @@ from crane_sim.models.supports import coordinate_count, yaw
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import hoist_coordinates
-from crane_sim.models.suspended.crane import SuspendedCrane, first_length, support_state, suspended_layout, to_base_axes
+from crane_sim.models.suspended.crane import (
+    SuspendedCrane,
+    first_length,
+    mode_count,
+    support_state,
+    suspended_layout,
+    to_base_axes,
+)
+from crane_sim.models.suspended.exchange import count_exchanges
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 
@@ -118,7 +126,7 @@ def joint_arrays(p, x):
 @system.state.register(SuspendedCrane)
 def _(p, t, q, v):
     nq, first, end = suspended_layout(p)
-    x, ns, n = np.zeros(end), coordinate_count(p.support), len(q)
+    x, ns, n = np.zeros(end + mode_count(p)), coordinate_count(p.support), len(q)
     for i in range(ns):
         x[i], x[nq + i] = q[i], v[i]
     at = ns
@@ -134,6 +142,7 @@ def _(p, t, q, v):
         at = ns + 3
     for i in range(n - at):
         x[nq - (n - at) + i], x[2 * nq - (n - at) + i] = q[at + i], v[at + i]
+    count_exchanges(p.exchange, t, x, end)
     return x
 
 

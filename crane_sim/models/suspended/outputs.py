@@ -36,6 +36,13 @@ from crane_sim.models.suspended.crane import (
     tip_motion,
     to_base_axes,
 )
+from crane_sim.models.suspended.exchange import (
+    describe_exchange,
+    exchange_guard,
+    with_current_load,
+    with_exchange_switching,
+)
+from crane_sim.models.suspended.impulses import exchange_load
 from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state, turning_energy
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
@@ -95,7 +102,8 @@ def suspended_energies(p, base, x):
         base: of `base_state` in its own axes, None at rest.
         x: state.
     """
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
+    p = with_current_load(p.exchange, p, x, end)
     links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
     fill_directions(p, x, links)
     xs = support_state(p.support, x, nq)
@@ -240,7 +248,7 @@ def _(p, u):
 
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
-    lossy = p.drag is not None or p.force is not None or p.wind is not None
+    lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -253,7 +261,7 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    return switching_of(p.stops, 0)
+    return with_exchange_switching(p.exchange, switching_of(p.stops, 0))
 
 
 @system.guard.register(SuspendedCrane)
@@ -264,9 +272,9 @@ def _(p, t, x, u, work):
 @lean_routine
 def suspended_guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations): limits of support and first length, slack links."""
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
     (length, rate), stops = first_length(p.hoist, p, x, nq), p.stops
-    best = length_guard(stops, length, rate)
+    best = exchange_guard(p.exchange, length_guard(stops, length, rate), t, x, end)
     best = support_guard(p.support, best, support_state(p.support, x, nq))
     if stops.taut > 0.0:
         solve_dynamics(p, t, x, system.effort(u, p, t, x), work)
@@ -278,12 +286,14 @@ def suspended_guard(p, t, x, u, work):
 
 @system.apply_reset_map.register(SuspendedCrane)
 def _(p, t, x, u, number):
-    return x, number, False
+    return exchange_load(p.exchange, p, t, x, number)
 
 
 @system.describe_event.register(SuspendedCrane)
 def _(p, number):
-    kind, link, _ = decode(number)
+    kind, link, outcome = decode(number)
+    if kind == Guard.PAYLOAD and p.exchange is not None:
+        return describe_exchange(p.exchange, link, outcome)
     if kind == Guard.LINK and link > 0:
         return f"link {link + 1} went slack, and a rigid link cannot be", "take rope.slack: allow if the links are rods"
     return describe_stop(p.support, p.stops or Stops(), number)

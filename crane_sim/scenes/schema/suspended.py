@@ -6,8 +6,10 @@ from typing import Any
 
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.stops import Stops
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import RodWindage, Windage
+from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
 from crane_sim.scenes.schema.groups import PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
@@ -36,6 +38,7 @@ class SuspendedFile(SceneFile):
     payload: Payload  # at the end of rope or links
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
 
     @abstractmethod
     def support(self) -> Any:
@@ -125,7 +128,7 @@ class SuspendedFile(SceneFile):
     @property
     def windages(self) -> dict[str, Windage | RodWindage | None]:
         """What the bodies oppose to the wind."""
-        return {"payload.windage": self.payload.pressed}
+        return windages_of(self.payload, self.events)
 
     def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
@@ -133,8 +136,12 @@ class SuspendedFile(SceneFile):
 
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
-        smooth = not sampled and self.rope.stops(bool(self.limits)) is None
+        smooth = not sampled and self._stops() is None
         return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def _stops(self) -> Stops | None:
+        """Return the conditions that end a run, None where nothing ends or switches it."""
+        return self.rope.stops(bool(self.limits)) or (Stops() if self.events else None)
 
     def model(self) -> SuspendedCrane:
         """Return the parameters of the crane.
@@ -145,7 +152,8 @@ class SuspendedFile(SceneFile):
         ns, start = len(self.support_joints), self._start
         check_equipment(self, self.payload)
         self.rope.check(start.q[ns], start.v[ns], ns)
-        base_motion, force, load = self.base_motion, self.payload_force, self.payload.load()
+        base_motion, force = self.base_motion, self.payload_force
+        load, exchange = exchange_of(self.payload, self.events)
         return SuspendedCrane(
             self.support(),
             chain_of(start.q[ns], self.links, load.mass),
@@ -155,8 +163,9 @@ class SuspendedFile(SceneFile):
             self.payload_drag,
             base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
             force=force.force() if force is not None else None,
-            stops=self.rope.stops(bool(self.limits)),
+            stops=self._stops(),
             wind=self.airflow(),
+            exchange=exchange,
         )
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
