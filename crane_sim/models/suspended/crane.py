@@ -48,6 +48,14 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
+from crane_sim.models.supports.backlash import (
+    GearedState,
+    GearedSupport,
+    drive_count,
+    joint_efforts,
+    play_power,
+    write_drive_accelerations,
+)
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.tower_crane import TowerCrane
@@ -105,7 +113,8 @@ class Solved(NamedTuple):
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the first link's length
     tip_force: tuple[float, float, float]  # N, of the first link on the tip, in the support's frame
-    tau: Any  # efforts with those that a moving base adds
+    tau: Any  # efforts on the joints, with those that a moving base adds
+    command: Any  # efforts of the drives
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
     base_power: float  # W, that the base supplies to nodes and load
@@ -124,6 +133,11 @@ def _(support, x, nq):
     return x[0], x[1], x[nq], x[nq + 1]
 
 
+@support_state.register(GearedSupport)
+def _(support, x, nq):
+    return GearedState(support_state(support.support, x, nq), x, nq)
+
+
 @lean_kernel
 def suspended_layout(p):
     """Return (number nq of coordinates, index of the first link's, index of the first mode)."""
@@ -135,7 +149,7 @@ def suspended_layout(p):
 @lean_kernel
 def mode_count(p):
     """Return the number of floats of the state's modes."""
-    return exchange_modes(p.exchange)
+    return exchange_modes(p.exchange) + drive_count(p.support)
 
 
 @lean_generic
@@ -278,6 +292,7 @@ def solve_dynamics(p, t, x, tau, work):
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(p.load, base, load, free, moment)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
     first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (0.0, 0.0, 0.0))
@@ -292,7 +307,8 @@ def solve_dynamics(p, t, x, tau, work):
     across = end_acceleration_across(p.load, load, last, tension[n - 1])
     for i in range(3):
         acc[n, i] += across[i]
-    return Solved(pose, qdd, length, pull, tau, load, base, power + imposed_load_power(base, p.load, load), moment)
+    power += imposed_load_power(base, p.load, load)
+    return Solved(pose, qdd, length, pull, tau, command, load, base, power, moment)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -313,8 +329,9 @@ def write_suspended_derivative(p, t, x, u, out, work):
     for k in range(n):
         for i in range(3):
             out[first + 3 * k + i] = links.rates[k, i]
-    for i in range(ns):
+    for i in range(len(solved.support)):
         out[nq + i] = solved.support[i]
+    write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
     if first > ns:
         out[nq + ns] = solved.length
     top = SupportEnd(0.0, 0.0, 0.0, first_length(p.hoist, p, x, nq)[1])
@@ -336,5 +353,5 @@ def suspended_power(p, t, x, solved, work):
     (_, rate), load = first_length(p.hoist, p, x, nq), solved.load
     force, moment = load_force(p, t, solved.base, load)
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
-    power += hoist_power(p.hoist, solved.tau, rate, work.tension[0])
+    power += hoist_power(p.hoist, solved.tau, rate, work.tension[0]) + play_power(p.support, solved.pose, solved.command)
     return power + dot(force, load.velocity) + moment_power(p.load, load, moment)

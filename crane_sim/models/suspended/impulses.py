@@ -29,6 +29,7 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
+from crane_sim.models.supports.backlash import switch_drive
 from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.suspended.crane import (
     fill_directions,
@@ -53,8 +54,8 @@ from crane_sim.numerics.jit import generic, kernel, routine
 
 @generic
 def exchange_load(exchange, p, t, x, number):
-    """Return the result of `system.apply_reset_map`; without exchanges every guard ends the run."""
-    return x, number, False
+    """Return the result of `system.apply_reset_map`; without exchanges guards are those of the support."""
+    return switch_drive(p.support, x, suspended_layout(p)[0], number)
 
 
 @exchange_load.register(Exchange)
@@ -68,7 +69,7 @@ def apply_exchange(p, t, x, number):
     nq, _, mode = suspended_layout(p)
     k = int(x[mode])
     if number != encode(Guard.PAYLOAD, k):
-        return x, number, False
+        return switch_drive(p.support, x, nq, number)
     y = x.copy()
     y[mode] += 1.0
     before, after = with_current_load(p.exchange, p, x, mode), with_current_load(p.exchange, p, y, mode)
@@ -143,7 +144,7 @@ def add_jumps(p, x, y, state, joined):
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
     pull = impulse[0] * turned[0], impulse[0] * turned[1], impulse[0] * turned[2]
     jumps = support_acceleration(p.support, pose, 0.0, nothing, pull)
-    for i in range(ns):
+    for i in range(len(jumps)):
         y[nq + i] += jumps[i]
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, jumps, s, c)
     (ax, ay, az) = end_acceleration_across(p.load, state, last, impulse[n - 1])

@@ -20,6 +20,12 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.actuation import hoist_entry
+from crane_sim.models.supports.backlash import (
+    GearedSupport,
+    describe_drive,
+    mean_of_drives,
+    with_contact_switching,
+)
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
@@ -217,6 +223,11 @@ def _(support, row, i):
     return row[i], row[i + 1]
 
 
+@support_entries.register(GearedSupport)
+def _(support, row, i):
+    return mean_of_drives(support, row, i, support_entries(support.support, row, i))
+
+
 @generic
 def effort_entries(support, row):
     """Return the support's entries of a row of efforts, as a tuple."""
@@ -226,6 +237,11 @@ def effort_entries(support, row):
 @effort_entries.register(Point)
 def _(support, row):
     return driven_components(support.lift, row)
+
+
+@effort_entries.register(GearedSupport)
+def _(support, row):
+    return effort_entries(support.support, row)
 
 
 @system.actuated_joints.register(SuspendedCrane)
@@ -249,6 +265,7 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
+    lossy = lossy or isinstance(p.support, GearedSupport)
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -261,7 +278,7 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    return with_exchange_switching(p.exchange, switching_of(p.stops, 0))
+    return with_exchange_switching(p.exchange, with_contact_switching(p.support, switching_of(p.stops, 0)))
 
 
 @system.guard.register(SuspendedCrane)
@@ -292,6 +309,8 @@ def _(p, t, x, u, number):
 @system.describe_event.register(SuspendedCrane)
 def _(p, number):
     kind, link, outcome = decode(number)
+    if kind == Guard.BACKLASH:
+        return describe_drive(p.support, link, outcome), ""
     if kind == Guard.PAYLOAD and p.exchange is not None:
         return describe_exchange(p.exchange, link, outcome)
     if kind == Guard.LINK and link > 0:

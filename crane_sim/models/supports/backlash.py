@@ -1,0 +1,352 @@
+"""Drives with play: each turns an inertia of its own, which meets the joint behind a gap.
+
+A drive with the reflected inertia m and the position z moves a joint at q. Between them are the play Δ, of which half lies on
+either side, and a shaft with the stiffness k and the damping c, which pushes and never pulls. On the side σ = 1, where the
+drive pushes the joint forwards, or σ = -1 the shaft is compressed by
+
+    p = σ (z - q) - Δ/2,    and pushes with P = k p + c p' while p and P are positive, else with nothing:
+
+    m z'' = u - σ P,    and the joint has the effort σ P,
+
+u the drive's share of the joint's effort. A joint has any number of drives. A mode is σ in contact, 0 in the gap; it is
+what the state says, so contacts end and begin as events. A shaft that the drive leaves relaxes at once: its damper
+takes what the spring still held (Nordin and Gutman, Automatica 38 (2002) 1633, have it relax with the time c/k).
+
+`GearedSupport` is any support with such drives, whose reflected inertias a base's motion does not accelerate. Its state
+has the drives' coordinates behind its own, and their modes at the end of the crane's.
+"""
+
+from typing import Any, NamedTuple
+
+from crane_sim.models.guards import BACKWARDS, FORWARDS, Guard, decode, encode, smaller_guard
+from crane_sim.models.supports import (
+    add_imposed_efforts,
+    add_yaw_moment,
+    coordinate_count,
+    drive_power,
+    forward_kinematics,
+    support_acceleration,
+    support_base_energy,
+    support_guard,
+    support_kinetic,
+    support_polyline,
+    support_polyline_size,
+    support_potential,
+    tip_acceleration,
+    tip_mobility,
+    with_wind,
+    yaw,
+)
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, routine
+from crane_sim.numerics.states import replace_entry
+from crane_sim.system import Switching
+
+
+IN_PLAY = 0  # outcome of an event, beside FORWARDS and BACKWARDS
+
+
+class Drives(NamedTuple):
+    """Drives with play, arrays of n, in units of their joints."""
+
+    joint: Any  # (n,) index of the support's coordinate that each one moves
+    inertia: Any  # (n,) kg or kg m², reflected to the joint
+    share: Any  # (n,) of the joint's effort
+    play: Any  # (n,) m or rad, Δ
+    stiffness: Any  # (n,) N/m or N m/rad
+    damping: Any  # (n,) N s/m or N m s/rad
+
+
+class GearedSupport(NamedTuple):
+    """A support with drives that have play."""
+
+    support: Any  # of `crane_sim.models.supports`
+    drives: Drives
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return self.support.coordinate(i)
+
+
+class GearedState(NamedTuple):
+    """State of support and drives."""
+
+    inner: Any  # of the support
+    x: Any  # of the crane
+    nq: int  # number of its coordinates
+
+
+class GearedPosture(NamedTuple):
+    """Kinematics of a state."""
+
+    tip: tuple[float, float, float]  # m
+    tip_velocity: tuple[float, float, float]  # m/s
+    yaw_rate: float  # rad/s
+    inner: Any  # posture of the support
+    xs: GearedState
+
+
+class Shaft(NamedTuple):
+    """What lies between a drive and its joint on the side of contact, in the gap on the nearer one, at one instant."""
+
+    side: float  # 1: the drive pushes forwards, -1: backwards
+    compression: float  # m or rad, p: negative in the gap
+    rate: float  # m/s or rad/s, p'
+    push: float  # N or N m, k p + c p', which acts where it and p are positive
+    rates: tuple[float, float]  # m/s or rad/s, of drive and joint
+
+
+@lean_generic
+def drive_count(support):
+    """Return the number of drives that have coordinates of their own."""
+    return 0
+
+
+@drive_count.register(GearedSupport)
+def _(support):
+    return len(support.drives.inertia)
+
+
+@lean_kernel
+def shaft_state(support, xs, i):
+    """Return the Shaft of drive i in state xs."""
+    drives, x, own = support.drives, xs.x, coordinate_count(support.support)
+    joint = drives.joint[i]
+    drive, rate, joint_rate = x[own + i], x[xs.nq + own + i], x[xs.nq + joint]
+    mode = x[mode_index(support, xs, i)]
+    side = mode if mode != 0.0 else 1.0 if drive >= x[joint] else -1.0
+    p, moves = side * (drive - x[joint]) - 0.5 * drives.play[i], side * (rate - joint_rate)
+    return Shaft(side, p, moves, drives.stiffness[i] * p + drives.damping[i] * moves, (rate, joint_rate))
+
+
+@lean_kernel
+def mode_index(support, xs, i):
+    """Return the index of the mode of drive i in the crane's state."""
+    return len(xs.x) - len(support.drives.inertia) + i
+
+
+@lean_kernel
+def joint_push(support, xs, i):
+    """Return the effort of drive i on its joint, with the sign of the joint, in the mode of state xs."""
+    return xs.x[mode_index(support, xs, i)] * shaft_state(support, xs, i).push
+
+
+@lean_generic
+def joint_efforts(support, tau, pose):
+    """Return efforts tau with those of drives with play replaced by what they push; tau itself without."""
+    return tau
+
+
+@joint_efforts.register(GearedSupport)
+def _(support, tau, pose):
+    for i in range(len(support.drives.inertia)):
+        tau = replace_entry(tau, support.drives.joint[i], 0.0)
+    for i in range(len(support.drives.inertia)):
+        j = support.drives.joint[i]
+        tau = replace_entry(tau, j, tau[j] + joint_push(support, pose.xs, i))
+    return tau
+
+
+@lean_generic
+def write_drive_accelerations(support, pose, command, out, at):
+    """Write the accelerations of drives under commanded efforts into out[at ...]."""
+
+
+@write_drive_accelerations.register(GearedSupport)
+def _(support, pose, command, out, at):
+    drives = support.drives
+    for i in range(len(drives.inertia)):
+        effort = drives.share[i] * command[drives.joint[i]]
+        out[at + i] = (effort - joint_push(support, pose.xs, i)) / drives.inertia[i]
+
+
+@lean_generic
+def play_power(support, pose, command):
+    """Return the power [W] of commanded efforts on drives and of losses, less what the drives push into joints."""
+    return 0.0
+
+
+@play_power.register(GearedSupport)
+def _(support, pose, command):
+    drives, power = support.drives, 0.0
+    for i in range(len(drives.inertia)):
+        shaft, push = shaft_state(support, pose.xs, i), joint_push(support, pose.xs, i)
+        power += drives.share[i] * command[drives.joint[i]] * shaft.rates[0] - push * shaft.rates[1]
+        power += (drives.stiffness[i] * max(shaft.compression, 0.0) - push * shaft.side) * shaft.rate
+    return power
+
+
+@generic
+def fill_drive_modes(support, x, nq):
+    """Write the modes of the drives into state x."""
+
+
+@fill_drive_modes.register(GearedSupport)
+def _(support, x, nq):
+    xs = GearedState((), x, nq)
+    for i in range(len(support.drives.inertia)):
+        shaft = shaft_state(support, xs, i)
+        touches = min(shaft.compression, shaft.push) > 0.0
+        x[mode_index(support, xs, i)] = shaft.side if touches else 0.0
+
+
+@lean_kernel
+def contact_guard(support, xs, i):
+    """Return the guard of drive i: negative where it lets go, or where it has crossed its gap and pushes."""
+    mode, shaft = xs.x[mode_index(support, xs, i)], shaft_state(support, xs, i)
+    return shaft.push if mode != 0.0 else -min(shaft.compression, shaft.push)
+
+
+@support_guard.register(GearedSupport)
+def _(support, best, xs):
+    best = support_guard(support.support, best, xs.inner)
+    for i in range(len(support.drives.inertia)):
+        best = smaller_guard(best, contact_guard(support, xs, i), encode(Guard.BACKLASH, i))
+    return best
+
+
+@generic
+def with_contact_switching(support, switching):
+    """Return the result of `system.switching`: `switching` without drives that have play."""
+    return switching
+
+
+@with_contact_switching.register(GearedSupport)
+def _(support, switching):
+    return Switching(1000, 0, None)
+
+
+@generic
+def switch_drive(support, x, nq, number):
+    """Return the result of `system.apply_reset_map`: without drives that have play every guard ends the run."""
+    return x, number, False
+
+
+@switch_drive.register(GearedSupport)
+def _(support, x, nq, number):
+    return switch_contact(support, x, nq, number)
+
+
+@routine
+def switch_contact(support, x, nq, number):
+    """Return (the state with the drive's other mode, the event, whether the run goes on)."""
+    kind, i, _ = decode(number)
+    if kind != Guard.BACKLASH:
+        return x, number, False
+    y = x.copy()
+    xs = GearedState((), y, nq)
+    at, shaft = mode_index(support, xs, i), shaft_state(support, xs, i)
+    y[at] = shaft.side if x[at] == 0.0 else 0.0
+    outcome = IN_PLAY if y[at] == 0.0 else FORWARDS if y[at] > 0.0 else BACKWARDS
+    return y, encode(Guard.BACKLASH, i, outcome), True
+
+
+def describe_drive(support: Any, i: int, outcome: int) -> str:
+    """Return the text of an event of drive i."""
+    joint = support.drives.joint
+    number = 1 + sum(1 for k in range(i) if joint[k] == joint[i])
+    what = ("leaves its joint and is in its play", "pushes forwards", "pushes backwards")[outcome]
+    return f"drive {number} of the {support.coordinate(int(joint[i]))[0]} {what}"
+
+
+def without_drives(support: Any) -> Any:
+    """Return the support without its drives with play."""
+    return support.support if isinstance(support, GearedSupport) else support
+
+
+@coordinate_count.register(GearedSupport)
+def _(support):
+    return coordinate_count(support.support) + len(support.drives.inertia)
+
+
+@forward_kinematics.register(GearedSupport)
+def _(support, xs):
+    pose = forward_kinematics(support.support, xs.inner)
+    return GearedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, xs)
+
+
+@support_acceleration.register(GearedSupport)
+def _(support, pose, gravity, tau, force):
+    return support_acceleration(support.support, pose.inner, gravity, tau, force)
+
+
+@tip_acceleration.register(GearedSupport)
+def _(support, pose, qdd):
+    return tip_acceleration(support.support, pose.inner, qdd)
+
+
+@tip_mobility.register(GearedSupport)
+def _(support, pose, n):
+    return tip_mobility(support.support, pose.inner, n)
+
+
+@add_yaw_moment.register(GearedSupport)
+def _(support, tau, couple):
+    return add_yaw_moment(support.support, tau, couple)
+
+
+@add_imposed_efforts.register(GearedSupport)
+def _(support, base, tau, pose):
+    return add_imposed_efforts(support.support, base, tau, pose.inner)
+
+
+@with_wind.register(GearedSupport)
+def _(support, tau, flow, base, pose):
+    return with_wind(support.support, tau, flow, base, pose.inner)
+
+
+@drive_power.register(GearedSupport)
+def _(support, tau, pose, force):
+    return drive_power(support.support, tau, pose.inner, force)
+
+
+@yaw.register(GearedSupport)
+def _(support, xs):
+    return yaw(support.support, xs.inner)
+
+
+@support_polyline.register(GearedSupport)
+def _(support, xs):
+    return support_polyline(support.support, xs.inner)
+
+
+@support_polyline_size.register(GearedSupport)
+def _(support):
+    return support_polyline_size(support.support)
+
+
+@support_kinetic.register(GearedSupport)
+def _(support, pose):
+    energy = support_kinetic(support.support, pose.inner)
+    for i in range(len(support.drives.inertia)):
+        rate = shaft_state(support, pose.xs, i).rates[0]
+        energy += 0.5 * support.drives.inertia[i] * rate * rate
+    return energy
+
+
+@support_potential.register(GearedSupport)
+def _(support, pose, gravity):
+    energy = support_potential(support.support, pose.inner, gravity)
+    for i in range(len(support.drives.inertia)):
+        p = max(shaft_state(support, pose.xs, i).compression, 0.0)
+        energy += 0.5 * support.drives.stiffness[i] * p * p
+    return energy
+
+
+@support_base_energy.register(GearedSupport)
+def _(support, base, pose, gravity):
+    return support_base_energy(support.support, base, pose.inner, gravity)
+
+
+@kernel
+def mean_of_drives(support, row, i, entries):
+    """Return the support's entries of a row of coordinates or rates from row[i] on, as its drives have them.
+
+    Those of joints that have play are the mean of their drives, by their shares: where motors and brakes act.
+    """
+    drives, own = support.drives, coordinate_count(support.support)
+    for k in range(len(drives.inertia)):
+        entries = replace_entry(entries, drives.joint[k], 0.0)
+    for k in range(len(drives.inertia)):
+        j = drives.joint[k]
+        entries = replace_entry(entries, j, entries[j] + drives.share[k] * row[i + own + k])
+    return entries
