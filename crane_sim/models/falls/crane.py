@@ -210,7 +210,7 @@ def solve_dynamics(p, t, x, tau):
     fx, fy, fz = to_turned_axes(pull.force, s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (-fx, -fy, -fz))
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
-    given, moment = load_force(p, t, base, load)
+    given, moment = load_force(p, p.load, t, base, load)
     ax, ay, az = add(pull.force, given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
     center = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
@@ -250,7 +250,7 @@ def falls_power(p, t, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, _ = falls_layout(p)
     load, pull, rate = solved.load, solved.pull, common_length(p.hoist, p, x, nq)[1]
-    given, moment = load_force(p, t, solved.base, load)
+    given, moment = load_force(p, p.load, t, solved.base, load)
     reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
     power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, p.load, load)

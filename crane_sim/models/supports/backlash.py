@@ -37,7 +37,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry
 from crane_sim.system import Switching
 
@@ -46,14 +46,14 @@ IN_PLAY = 0  # outcome of an event, beside FORWARDS and BACKWARDS
 
 
 class Drives(NamedTuple):
-    """Drives with play, arrays of n, in units of their joints."""
+    """Drives with play, tuples of n, in units of their joints."""
 
-    joint: Any  # (n,) index of the support's coordinate that each one moves
-    inertia: Any  # (n,) kg or kg m², reflected to the joint
-    share: Any  # (n,) of the joint's effort
-    play: Any  # (n,) m or rad, Δ
-    stiffness: Any  # (n,) N/m or N m/rad
-    damping: Any  # (n,) N s/m or N m s/rad
+    joint: tuple[int, ...]  # index of the support's coordinate that each one moves
+    inertia: tuple[float, ...]  # kg or kg m², reflected to the joint
+    share: tuple[float, ...]  # of the joint's effort
+    play: tuple[float, ...]  # m or rad, Δ
+    stiffness: tuple[float, ...]  # N/m or N m/rad
+    damping: tuple[float, ...]  # N s/m or N m s/rad
 
 
 class GearedSupport(NamedTuple):
@@ -68,11 +68,12 @@ class GearedSupport(NamedTuple):
 
 
 class GearedState(NamedTuple):
-    """State of support and drives."""
+    """State of support and drives, tuples of n."""
 
     inner: Any  # of the support
-    x: Any  # of the crane
-    nq: int  # number of its coordinates
+    position: tuple[float, ...]  # m or rad, reflected to the joint
+    rate: tuple[float, ...]  # m/s or rad/s
+    mode: tuple[float, ...]  # 1 pushes forwards, -1 backwards, 0 in the play
 
 
 class GearedPosture(NamedTuple):
@@ -109,25 +110,30 @@ def _(support):
 @lean_kernel
 def shaft_state(support, xs, i):
     """Return the Shaft of drive i in state xs."""
-    drives, x, own = support.drives, xs.x, coordinate_count(support.support)
-    joint = drives.joint[i]
-    drive, rate, joint_rate = x[own + i], x[xs.nq + own + i], x[xs.nq + joint]
-    mode = x[mode_index(support, xs, i)]
-    side = mode if mode != 0.0 else 1.0 if drive >= x[joint] else -1.0
-    p, moves = side * (drive - x[joint]) - 0.5 * drives.play[i], side * (rate - joint_rate)
+    drives, joint = support.drives, support.drives.joint[i]
+    ahead, rate, mode = xs.position[i] - xs.inner[joint], xs.rate[i], xs.mode[i]
+    joint_rate = xs.inner[coordinate_count(support.support) + joint]
+    side = mode if mode != 0.0 else 1.0 if ahead >= 0.0 else -1.0
+    p, moves = side * ahead - 0.5 * drives.play[i], side * (rate - joint_rate)
     return Shaft(side, p, moves, drives.stiffness[i] * p + drives.damping[i] * moves, (rate, joint_rate))
 
 
 @lean_kernel
-def mode_index(support, xs, i):
-    """Return the index of the mode of drive i in the crane's state."""
-    return len(xs.x) - len(support.drives.inertia) + i
+def with_drive_states(support, inner, x, nq):
+    """Return the GearedState of a crane's state x with nq coordinates; inner: the support's own."""
+    drives, own = support.drives, coordinate_count(support.support)
+    position, rate, mode = drives.inertia, drives.inertia, drives.inertia  # tuples of the right size, to fill
+    for i in range(len(drives.inertia)):
+        position = replace_entry(position, i, x[own + i])
+        rate = replace_entry(rate, i, x[nq + own + i])
+        mode = replace_entry(mode, i, x[len(x) - len(drives.inertia) + i])
+    return GearedState(inner, position, rate, mode)
 
 
 @lean_kernel
 def joint_push(support, xs, i):
     """Return the effort of drive i on its joint, with the sign of the joint, in the mode of state xs."""
-    return xs.x[mode_index(support, xs, i)] * shaft_state(support, xs, i).push
+    return xs.mode[i] * shaft_state(support, xs, i).push
 
 
 @lean_generic
@@ -176,23 +182,22 @@ def _(support, pose, command):
 
 
 @generic
-def fill_drive_modes(support, x, nq):
-    """Write the modes of the drives into state x."""
+def fill_drive_modes(support, x, xs):
+    """Write the modes of the drives, of the support's state xs without modes, into the end of state x."""
 
 
 @fill_drive_modes.register(GearedSupport)
-def _(support, x, nq):
-    xs = GearedState((), x, nq)
-    for i in range(len(support.drives.inertia)):
+def _(support, x, xs):
+    n = len(support.drives.inertia)
+    for i in range(n):
         shaft = shaft_state(support, xs, i)
-        touches = min(shaft.compression, shaft.push) > 0.0
-        x[mode_index(support, xs, i)] = shaft.side if touches else 0.0
+        x[len(x) - n + i] = shaft.side if min(shaft.compression, shaft.push) > 0.0 else 0.0
 
 
 @lean_kernel
 def contact_guard(support, xs, i):
     """Return the guard of drive i: negative where it lets go, or where it has crossed its gap and pushes."""
-    mode, shaft = xs.x[mode_index(support, xs, i)], shaft_state(support, xs, i)
+    mode, shaft = xs.mode[i], shaft_state(support, xs, i)
     return shaft.push if mode != 0.0 else -min(shaft.compression, shaft.push)
 
 
@@ -216,26 +221,18 @@ def _(support, switching):
 
 
 @generic
-def switch_drive(support, x, nq, number):
-    """Return the result of `system.apply_reset_map`: without drives that have play every guard ends the run."""
+def switch_drive(support, x, xs, number):
+    """Return the result of `system.apply_reset_map` in the support's state xs: a guard of no drive ends the run."""
     return x, number, False
 
 
 @switch_drive.register(GearedSupport)
-def _(support, x, nq, number):
-    return switch_contact(support, x, nq, number)
-
-
-@routine
-def switch_contact(support, x, nq, number):
-    """Return (the state with the drive's other mode, the event, whether the run goes on)."""
+def _(support, x, xs, number):
     kind, i, _ = decode(number)
     if kind != Guard.BACKLASH:
         return x, number, False
-    y = x.copy()
-    xs = GearedState((), y, nq)
-    at, shaft = mode_index(support, xs, i), shaft_state(support, xs, i)
-    y[at] = shaft.side if x[at] == 0.0 else 0.0
+    y, at = x.copy(), len(x) - len(support.drives.inertia) + i
+    y[at] = shaft_state(support, xs, i).side if x[at] == 0.0 else 0.0
     outcome = IN_PLAY if y[at] == 0.0 else FORWARDS if y[at] > 0.0 else BACKWARDS
     return y, encode(Guard.BACKLASH, i, outcome), True
 

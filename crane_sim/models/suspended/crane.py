@@ -49,17 +49,17 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.backlash import (
-    GearedState,
     GearedSupport,
     drive_count,
     joint_efforts,
     play_power,
+    with_drive_states,
     write_drive_accelerations,
 )
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.tower_crane import TowerCrane
-from crane_sim.models.suspended.exchange import Exchange, exchange_modes, with_current_load
+from crane_sim.models.suspended.exchange import Exchange, exchange_modes, current_load
 from crane_sim.models.suspended.load_dynamics import (
     add,
     end_acceleration_across,
@@ -135,7 +135,7 @@ def _(support, x, nq):
 
 @support_state.register(GearedSupport)
 def _(support, x, nq):
-    return GearedState(support_state(support.support, x, nq), x, nq)
+    return with_drive_states(support, support_state(support.support, x, nq), x, nq)
 
 
 @lean_kernel
@@ -249,11 +249,17 @@ def fill_node_accelerations(p, base, links, rate, node, acc):
 
 
 @lean_kernel
-def load_force(p, t, base, load):
-    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load."""
+def load_force(p, body, t, base, load):
+    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load.
+
+    Args:
+        p: the crane.
+        body: parameters of its load.
+        t, base, load: time [s], base and kinematics of the load.
+    """
     air = airspeed(base, load.position, load.velocity)
     force = add_given_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p.base, t)
-    wind, moment = wind_on_load(airflow_at(p.wind, p.base, t, 0.0), base, p.load, load)
+    wind, moment = wind_on_load(airflow_at(p.wind, p.base, t, 0.0), base, body, load)
     return add(force, wind), moment
 
 
@@ -276,21 +282,20 @@ def solve_dynamics(p, t, x, tau, work):
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
     nq, _, end = suspended_layout(p)
-    p = with_current_load(p.exchange, p, x, end)
-    links, acc, tension, ratio = work
+    body, (links, acc, tension, ratio) = current_load(p.exchange, p.load, x, end), work
     fill_directions(p, x, links)
     n, (_, rate) = len(tension), first_length(p.hoist, p, x, nq)
     xs = support_state(p.support, x, nq)
     pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
     s, c = sincos(angle)
     node, power = fill_node_accelerations(p, base, links, rate, tip_motion(pose, s, c), acc)
-    load = load_state(p.load, x, nq, node)
+    load = load_state(body, x, nq, node)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
-    links.inv_masses[n - 1] = end_mobility(p.load, load, last)
-    (fx, fy, fz), moment = load_force(p, t, base, load)
-    imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
+    links.inv_masses[n - 1] = end_mobility(body, load, last)
+    (fx, fy, fz), moment = load_force(p, body, t, base, load)
+    imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
-    acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(p.load, base, load, free, moment)
+    acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
     command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
@@ -304,10 +309,10 @@ def solve_dynamics(p, t, x, tau, work):
     pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
     qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
-    across = end_acceleration_across(p.load, load, last, tension[n - 1])
+    across = end_acceleration_across(body, load, last, tension[n - 1])
     for i in range(3):
         acc[n, i] += across[i]
-    power += imposed_load_power(base, p.load, load)
+    power += imposed_load_power(base, body, load)
     return Solved(pose, qdd, length, pull, tau, command, load, base, power, moment)
 
 
@@ -320,8 +325,7 @@ def _(p, t, x, u, out, work):
 def write_suspended_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, end = suspended_layout(p)
-    p = with_current_load(p.exchange, p, x, end)
-    tau = system.effort(u, p, t, x)
+    body, tau = current_load(p.exchange, p.load, x, end), system.effort(u, p, t, x)
     links, acc, tension, _ = work
     solved, n, ns = solve_dynamics(p, t, x, tau, work), len(tension), coordinate_count(p.support)
     for i in range(nq):
@@ -338,7 +342,7 @@ def write_suspended_derivative(p, t, x, u, out, work):
     direction_accelerations(links, top, acc, tension, out, nq + first)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
     pull = last, tension[n - 1], solved.moment
-    write_load_acceleration(p.load, solved.base, solved.load, pull, (out, nq + first + 3 * n))
+    write_load_acceleration(body, solved.base, solved.load, pull, (out, nq + first + 3 * n))
     if end > 2 * nq:
         out[2 * nq] = suspended_power(p, t, x, solved, work)
     for i in range(end, len(out)):
@@ -349,9 +353,9 @@ def write_suspended_derivative(p, t, x, u, out, work):
 def suspended_power(p, t, x, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, end = suspended_layout(p)
-    p = with_current_load(p.exchange, p, x, end)
+    body = current_load(p.exchange, p.load, x, end)
     (_, rate), load = first_length(p.hoist, p, x, nq), solved.load
-    force, moment = load_force(p, t, solved.base, load)
+    force, moment = load_force(p, body, t, solved.base, load)
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
     power += hoist_power(p.hoist, solved.tau, rate, work.tension[0]) + play_power(p.support, solved.pose, solved.command)
-    return power + dot(force, load.velocity) + moment_power(p.load, load, moment)
+    return power + dot(force, load.velocity) + moment_power(body, load, moment)

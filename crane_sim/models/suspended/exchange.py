@@ -84,15 +84,15 @@ def _(windage, exchange, k):
 
 
 @lean_kernel
-def vector_of_row(row, i):
-    """Return entries i to i + 2 of a row as a vector."""
-    return row[i], row[i + 1], row[i + 2]
+def vector_at(rows, k, i):
+    """Return entries i to i + 2 of row k as a vector."""
+    return rows[k, i], rows[k, i + 1], rows[k, i + 2]
 
 
 @lean_kernel
-def matrix_of_row(row, i):
-    """Return entries i to i + 8 of a row as the rows of a matrix."""
-    return vector_of_row(row, i), vector_of_row(row, i + 3), vector_of_row(row, i + 6)
+def matrix_at(rows, k, i):
+    """Return entries i to i + 8 of row k as the rows of a matrix."""
+    return vector_at(rows, k, i), vector_at(rows, k, i + 3), vector_at(rows, k, i + 6)
 
 
 @lean_generic
@@ -104,22 +104,21 @@ def scheduled_load(load, exchange, k):
 
 @scheduled_load.register(RigidLoad)
 def _(load, exchange, k):
-    row, windage = exchange.bodies[k], windage_of_row(load.windage, exchange, k)
-    tensor, inverse = matrix_of_row(row, INERTIA), matrix_of_row(row, INVERSE)
-    return RigidLoad(
-        exchange.masses[k], tensor, inverse, vector_of_row(row, ATTACHMENT), windage, vector_of_row(row, CENTER)
-    )
+    rows, windage = exchange.bodies, windage_of_row(load.windage, exchange, k)
+    tensor, inverse = matrix_at(rows, k, INERTIA), matrix_at(rows, k, INVERSE)
+    attachment, center = vector_at(rows, k, ATTACHMENT), vector_at(rows, k, CENTER)
+    return RigidLoad(exchange.masses[k], tensor, inverse, attachment, windage, center)
 
 
 @lean_generic
-def with_current_load(exchange, p, x, mode):
-    """Return the crane p with the load that it has in state x, whose exchanges are counted at index `mode`."""
-    return p
+def current_load(exchange, load, x, mode):
+    """Return the load in state x, whose exchanges are counted at index `mode`; `load` is the first one."""
+    return load
 
 
-@with_current_load.register(Exchange)
-def _(exchange, p, x, mode):
-    return replace_field(p, "load", scheduled_load(p.load, exchange, int(x[mode])))
+@current_load.register(Exchange)
+def _(exchange, load, x, mode):
+    return scheduled_load(load, exchange, int(x[mode]))
 
 
 @lean_generic

@@ -40,7 +40,7 @@ from crane_sim.models.suspended.crane import (
     tip_acceleration_in_base,
     tip_motion,
 )
-from crane_sim.models.suspended.exchange import DONE, Exchange, carry, join, vector_of_row, with_current_load
+from crane_sim.models.suspended.exchange import DONE, Exchange, carry, join, vector_at, current_load
 from crane_sim.models.suspended.load_dynamics import (
     end_acceleration_across,
     end_mobility,
@@ -55,7 +55,7 @@ from crane_sim.numerics.jit import generic, kernel, routine
 @generic
 def exchange_load(exchange, p, t, x, number):
     """Return the result of `system.apply_reset_map`; without exchanges guards are those of the support."""
-    return switch_drive(p.support, x, suspended_layout(p)[0], number)
+    return switch_drive(p.support, x, support_state(p.support, x, suspended_layout(p)[0]), number)
 
 
 @exchange_load.register(Exchange)
@@ -69,19 +69,19 @@ def apply_exchange(p, t, x, number):
     nq, _, mode = suspended_layout(p)
     k = int(x[mode])
     if number != encode(Guard.PAYLOAD, k):
-        return switch_drive(p.support, x, nq, number)
+        return switch_drive(p.support, x, support_state(p.support, x, nq), number)
     y = x.copy()
     y[mode] += 1.0
-    before, after = with_current_load(p.exchange, p, x, mode), with_current_load(p.exchange, p, y, mode)
+    before, after = current_load(p.exchange, p.load, x, mode), current_load(p.exchange, p.load, y, mode)
     end = lower_end(p, x)
-    state, new_state = load_state(before.load, x, nq, end), load_state(after.load, x, nq, end)
-    weight, new_weight = p.gravity * before.load.mass, p.gravity * after.load.mass
+    state, new_state = load_state(before, x, nq, end), load_state(after, x, nq, end)
+    weight, new_weight = p.gravity * before.mass, p.gravity * after.mass
     gained, least = new_weight * new_state.position[2] - weight * state.position[2], 0.0
     if p.exchange.carried[k] > 0.0:
-        gained += carry(before.load, after.load, state).energy
+        gained += carry(before, after, state).energy
     else:
-        joined = join(before.load, after.load, state, vector_of_row(p.exchange.velocities[k], 0))
-        lost, least = add_jumps(after, x, y, state, joined)
+        joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
+        lost, least = add_jumps(p, after, x, y, state, joined)
         gained += joined.energy - lost
     if mode > 2 * nq:
         y[2 * nq] += gained
@@ -114,11 +114,11 @@ def at_rest(support, x, nq):
 
 
 @routine
-def add_jumps(p, x, y, state, joined):
+def add_jumps(p, load, x, y, state, joined):
     """Add the jumps of all velocities to state y, by the impulses that bring cable and load together.
 
     Args:
-        p: the crane with its new load.
+        p, load: the crane and its new load.
         x, y: state before, and its copy.
         state: kinematics of the load before.
         joined: `Joined`.
@@ -131,8 +131,8 @@ def add_jumps(p, x, y, state, joined):
     fill_directions(p, x, links)
     links.squared_rates[:], acc[:], n = 0.0, 0.0, len(impulse)
     acc[n, 0], acc[n, 1], acc[n, 2] = joined.jump
-    last, upper = vector_of_row(links.units[n - 1], 0), vector_of_row(links.units[0], 0)
-    links.inv_masses[n - 1] = end_mobility(p.load, state, last)
+    last, upper = vector_at(links.units, n - 1, 0), vector_at(links.units, 0, 0)
+    links.inv_masses[n - 1] = end_mobility(load, state, last)
     (pose, (s, c)), nothing = at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0)
     winch, _ = hoist_response(p.hoist, 0.0, nothing, x, nq + ns)
     turned = to_turned_axes(upper, s, c)
@@ -147,13 +147,13 @@ def add_jumps(p, x, y, state, joined):
     for i in range(len(jumps)):
         y[nq + i] += jumps[i]
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, jumps, s, c)
-    (ax, ay, az) = end_acceleration_across(p.load, state, last, impulse[n - 1])
+    (ax, ay, az) = end_acceleration_across(load, state, last, impulse[n - 1])
     acc[n, 0], acc[n, 1], acc[n, 2] = acc[n, 0] + ax, acc[n, 1] + ay, acc[n, 2] + az
     rates = np.empty(3 * n)
     direction_accelerations(links, top, acc, impulse, rates, 0)
     for i in range(3 * n):
         y[nq + first + i] += rates[i]
-    write_spin(p.load, state, (last, impulse[n - 1]), joined.omega, y, nq)
+    write_spin(load, state, (last, impulse[n - 1]), joined.omega, y, nq)
     return lost, impulse.min()
 
 

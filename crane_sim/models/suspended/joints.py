@@ -156,7 +156,7 @@ def _(p, t, q, v):
     for i in range(n - at):
         x[nq - (n - at) + i], x[2 * nq - (n - at) + i] = q[at + i], v[at + i]
     count_exchanges(p.exchange, t, x, end)
-    fill_drive_modes(p.support, x, nq)
+    fill_drive_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 

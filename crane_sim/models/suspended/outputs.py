@@ -45,7 +45,7 @@ from crane_sim.models.suspended.crane import (
 from crane_sim.models.suspended.exchange import (
     describe_exchange,
     exchange_guard,
-    with_current_load,
+    current_load,
     with_exchange_switching,
 )
 from crane_sim.models.suspended.impulses import exchange_load
@@ -109,7 +109,7 @@ def suspended_energies(p, base, x):
         x: state.
     """
     nq, _, end = suspended_layout(p)
-    p = with_current_load(p.exchange, p, x, end)
+    body = current_load(p.exchange, p.load, x, end)
     links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
     fill_directions(p, x, links)
     xs = support_state(p.support, x, nq)
@@ -127,10 +127,10 @@ def suspended_energies(p, base, x):
             potential += mass * p.gravity * z
             more = mass_added_energy(base, p.gravity, mass, node)
             added = added[0] + more[0], added[1] + more[1]
-    load = load_state(p.load, x, nq, node)
-    (vx, vy, vz), more = load.velocity, load_base_energy(base, p.load, load, p.gravity)
-    kinetic += 0.5 * p.load.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(p.load, load)
-    potential += p.load.mass * p.gravity * load.position[2]
+    load = load_state(body, x, nq, node)
+    (vx, vy, vz), more = load.velocity, load_base_energy(base, body, load, p.gravity)
+    kinetic += 0.5 * body.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
+    potential += body.mass * p.gravity * load.position[2]
     return kinetic, potential, added[0] + more[0], added[1] + more[1]
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field
 
 from crane_sim.files.errors import SceneError, unknown_key
@@ -82,4 +81,4 @@ def geared(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
         return support
     total = [sum(drive.share for i, _, drive in drives if i == joint) for joint in range(len(names))]
     columns = zip(*((d.inertia, d.share / total[i], d.play, d.stiffness, d.damping) for i, _, d in drives), strict=True)
-    return GearedSupport(support, Drives(np.array([i for i, _, _ in drives]), *map(np.array, columns)))
+    return GearedSupport(support, Drives(tuple(i for i, _, _ in drives), *columns))
