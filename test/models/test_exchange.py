@@ -326,8 +326,8 @@ def test_a_run_with_exchanges_keeps_its_energy() -> None:
     assert summary["energy_audit_max"] < 1e-9
     texts = [event["what"] for event in summary["events"]]
     assert texts == ["payload of 500 kg taken up, 530 kg hang now", "payload of 500 kg let go, 30 kg hang now"]
-    before, laden, after = (run.derived.tension[run.t <= 2.0], run.derived.tension[(run.t > 2.0) & (run.t <= 4.5)], 0)
-    assert before.max() < 90.0 * 9.81 * 1.2 and laden.min() > 590.0 * 9.81 * 0.8
+    before, laden = run.derived.tension[run.t <= 2.0], run.derived.tension[(run.t > 2.0) & (run.t <= 4.5)]
+    assert before.max() < 2000.0 < 4000.0 < laden.min()  # weights of 883 and 5788 N, which swing
 
 
 REJECTED = [
