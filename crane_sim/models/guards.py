@@ -17,7 +17,7 @@ class Guard(IntEnum):
     LENGTH = 2  # of a rope or first link; indices: LOWER, UPPER
     PAYLOAD = 3  # the next change of the payload
     LINK = 4  # the tension of a link from the top, or of the rope; outcomes: SLACK, TAUT
-    BACKLASH = 7  # contact of a drive with its joint; outcomes: in its play, FORWARDS, BACKWARDS
+    BACKLASH = 7  # contact of a drive with its joint; outcomes: FORWARDS, BACKWARDS, and those of `backlash`
 
 
 LOWER, UPPER = 0, 1

@@ -38,7 +38,7 @@ CASES = {  # (lead of the drive over its joint, its relative velocity, mode): in
     "gap": (0.001, 0.1, 0.0),
     "forwards": (0.02, -0.05, 1.0),
     "backwards": (-0.02, 0.05, -1.0),
-    "leaving": (0.016, -5.0, 0.0),  # compressed, but faster away than the shaft relaxes
+    "leaving": (0.016, -5.0, 2.0),  # compressed, but faster away than the shaft relaxes
 }
 
 
@@ -76,7 +76,7 @@ def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
     assert list(x[-3:]) == [mode, 0.0, last]
     push = [0.0] * 3
     for i, m in ((0, mode), (2, last)):
-        push[i] = m * (STIFFNESS[i] * (abs(lead) - PLAY[i] / 2) + DAMPING[i] * m * rate) if m else 0.0
+        push[i] = m * (STIFFNESS[i] * (abs(lead) - PLAY[i] / 2) + DAMPING[i] * m * rate) if abs(m) == 1.0 else 0.0
     u_plain = (push[0] + push[1], push[2], *EFFORTS[2:ns], -60.0)
     y = system.state(plain, 0.0, q[:-3], v[:-3])
     got, expected = system.acceleration(p, 0.0, x, u), system.acceleration(plain, 0.0, y, u_plain)
@@ -132,12 +132,16 @@ def test_contact_begins_and_ends_by_its_guards() -> None:
     assert continues and system.describe_event(p, event) == ("drive 1 of the bridge pushes forwards", "")
     v[-1] = v[1] - 0.3  # 4e3 × 0.001 < 20 × 0.3: it would pull
     pulling = system.state(p, 0.0, q, v)
-    assert pulling[-1] == 0.0
+    assert pulling[-1] == 2.0
     pulling[-1] = 1.0
     value, number, _ = system.guard(p, 0.0, pulling, u, system.workspace(p))
     assert value == pytest.approx(-2.0)
     after, event, _ = system.apply_reset_map(p, 0.0, pulling, u, number)
-    assert after[-1] == 0.0 and "is in its play" in system.describe_event(p, event)[0]
+    assert after[-1] == 2.0 and "does not push any more" in system.describe_event(p, event)[0]
+    x = system.state(p, 0.0, np.array([*q[:8], q[1] + 0.009]), v)
+    x[-1] = 2.0  # it has come apart
+    value, number, _ = system.guard(p, 0.0, x, u, system.workspace(p))
+    assert value == pytest.approx(-0.001) and system.apply_reset_map(p, 0.0, x, u, number)[0][-1] == 0.0
 
 
 MASS, MOTOR, SPRING, GAP = 9000.0, 1000.0, 4e6, 0.02  # kg, kg, N/m, m

@@ -8,9 +8,10 @@ drive pushes the joint forwards, or σ = -1 the shaft is compressed by
 
     m z'' = u - σ P,    and the joint has the effort σ P,
 
-u the drive's share of the joint's effort. A joint has any number of drives. A mode is σ in contact, 0 in the gap; it is
-what the state says, so contacts end and begin as events. A shaft that the drive leaves relaxes at once: its damper
-takes what the spring still held (Nordin and Gutman, Automatica 38 (2002) 1633, have it relax with the time c/k).
+u the drive's share of the joint's effort. A joint has any number of drives. A shaft that its drive leaves faster than it
+can relax does not push, and its damper takes what the spring gives (Nordin and Gutman, Automatica 38 (2002) 1633, have it
+relax with the time c/k). A mode is σ while the shaft pushes, 2σ while it only relaxes, 0 in the gap; the state says
+which, and each ends as an event.
 
 `GearedSupport` is any support with such drives, whose reflected inertias a base's motion does not accelerate. Its state
 has the drives' coordinates behind its own, and their modes at the end of the crane's.
@@ -39,10 +40,10 @@ from crane_sim.models.supports import (
 )
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry
-from crane_sim.system import Switching
+from crane_sim.system import Retake, Switching
 
 
-IN_PLAY = 0  # outcome of an event, beside FORWARDS and BACKWARDS
+IN_PLAY, RELAXES = 0, 3  # outcomes of an event, beside FORWARDS and BACKWARDS
 
 
 class Drives(NamedTuple):
@@ -73,7 +74,7 @@ class GearedState(NamedTuple):
     inner: Any  # of the support
     position: tuple[float, ...]  # m or rad, reflected to the joint
     rate: tuple[float, ...]  # m/s or rad/s
-    mode: tuple[float, ...]  # 1 pushes forwards, -1 backwards, 0 in the play
+    mode: tuple[float, ...]  # 1 pushes forwards, -1 backwards, 2 and -2 relax on these sides, 0 in the play
 
 
 class GearedPosture(NamedTuple):
@@ -113,7 +114,7 @@ def shaft_state(support, xs, i):
     drives, joint = support.drives, support.drives.joint[i]
     ahead, rate, mode = xs.position[i] - xs.inner[joint], xs.rate[i], xs.mode[i]
     joint_rate = xs.inner[coordinate_count(support.support) + joint]
-    side = mode if mode != 0.0 else 1.0 if ahead >= 0.0 else -1.0
+    side = 1.0 if mode > 0.0 or (mode == 0.0 and ahead >= 0.0) else -1.0
     p, moves = side * ahead - 0.5 * drives.play[i], side * (rate - joint_rate)
     return Shaft(side, p, moves, drives.stiffness[i] * p + drives.damping[i] * moves, (rate, joint_rate))
 
@@ -133,7 +134,8 @@ def with_drive_states(support, inner, x, nq):
 @lean_kernel
 def joint_push(support, xs, i):
     """Return the effort of drive i on its joint, with the sign of the joint, in the mode of state xs."""
-    return xs.mode[i] * shaft_state(support, xs, i).push
+    mode = xs.mode[i]
+    return mode * shaft_state(support, xs, i).push if abs(mode) == 1.0 else 0.0
 
 
 @lean_generic
@@ -181,6 +183,14 @@ def _(support, pose, command):
     return power
 
 
+@lean_kernel
+def mode_of(shaft):
+    """Return the mode that a shaft's state asks for."""
+    if shaft.compression <= 0.0:
+        return 0.0
+    return shaft.side if shaft.push > 0.0 else 2.0 * shaft.side
+
+
 @generic
 def fill_drive_modes(support, x, xs):
     """Write the modes of the drives, of the support's state xs without modes, into the end of state x."""
@@ -190,15 +200,16 @@ def fill_drive_modes(support, x, xs):
 def _(support, x, xs):
     n = len(support.drives.inertia)
     for i in range(n):
-        shaft = shaft_state(support, xs, i)
-        x[len(x) - n + i] = shaft.side if min(shaft.compression, shaft.push) > 0.0 else 0.0
+        x[len(x) - n + i] = mode_of(shaft_state(support, xs, i))
 
 
 @lean_kernel
 def contact_guard(support, xs, i):
-    """Return the guard of drive i: negative where it lets go, or where it has crossed its gap and pushes."""
+    """Return the guard of drive i: negative where its mode ends."""
     mode, shaft = xs.mode[i], shaft_state(support, xs, i)
-    return shaft.push if mode != 0.0 else -min(shaft.compression, shaft.push)
+    if mode == 0.0:
+        return -shaft.compression
+    return shaft.push if abs(mode) == 1.0 else min(shaft.compression, -shaft.push)
 
 
 @support_guard.register(GearedSupport)
@@ -217,7 +228,7 @@ def with_contact_switching(support, switching):
 
 @with_contact_switching.register(GearedSupport)
 def _(support, switching):
-    return Switching(1000, 0, None)
+    return Switching(1000, 0, Retake())
 
 
 @generic
@@ -232,8 +243,8 @@ def _(support, x, xs, number):
     if kind != Guard.BACKLASH:
         return x, number, False
     y, at = x.copy(), len(x) - len(support.drives.inertia) + i
-    y[at] = shaft_state(support, xs, i).side if x[at] == 0.0 else 0.0
-    outcome = IN_PLAY if y[at] == 0.0 else FORWARDS if y[at] > 0.0 else BACKWARDS
+    y[at] = mode_of(shaft_state(support, xs, i))
+    outcome = RELAXES if abs(y[at]) == 2.0 else IN_PLAY if y[at] == 0.0 else FORWARDS if y[at] > 0.0 else BACKWARDS
     return y, encode(Guard.BACKLASH, i, outcome), True
 
 
@@ -241,7 +252,7 @@ def describe_drive(support: Any, i: int, outcome: int) -> str:
     """Return the text of an event of drive i."""
     joint = support.drives.joint
     number = 1 + sum(1 for k in range(i) if joint[k] == joint[i])
-    what = ("leaves its joint and is in its play", "pushes forwards", "pushes backwards")[outcome]
+    what = ("is in its play", "pushes forwards", "pushes backwards", "does not push any more")[outcome]
     return f"drive {number} of the {support.coordinate(int(joint[i]))[0]} {what}"
 
 
