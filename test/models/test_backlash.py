@@ -112,7 +112,9 @@ def test_equal_drives_side_by_side_are_one() -> None:
     for n, gears in ((2, two), (1, one)):
         p = crane("bridge", gears)
         x = system.state(p, 0.0, np.array([*q[:8], *[q[1] + 0.015] * n]), np.array([*v[:8], *[v[1] + 0.1] * n]))
-        results.append([*system.acceleration(p, 0.0, x, (3.0, 9.0, -60.0))[:9], system.kinetic(p, x), system.potential(p, x)])
+        results.append(
+            [*system.acceleration(p, 0.0, x, (3.0, 9.0, -60.0))[:9], system.kinetic(p, x), system.potential(p, x)]
+        )
     np.testing.assert_allclose(results[0], results[1], rtol=1e-13, atol=1e-13)  # rounding
 
 
@@ -180,7 +182,7 @@ def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None
 
 
 def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
-    """Under a constant force, parabolas in the gap and arcs on the flank make a limit cycle with the period in closed form.
+    """Parabolas in the gap and arcs on the flank make a limit cycle under a constant force, its period in closed form.
 
     The drive starts at the other flank and crosses the whole gap first.
     """
@@ -199,7 +201,7 @@ def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
 
 
 def test_drives_in_tandem_cross_their_play_one_after_the_other() -> None:
-    """In the catalogue's scene both drives pull and brake, meet their flanks at different times, and no energy is lost."""
+    """In the catalogue's scene both drives pull and brake, cross their play at different times, and energy is kept."""
     run = crane_sim.simulate("tandem_play")
     assert run.summary["energy_audit_max"] < 1e-9
     lead = (run.q[:, -2:] - run.q[:, 1:2]) * 1e3  # mm

@@ -11,7 +11,7 @@ from crane_sim import system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.loads import PointLoad, RigidLoad
+from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
@@ -28,11 +28,28 @@ SUPPORTS = {
 }
 HOISTS = {"force": ForceHoist(1.5), "rate": RateHoist(), "massless": MasslessHoist(1.0)}
 NODES, LENGTHS = (2.0, 1.5), (2.5, 1.2, 0.8)  # kg, m
-HOOK = {"mass": 3.0, "inertia": [[0.5, 0.02, -0.01], [0.02, 0.6, 0.03], [-0.01, 0.03, 0.7]], "attachment": [0.1, 0, 0.3]}
+HOOK = {
+    "mass": 3.0,
+    "inertia": [[0.5, 0.02, -0.01], [0.02, 0.6, 0.03], [-0.01, 0.03, 0.7]],
+    "attachment": [0.1, 0, 0.3],
+}
 TAKEN_MASS, TAKEN_CENTER = 20.0, np.array([0.3, -0.2, -1.4])  # kg, m from the attachment, in the body's axes
 TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])  # kg m², about its centre
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
-Q = (0.4, 6.0, 2.5, 0.7, 0.4, -1.1, 0.5, 2.0, 0.3, 0.5, -0.4, 0.8)  # support, length, (azimuth, inclination) of links, body
+Q = (
+    0.4,
+    6.0,
+    2.5,
+    0.7,
+    0.4,
+    -1.1,
+    0.5,
+    2.0,
+    0.3,
+    0.5,
+    -0.4,
+    0.8,
+)  # support, length, (azimuth, inclination) of links, body
 V = (0.3, -0.2, 0.15, 0.4, -0.3, 0.2, 0.5, -0.4, 0.1, 0.3, -0.2, 0.4)
 
 
@@ -268,7 +285,9 @@ def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
     schedule = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 4.0}}})]
     load, exchange = exchange_of(Payload(mass=3.0), schedule)
     chain = Chain(np.array([3.0]), np.array([5.0]))
-    p = SuspendedCrane(SUPPORTS["bridge"], chain, load, MasslessHoist(), energy_meter=Meter(), stops=Stops(), exchange=exchange)
+    p = SuspendedCrane(
+        SUPPORTS["bridge"], chain, load, MasslessHoist(), energy_meter=Meter(), stops=Stops(), exchange=exchange
+    )
     y = exchange_now(p, system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.array([0.0, 0.0, -2.0, 0.0, 0.0])))
     assert system.joints(p, y)[1][2] == pytest.approx(-1.5, rel=1e-15)
     assert system.energy_supplied(p, y) == pytest.approx(4.5 - 6.0 - 5.0 * 9.81, rel=1e-14)
@@ -331,11 +350,23 @@ def test_a_run_with_exchanges_keeps_its_energy() -> None:
 
 
 REJECTED = [
-    ({"velocity": [0, 0, 1]}, HOOK | {"mass": 20.0, "inertia": [0.3, 0.4, 0.5]}, "events[0].velocity: belongs to what is"),
-    ({}, {"mass": 530.0}, "events[0].set.payload.inertia: is missing; the payloads of a run are all point masses, or all"),
+    (
+        {"velocity": [0, 0, 1]},
+        HOOK | {"mass": 20.0, "inertia": [0.3, 0.4, 0.5]},
+        "events[0].velocity: belongs to what is",
+    ),
+    (
+        {},
+        {"mass": 530.0},
+        "events[0].set.payload.inertia: is missing; the payloads of a run are all point masses, or all",
+    ),
     ({}, HOOK | {"mass": 30.0}, "events[0].set.payload.mass = 30: must be another one"),
     ({}, HEAVY | {"inertia": [1, 1, 3]}, "events[0].set.payload.inertia = "),
-    ({}, HEAVY | {"inertia": [40.0, 40.0, 0.5]}, "events[0].set.payload.inertia: the 500 kg by which the payload changes"),
+    (
+        {},
+        HEAVY | {"inertia": [40.0, 40.0, 0.5]},
+        "events[0].set.payload.inertia: the 500 kg by which the payload changes",
+    ),
     ({"at": -1.0}, HEAVY, "events[0].at = -1.0: must be greater than or equal to 0"),
     ({"velocity": "ground"}, HEAVY, "events[0].velocity"),
 ]

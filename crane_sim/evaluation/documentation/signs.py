@@ -63,7 +63,9 @@ SIGNS = (
     Sign("bridge", "link_k_x", "1", "further link k across x; of tower and mobile cranes, too", "along x"),
     Sign("bridge", "link_k_y", "1", "further link k across y", "along y"),
     Sign("bridge", "link_k_z", "1", "a horizontal link k", "upwards: hanging it is -1"),
-    Sign("bridge", "bridge_drive_k", "m", "as the bridge, in the middle of its play", "as the bridge: it moves no load"),
+    Sign(
+        "bridge", "bridge_drive_k", "m", "as the bridge, in the middle of its play", "as the bridge: it moves no load"
+    ),
     Sign("gantry", "trolley", "m", "the origin", "along x: it moves the falls' upper ends, not the load"),
     Sign("gantry", "bridge", "m", "the origin", "along y: as the trolley"),
     Sign("gantry", "hoist", "m", "no length of the falls", "longer: the load follows by their elasticity"),

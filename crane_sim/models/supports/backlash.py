@@ -1,17 +1,17 @@
 """Drives with play: each turns an inertia of its own, which meets the joint behind a gap.
 
-A drive with the reflected inertia m and the position z moves a joint at q. Between them are the play Δ, of which half lies on
-either side, and a shaft with the stiffness k and the damping c, which pushes and never pulls. On the side σ = 1, where the
-drive pushes the joint forwards, or σ = -1 the shaft is compressed by
+A drive with the reflected inertia m and the position z moves a joint at q. Between them are the play Δ, of which half
+lies on either side, and a shaft with the stiffness k and the damping c, which pushes and never pulls. On the side σ =
+1, where the drive pushes the joint forwards, or σ = -1 the shaft is compressed by
 
     p = σ (z - q) - Δ/2,    and pushes with P = k p + c p' while p and P are positive, else with nothing:
 
     m z'' = u - σ P,    and the joint has the effort σ P,
 
-u the drive's share of the joint's effort. A joint has any number of drives. A shaft that its drive leaves faster than it
-can relax does not push, and its damper takes what the spring gives (Nordin and Gutman, Automatica 38 (2002) 1633, have it
-relax with the time c/k). A mode is σ while the shaft pushes, 2σ while it only relaxes, 0 in the gap; the state says
-which, and each ends as an event.
+u the drive's share of the joint's effort. A joint has any number of drives. A shaft that its drive leaves faster than
+it can relax does not push, and its damper takes what the spring gives (Nordin and Gutman, Automatica 38 (2002) 1633,
+have it relax with the time c/k). A mode is σ while the shaft pushes, 2σ while it only relaxes, 0 in the gap; the
+state says which, and each ends as an event.
 
 `GearedSupport` is any support with such drives, whose reflected inertias a base's motion does not accelerate. Its state
 has the drives' coordinates behind its own, and their modes at the end of the crane's.
@@ -41,7 +41,6 @@ from crane_sim.models.supports import (
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry
 from crane_sim.system import Retake, Switching
-
 
 IN_PLAY, RELAXES = 0, 3  # outcomes of an event, beside FORWARDS and BACKWARDS
 

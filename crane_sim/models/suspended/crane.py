@@ -59,7 +59,7 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.tower_crane import TowerCrane
-from crane_sim.models.suspended.exchange import Exchange, exchange_modes, current_load
+from crane_sim.models.suspended.exchange import Exchange, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
     add,
     end_acceleration_across,
@@ -357,5 +357,7 @@ def suspended_power(p, t, x, solved, work):
     (_, rate), load = first_length(p.hoist, p, x, nq), solved.load
     force, moment = load_force(p, body, t, solved.base, load)
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
-    power += hoist_power(p.hoist, solved.tau, rate, work.tension[0]) + play_power(p.support, solved.pose, solved.command)
+    power += hoist_power(p.hoist, solved.tau, rate, work.tension[0]) + play_power(
+        p.support, solved.pose, solved.command
+    )
     return power + dot(force, load.velocity) + moment_power(body, load, moment)

@@ -201,4 +201,7 @@ def describe_exchange(exchange: Exchange, k: int, outcome: int) -> tuple[str, st
     text = f"payload of {change:g} kg {word}, {after:g} kg hang now"
     if outcome == DONE:
         return text, ""
-    return f"{text}: a link would push at that", f"change events[{k}].velocity, or take rope.slack: allow if links are rods"
+    return (
+        f"{text}: a link would push at that",
+        f"change events[{k}].velocity, or take rope.slack: allow if links are rods",
+    )

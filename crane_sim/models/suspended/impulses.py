@@ -1,10 +1,10 @@
 """The impact of an exchange of the load on the whole crane.
 
-The load and what it takes up are one body first (`exchange.join`), whose attachment has another velocity than the cable's
-end. Then impulses along the rigid links bring both together. They solve the same system as the tensions do, with jumps
-of velocities in place of accelerations: inverse masses of nodes, winch and attachment and the mobility of the tip are
-the same, and nothing else acts in no time. A winch that imposes its motion keeps its rate, a massless one transmits no
-impulse.
+The load and what it takes up are one body first (`exchange.join`), whose attachment has another velocity than the
+cable's end. Then impulses along the rigid links bring both together. They solve the same system as the tensions do,
+with jumps of velocities in place of accelerations: inverse masses of nodes, winch and attachment and the mobility of
+the tip are the same, and nothing else acts in no time. A winch that imposes its motion keeps its rate, a massless one
+transmits no impulse.
 
 The last link's impulse takes half of its product with the jump of relative velocity along the link as energy (Carnot).
 """
@@ -40,7 +40,7 @@ from crane_sim.models.suspended.crane import (
     tip_acceleration_in_base,
     tip_motion,
 )
-from crane_sim.models.suspended.exchange import DONE, Exchange, carry, join, vector_at, current_load
+from crane_sim.models.suspended.exchange import DONE, Exchange, carry, current_load, join, vector_at
 from crane_sim.models.suspended.load_dynamics import (
     end_acceleration_across,
     end_mobility,
@@ -106,7 +106,7 @@ def lower_end(p, x):
 
 @kernel
 def at_rest(support, x, nq):
-    """Return the kinematics of the support where it is in state x, without velocities, and its yaw's sine and cosine."""
+    """Return the posture of the support in state x without velocities, and sine and cosine of its yaw."""
     still = x.copy()
     still[nq : 2 * nq] = 0.0
     xs = support_state(support, still, nq)

@@ -43,9 +43,9 @@ from crane_sim.models.suspended.crane import (
     to_base_axes,
 )
 from crane_sim.models.suspended.exchange import (
+    current_load,
     describe_exchange,
     exchange_guard,
-    current_load,
     with_exchange_switching,
 )
 from crane_sim.models.suspended.impulses import exchange_load

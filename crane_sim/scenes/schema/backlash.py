@@ -73,10 +73,10 @@ def geared(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
             raise SceneError("backlash.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
     for name, joint in backlash.items():
         for k, drive in enumerate(joint):
-            if abs(drive.offset) > 0.5 * drive.play:
-                raise SceneError(
-                    f"backlash.{name}[{k}].offset = {drive.offset:g}: must be within half of the play, {0.5 * drive.play:g}"
-                )
+            half = 0.5 * drive.play
+            if abs(drive.offset) > half:
+                key = f"backlash.{name}[{k}].offset = {drive.offset:g}"
+                raise SceneError(f"{key}: must be within half of the play, {half:g}")
     if not drives:
         return support
     total = [sum(drive.share for i, _, drive in drives if i == joint) for joint in range(len(names))]

@@ -9,7 +9,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.suspended.exchange import COLUMNS, Exchange
-from crane_sim.models.wind_load import Windage
+from crane_sim.models.wind_load import RodWindage, Windage
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.rigging import Payload, Vector
 
@@ -29,14 +29,18 @@ class LoadEvent(Group):
 
     at: NonNegative  # s, when it happens
     set: LoadChange  # what is new from then on
-    velocity: Literal["hook"] | Vector | None = None  # m/s, of what is taken up just before, relative to the base and in
+    velocity: Literal["hook"] | Vector | None = (
+        None  # m/s, of what is taken up just before, relative to the base and in
+    )
     # its axes, without turning; `hook`: it moves with the payload, and nothing jumps; left out: it rests
 
 
-def windages_of(payload: Payload, events: Sequence[LoadEvent]) -> dict[str, Windage | None]:
+def windages_of(payload: Payload, events: Sequence[LoadEvent]) -> dict[str, Windage | RodWindage | None]:
     """Return what all payloads of a run oppose to the wind, by key of the file."""
-    later = {f"events[{i}].set.payload.windage": event.set.payload.pressed for i, event in enumerate(events)}
-    return {"payload.windage": payload.pressed, **later}
+    windages: dict[str, Windage | RodWindage | None] = {"payload.windage": payload.pressed}
+    for i, event in enumerate(events):
+        windages[f"events[{i}].set.payload.windage"] = event.set.payload.pressed
+    return windages
 
 
 def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoad | RigidLoad, Exchange | None]:
@@ -85,8 +89,8 @@ def _load_after(key: str, event: LoadEvent, before: PointLoad | RigidLoad) -> Po
         )
     if abs(after.mass - before.mass) <= ROUNDING * before.mass:
         raise SceneError(
-            f"{key}.set.payload.mass = {after.mass:g}: must be another one; a payload that takes the place of another is "
-            "two events: let go, taken up"
+            f"{key}.set.payload.mass = {after.mass:g}: must be another one; a payload in place of another one is two "
+            "events: let go, taken up"
         )
     if isinstance(after, RigidLoad) and isinstance(before, RigidLoad):
         _check_difference(f"{key}.set.payload.inertia", *sorted((before, after), key=lambda load: load.mass))
