@@ -85,7 +85,7 @@ def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     add_joint(robot, "revolute", "swing_tangential", (tip, "swing_link"), axis=FORWARD)
     add_joint(robot, "revolute", "swing_radial", ("swing_link", "rope_link"), axis=RIGHT)
     _add_rigging(robot, crane, size)
-    _add_drives(robot, scene)
+    add_drives(robot, scene)
 
 
 def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, size: float) -> None:
@@ -116,7 +116,7 @@ def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, size: float)
     add_link(robot, "payload_link", shapes, body)
 
 
-def _add_drives(robot: ElementTree.Element, scene: Scene) -> None:
+def add_drives(robot: ElementTree.Element, scene: Scene) -> None:
     """Add the positions of drives with play, reflected to their joints, as links that nothing hangs on."""
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     for name in (name for name in scene.joint_names if "_drive_" in name):

@@ -41,6 +41,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
+from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
 from crane_sim.models.suspended.load_dynamics import (
@@ -116,7 +117,8 @@ class Solved(NamedTuple):
     alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
     load: BodyState
     pull: Pull
-    tau: Any  # efforts with those that base and falls add
+    tau: Any  # efforts on the joints, with those that base and falls add
+    command: Any  # efforts of the drives
     base: Any
 
 
@@ -205,6 +207,7 @@ def solve_dynamics(p, t, x, tau):
     (s, c), load = sincos(angle), body_state(p, x)
     pull = sum_falls(p, x, pose, (s, c), tip_motion(pose, s, c), load)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
     tau = add_yaw_moment(p.support, tau, pull.couple)
     fx, fy, fz = to_turned_axes(pull.force, s, c)
@@ -215,7 +218,7 @@ def solve_dynamics(p, t, x, tau):
     imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
     center = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
     alpha = angular_acceleration(p.load, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
-    return Solved(pose, qdd, bias_acc + inv_mass * pull.paid, center, alpha, load, pull, tau, base)
+    return Solved(pose, qdd, bias_acc + inv_mass * pull.paid, center, alpha, load, pull, tau, command, base)
 
 
 @system.rhs_into.register(FallsCrane)
@@ -231,7 +234,7 @@ def write_falls_derivative(p, t, x, u, out):
     solved, ns = solve_dynamics(p, t, x, tau), coordinate_count(p.support)
     for i in range(nq):
         out[i] = x[nq + i]
-    for i in range(ns):
+    for i in range(len(solved.support)):
         out[nq + i] = solved.support[i]
     if first > ns:
         out[nq + ns] = solved.length
@@ -241,6 +244,7 @@ def write_falls_derivative(p, t, x, u, out):
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
+    write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
     if modes > 2 * nq:
         out[2 * nq] = falls_power(p, t, x, solved)
 
@@ -253,6 +257,7 @@ def falls_power(p, t, x, solved):
     given, moment = load_force(p, p.load, t, solved.base, load)
     reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
+    power += play_power(p.support, solved.pose, solved.command)
     power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, p.load, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
     return power - pull.damping - pull.couple * solved.pose.yaw_rate

@@ -19,6 +19,8 @@ has the drives' coordinates behind its own, and their modes at the end of the cr
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from crane_sim.models.guards import BACKWARDS, FORWARDS, Guard, decode, encode, smaller_guard
 from crane_sim.models.supports import (
     add_imposed_efforts,
@@ -105,6 +107,42 @@ def drive_count(support):
 @drive_count.register(GearedSupport)
 def _(support):
     return len(support.drives.inertia)
+
+
+@generic
+def joint_order(support, row):
+    """Return a row of the crane's coordinates or their rates, a copy, in the order of joints: drives are last."""
+    return row.copy()
+
+
+@joint_order.register(GearedSupport)
+def _(support, row):
+    own, n, count = coordinate_count(support.support), len(support.drives.inertia), len(row)
+    out = row.copy()
+    for i in range(own, count - n):
+        out[i] = row[i + n]
+    for i in range(n):
+        out[count - n + i] = row[own + i]
+    return out
+
+
+@generic
+def coordinate_order(support, row):
+    """Return the coordinates (n,) of joints or their rates: the inverse of `joint_order`."""
+    return row
+
+
+@coordinate_order.register(GearedSupport)
+def _(support, row):
+    own, n, count = coordinate_count(support.support), len(support.drives.inertia), len(row)
+    out = np.empty(count)
+    for i in range(own):
+        out[i] = row[i]
+    for i in range(own, count - n):
+        out[i + n] = row[i]
+    for i in range(n):
+        out[own + i] = row[count - n + i]
+    return out
 
 
 @lean_kernel
