@@ -104,6 +104,31 @@ def test_the_meter_counts_all_power(name: str, case: str) -> None:
 
 
 @pytest.mark.interpreted
+@pytest.mark.parametrize("case", CASES)
+def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
+    """Below falls: accelerations are those without play under the shafts' forces, and the meter counts all power."""
+    (lead, rate, mode), play, stiffness, damping = CASES[case], 0.02, 4e5, 2e3
+    gears = [{"inertia": 900.0, "play": play, "stiffness": stiffness, "damping": damping}]
+    plain = crane_sim.load_scene("spreader_skew")
+    geared = crane_sim.load_scene("spreader_skew", {"backlash": {"bridge": gears}})
+    q, v = np.array(plain.initial_q), np.zeros(len(plain.initial_q))
+    v[:7] = 0.1, 0.2, -0.1, 0.05, 0.1, 0.02, 0.0
+    p, u = geared.model._replace(energy_meter=Meter()), (300.0, 500.0, 0.1)
+    x = system.state(p, 0.0, np.array([*q, q[1] + lead]), np.array([*v, v[1] + rate]))
+    assert x[-1] == mode
+    push = mode * (stiffness * (abs(lead) - play / 2) + damping * mode * rate) if abs(mode) == 1.0 else 0.0
+    y = system.state(plain.model, 0.0, q, v)
+    got, u_plain = system.acceleration(p, 0.0, x, u), (300.0, push, 0.1)
+    expected = system.acceleration(plain.model, 0.0, y, u_plain)
+    np.testing.assert_allclose(got, [*expected, (500.0 - push) / 900.0], rtol=1e-12, atol=1e-12)  # rounding
+    np.testing.assert_array_equal(np.array(system.joints(p, x))[:, -1], [q[1] + lead, v[1] + rate])
+    rates, h = system.rhs(p, 0.0, x, u), 1e-6
+    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * rates, x + h * rates))
+    metered = rates[2 * len(got)]
+    assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))  # h², rounding / h
+
+
+@pytest.mark.interpreted
 def test_equal_drives_side_by_side_are_one() -> None:
     """Two equal drives in the same place move the joint as one with the sum of their inertias and stiffnesses."""
     two = Drives((1, 1), (2.0, 2.0), (0.5, 0.5), (0.02, 0.02), (4e3, 4e3), (20.0, 20.0))
