@@ -278,7 +278,7 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    return with_contact_switching(p.support, with_exchange_switching(p.exchange, switching_of(p.stops, 0)))
+    return with_exchange_switching(p.exchange, with_contact_switching(p.support, switching_of(p.stops, 0)))
 
 
 @system.guard.register(SuspendedCrane)
