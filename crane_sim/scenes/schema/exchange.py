@@ -16,6 +16,7 @@ from crane_sim.scenes.schema.rigging import Payload, Vector
 REST = (0.0, 0.0, 0.0)
 ROUNDING = 1e-9  # relative, of differences of masses and moments
 NO_WINDAGE = Windage(0.0, 0.0)
+Velocity = Literal["hook"] | Vector
 
 
 class LoadChange(Group):
@@ -29,10 +30,8 @@ class LoadEvent(Group):
 
     at: NonNegative  # s, when it happens
     set: LoadChange  # what is new from then on
-    velocity: Literal["hook"] | Vector | None = (
-        None  # m/s, of what is taken up just before, relative to the base and in
-    )
-    # its axes, without turning; `hook`: it moves with the payload, and nothing jumps; left out: it rests
+    velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base and in its axes,
+    # without turning; `hook`: it moves with the payload, and nothing jumps; left out: it rests
 
 
 def windages_of(payload: Payload, events: Sequence[LoadEvent]) -> dict[str, Windage | RodWindage | None]:
