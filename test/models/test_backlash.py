@@ -19,6 +19,7 @@ from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.simulation.hardware import joint_mechanics
 from crane_sim.simulation.plant import Plant
 
 SUPPORTS = {
@@ -169,6 +170,15 @@ def test_contact_begins_and_ends_by_its_guards() -> None:
     x[-1] = 2.0  # it has come apart
     value, number, _ = system.guard(p, 0.0, x, u, system.workspace(p))
     assert value == pytest.approx(-0.001) and system.apply_reset_map(p, 0.0, x, u, number)[0][-1] == 0.0
+
+
+@pytest.mark.interpreted
+def test_brakes_are_chosen_for_the_joint_behind_the_play() -> None:
+    """Inertias and loads that brakes are chosen by are those of the crane without play, which would hide them."""
+    with_play = joint_mechanics(crane_sim.load_scene("tandem_play"))
+    without = joint_mechanics(crane_sim.load_scene("tandem_play", {"backlash": {}}))
+    for got, expected in zip(with_play, without, strict=True):
+        np.testing.assert_allclose(got, expected, rtol=1e-12)  # rounding of energies
 
 
 MASS, MOTOR, SPRING, GAP = 9000.0, 1000.0, 4e6, 0.02  # kg, kg, N/m, m
