@@ -14,7 +14,8 @@ import numpy as np
 
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, UP, add_joint, add_link
 from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Body, Shape, point_mass
-from crane_sim.description.suspended import ATTITUDE_JOINT, box_edges, products_of
+from crane_sim.description.suspended import ATTITUDE_JOINT, add_drives, box_edges, products_of
+from crane_sim.models.supports.backlash import without_drives
 
 if TYPE_CHECKING:
     from crane_sim.models.falls.crane import Falls, FallsCrane
@@ -29,7 +30,7 @@ def depth_of(scene: Scene) -> float:
 
 def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: FallsCrane = scene.model
+    crane: FallsCrane = scene.model._replace(support=without_drives(scene.model.support))
     depth = depth_of(scene)
     reach = _reach(scene, depth)
     add_joint(robot, "fixed", "base", ("world", "base_link"))
@@ -52,6 +53,7 @@ def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
         crane.load.mass, ORIGIN, (float(moments[0]), float(moments[1]), float(moments[2])), products_of(crane.load)
     )
     add_link(robot, "payload_link", spreader_visual(crane.load, crane.falls), body)
+    add_drives(robot, scene)
 
 
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
@@ -68,7 +70,8 @@ def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
 
 def _reach(scene: Scene, depth: float) -> tuple[float, float]:
     """Return the ends [m] of the drawn rail of the trolley."""
-    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(scene.model.support.trolley.limits or ())]
+    limits = without_drives(scene.model.support).trolley.limits
+    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]
     return min(places) - 0.4 * depth, max(places) + 0.4 * depth
 
 

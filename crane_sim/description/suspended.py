@@ -30,6 +30,7 @@ from crane_sim.description.solids import (
     point_mass,
 )
 from crane_sim.models.loads import RigidLoad
+from crane_sim.models.supports.backlash import without_drives
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.supports.tower_crane import TowerCrane
@@ -46,7 +47,7 @@ FOOT_HEIGHT = 0.12  # of a mobile crane's size: of the model's origin above the 
 
 def crane_size(scene: Scene) -> float:
     """Return a typical length [m]: the jib to the trolley's furthest point, or the boom's."""
-    support, start = scene.model.support, scene.initial_q
+    support, start = without_drives(scene.model.support), scene.initial_q
     if isinstance(support, Bridge):
         return 1.5 * float(np.sum(scene.model.cable.lengths))
     if isinstance(support, TowerCrane):
@@ -60,16 +61,17 @@ def crane_size(scene: Scene) -> float:
 def ground_height(scene: Scene) -> float:
     """Return the height [m] of the drawn ground, below all that hangs; the model has none."""
     length = float(np.sum(scene.model.cable.lengths))
-    if isinstance(scene.model.support, Bridge):
+    support = without_drives(scene.model.support)
+    if isinstance(support, Bridge):
         return -1.3 * length
-    if isinstance(scene.model.support, TowerCrane):
+    if isinstance(support, TowerCrane):
         return -max(MAST_HEIGHT * crane_size(scene), 1.15 * length)
     return -FOOT_HEIGHT * crane_size(scene)
 
 
 def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: SuspendedCrane = scene.model
+    crane: SuspendedCrane = scene.model._replace(support=without_drives(scene.model.support))
     size = crane_size(scene)
     add_joint(robot, "fixed", "base", ("world", "base_link"))
     if isinstance(crane.support, Bridge):
@@ -83,6 +85,7 @@ def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     add_joint(robot, "revolute", "swing_tangential", (tip, "swing_link"), axis=FORWARD)
     add_joint(robot, "revolute", "swing_radial", ("swing_link", "rope_link"), axis=RIGHT)
     _add_rigging(robot, crane, size)
+    add_drives(robot, scene)
 
 
 def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, size: float) -> None:
@@ -111,6 +114,16 @@ def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, size: float)
         add_joint(robot, "fixed", ATTITUDE_JOINT, (last, "payload_link"))
     shapes, body = payload_visual(crane.load, size)
     add_link(robot, "payload_link", shapes, body)
+
+
+def add_drives(robot: ElementTree.Element, scene: Scene) -> None:
+    """Add the positions of drives with play, reflected to their joints, as links that nothing hangs on."""
+    units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
+    for name in (name for name in scene.joint_names if "_drive_" in name):
+        ElementTree.SubElement(robot, "link", name=f"{name}_link")
+        kind = "prismatic" if units[name] == "m" else "revolute"
+        axis = LEFT if name.startswith("bridge") else UP if name.startswith("slew") else FORWARD
+        add_joint(robot, kind, name, ("base_link", f"{name}_link"), axis=axis)
 
 
 def payload_visual(load: Any, size: float) -> tuple[list[Shape], Body]:

@@ -10,6 +10,7 @@ import numpy as np
 from crane_sim.description.falls import depth_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.suspended import crane_size, ground_height
+from crane_sim.models.supports.backlash import without_drives
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
@@ -98,7 +99,7 @@ def of_gantry(scene: Scene) -> Framing:
 def gantry_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
     crane = scene.model
-    weight, portal = crane.gravity * crane.load.mass, crane.support.bridge.mass
+    weight, portal = crane.gravity * crane.load.mass, without_drives(crane.support).bridge.mass
     hoist = weight if scene.effort_units[2] == "N" else 1.0
     return 0.1 * weight, 0.05 * portal, hoist
 
@@ -110,7 +111,8 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
     crane = scene.model
-    weight = crane.gravity * (crane.load.mass + float(crane.cable.masses[:-1].sum()))
+    load = crane.load.mass if crane.exchange is None else float(crane.exchange.masses.max())
+    weight = crane.gravity * (load + float(crane.cable.masses[:-1].sum()))
     scales = {"N m": radius * weight, "N": weight, "m/s²": 1.0, "m/s": 1.0}
     shares = [0.1 if name in ("slew", "trolley", "bridge") else 1.0 for name in scene.actuated]
     return tuple(max(share * scales[unit], 1e-9) for share, unit in zip(shares, scene.effort_units, strict=True))

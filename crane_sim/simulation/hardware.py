@@ -15,6 +15,7 @@ from crane_sim.hardware.payloads import with_payload
 from crane_sim.hardware.random import seed_to_uint64
 from crane_sim.hardware.records import COUNTERS, make_records
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
+from crane_sim.models.supports.backlash import GearedSupport
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
@@ -70,16 +71,24 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
         drives.capacity = spring * settings.capacity
 
 
+def without_play(model: Any, q: Array) -> tuple[Any, Array]:
+    """Return (model, positions) without drives that have play, which would hide their joints' inertia; else both."""
+    support = getattr(model, "support", None)
+    if not isinstance(support, GearedSupport):
+        return model, q
+    return model._replace(support=support.support), q[: len(q) - len(support.drives.inertia)]
+
+
 def joint_mechanics(scene: Scene) -> JointMechanics:
     """Return the properties of the actuated joints at the initial posture."""
     nu = len(scene.actuated)
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     q, v = np.array(scene.initial_q), np.zeros(len(scene.joint_names))
     v[actuated] = _BREAKAWAY_VELOCITY
-    model = average_scene(scene).model
+    model, places = without_play(average_scene(scene).model, q)
 
     def accelerations(u: Any) -> Array:
-        return np.array(joint_acceleration(model, 0.0, q, v, tuple(map(float, u))))[actuated]
+        return np.array(joint_acceleration(model, 0.0, places, v[: len(places)], tuple(map(float, u))))[actuated]
 
     at_rest = accelerations(np.zeros(nu))
     mobility: Array = np.column_stack([accelerations(unit) - at_rest for unit in np.eye(nu)])

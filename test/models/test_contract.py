@@ -58,7 +58,8 @@ def test_models_and_supports_are_found() -> None:
     """The two tests above have seen the models of the catalogue."""
     overhead = {"RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"}
     assert {model.__name__ for model in MODELS} == {"Crane", "SuspendedCrane", "FallsCrane", *overhead}
-    assert {support.__name__ for support in SUPPORTS} == {"Bridge", "Knuckle", "Point", "TelescopicBoom", "TowerCrane"}
+    single = {"Bridge", "Knuckle", "Point", "TelescopicBoom", "TowerCrane"}
+    assert {support.__name__ for support in SUPPORTS} == {"GearedSupport", *single}
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,8 @@ POSTURES = {
 }
 X, Y, Z = np.eye(3)
 LINK = {"link_2_x": X, "link_2_y": Y, "link_2_z": Z}
-UNMOVED = {("gantry", "trolley"), ("gantry", "bridge"), ("gantry", "hoist")}  # joints that leave the load where it is
+UNMOVED = {("gantry", "trolley"), ("gantry", "bridge"), ("gantry", "hoist"), ("bridge", "bridge_drive_k")}
+"""Joints that leave the load where it is."""
 DIRECTIONS = {  # of the payload, for a small positive change of the joint
     "knuckle": {"slew": Y, "boom": Z, "jib": Z, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
     "tower": {"slew": Y, "trolley": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X},

@@ -63,6 +63,9 @@ SIGNS = (
     Sign("bridge", "link_k_x", "1", "further link k across x; of tower and mobile cranes, too", "along x"),
     Sign("bridge", "link_k_y", "1", "further link k across y", "along y"),
     Sign("bridge", "link_k_z", "1", "a horizontal link k", "upwards: hanging it is -1"),
+    Sign(
+        "bridge", "bridge_drive_k", "m", "as the bridge, in the middle of its play", "as the bridge: it moves no load"
+    ),
     Sign("gantry", "trolley", "m", "the origin", "along x: it moves the falls' upper ends, not the load"),
     Sign("gantry", "bridge", "m", "the origin", "along y: as the trolley"),
     Sign("gantry", "hoist", "m", "no length of the falls", "longer: the load follows by their elasticity"),
@@ -103,7 +106,8 @@ force on its length, positive pays out, so that a hanging load is held by a nega
 links are unit vectors, for which no angle is singular.""",
     "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower and mobile cranes as
 well, are unit vectors in the axes of the base. A payload with an inertia adds its attitude `payload_qw` ..
-`payload_qz`, the unit quaternion from its axes to those of the base.""",
+`payload_qz`, the unit quaternion from its axes to those of the base. A drive with play (`backlash`) adds its position,
+`JOINT_drive_k`, reflected to its joint; so on tower and mobile cranes.""",
     "gantry": """`payload_qw` .. `payload_qz` are the unit quaternion from the load's axes to those of the base. Skew,
 trim and list are its rotations about z, y and x.""",
     "base": """The base turns by yaw first, then by pitch about its new y, then by roll about its new x: its axes in

@@ -45,6 +45,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
+from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
 from crane_sim.models.suspended.load_dynamics import (
@@ -122,7 +123,8 @@ class Solved(NamedTuple):
     alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
     load: BodyState
     pull: Pull
-    tau: Any  # efforts with those that base and falls add
+    tau: Any  # efforts on the joints, with those that base and falls add
+    command: Any  # efforts of the drives
     base: Any
     pressures: Any  # of contact, None without
 
@@ -241,6 +243,7 @@ def solve_dynamics(p, t, x, tau):
     (s, c), load = sincos(angle), body_state(p, x)
     pull = sum_falls(p, x, pose, (s, c), tip_motion(pose, s, c), load)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
     tau = add_yaw_moment(p.support, tau, pull.couple)
     fx, fy, fz = to_turned_axes(pull.force, s, c)
@@ -248,13 +251,13 @@ def solve_dynamics(p, t, x, tau):
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
     free, length = load_acceleration(p, t, base, load, pull), bias_acc + inv_mass * pull.paid
     center, alpha, pressures = add_contact(p.contact, p.load, t, x, contact_index(p), load, free)
-    return Solved(pose, qdd, length, center, alpha, load, pull, tau, base, pressures)
+    return Solved(pose, qdd, length, center, alpha, load, pull, tau, command, base, pressures)
 
 
 @lean_kernel
 def load_acceleration(p, t, base, load, pull):
     """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own)."""
-    given, moment = load_force(p, t, base, load)
+    given, moment = load_force(p, p.load, t, base, load)
     ax, ay, az = add(pull.force, given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
     center = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
@@ -281,7 +284,7 @@ def write_falls_derivative(p, t, x, u, out):
     solved, ns = solve_dynamics(p, t, x, tau), coordinate_count(p.support)
     for i in range(nq):
         out[i] = x[nq + i]
-    for i in range(ns):
+    for i in range(len(solved.support)):
         out[nq + i] = solved.support[i]
     if first > ns:
         out[nq + ns] = solved.length
@@ -291,6 +294,7 @@ def write_falls_derivative(p, t, x, u, out):
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
+    write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
     if modes > 2 * nq:
         out[2 * nq] = falls_power(p, t, x, solved)
 
@@ -300,9 +304,10 @@ def falls_power(p, t, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, _ = falls_layout(p)
     load, pull, rate = solved.load, solved.pull, common_length(p.hoist, p, x, nq)[1]
-    given, moment = load_force(p, t, solved.base, load)
+    given, moment = load_force(p, p.load, t, solved.base, load)
     reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
+    power += play_power(p.support, solved.pose, solved.command)
     power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, p.load, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
     return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)

@@ -41,6 +41,16 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.actuation import hoist_entry
+from crane_sim.models.supports.backlash import (
+    GearedSupport,
+    coordinate_order,
+    describe_drive,
+    drive_count,
+    fill_drive_modes,
+    joint_order,
+    switch_drive,
+    with_contact_switching,
+)
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.suspended.crane import support_state, to_base_axes
@@ -68,17 +78,19 @@ def normalise(p, x):
 @system.joints.register(FallsCrane)
 def _(p, x):
     nq, _, _ = falls_layout(p)
-    return x[:nq].copy(), x[nq : 2 * nq].copy()
+    return joint_order(p.support, x[:nq]), joint_order(p.support, x[nq : 2 * nq])
 
 
 @system.state.register(FallsCrane)
 def _(p, t, q, v):
     nq, _, _ = falls_layout(p)
-    x = np.zeros(contact_index(p) + contact_modes(p.contact))
+    x = np.zeros(contact_index(p) + contact_modes(p.contact) + drive_count(p.support))
+    positions, rates = coordinate_order(p.support, q), coordinate_order(p.support, v)
     for i in range(nq):
-        x[i], x[nq + i] = q[i], v[i]
+        x[i], x[nq + i] = positions[i], rates[i]
     fill_modes(p, x)
     fill_contact(p.contact, p, t, x)
+    fill_drive_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 
@@ -94,7 +106,7 @@ def fill_modes(p, x):
 @system.acceleration.register(FallsCrane)
 def _(p, t, x, u):
     nq, _, _ = falls_layout(p)
-    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+    return joint_order(p.support, system.rhs(p, t, x, u)[nq : 2 * nq])
 
 
 @system.link_count.register(FallsCrane)
@@ -195,7 +207,7 @@ def _(p, u):
 @system.with_meter.register(FallsCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
-    lossy = lossy or p.contact is not None
+    lossy = lossy or p.contact is not None or isinstance(p.support, GearedSupport)
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -208,7 +220,7 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    return Switching(1000, 0, None)
+    return with_contact_switching(p.support, Switching(1000, 0, None))
 
 
 @system.guard.register(FallsCrane)
@@ -255,7 +267,7 @@ def switch_fall(p, x, number):
     nq, _, modes = falls_layout(p)
     kind, i, _ = decode(number)
     if kind != Guard.LINK:
-        return x, number, False
+        return switch_drive(p.support, x, support_state(p.support, x, nq), number)
     y = x.copy()
     y[modes + i] = 1.0 - x[modes + i]
     if modes > 2 * nq:  # a slack rope loses what its spring held against the damper
@@ -266,6 +278,8 @@ def switch_fall(p, x, number):
 @system.describe_event.register(FallsCrane)
 def _(p, number):
     kind, i, outcome = decode(number)
+    if kind == Guard.BACKLASH:
+        return describe_drive(p.support, i, outcome), ""
     if kind == Guard.LINK:
         return f"fall {i + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
     if kind == Guard.CONTACT:

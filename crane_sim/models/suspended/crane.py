@@ -1,7 +1,8 @@
 """A crane with a cable of N rigid links below any support: equations of motion.
 
-State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied)] with unit vectors n_k down the
-links in the axes of the base. Equations see the state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges)] with unit vectors
+n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the state
+put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
 
 The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
 first link, the load by that of its attachment along the last one.
@@ -47,10 +48,19 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
+from crane_sim.models.supports.backlash import (
+    GearedSupport,
+    drive_count,
+    joint_efforts,
+    play_power,
+    with_drive_states,
+    write_drive_accelerations,
+)
 from crane_sim.models.supports.bridge import Bridge
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.tower_crane import TowerCrane
+from crane_sim.models.suspended.exchange import Exchange, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
     add,
     end_acceleration_across,
@@ -85,6 +95,7 @@ class SuspendedCrane(NamedTuple):
     force: PayloadForce | None = None
     stops: Stops | None = None
     wind: Wind | None = None
+    exchange: Exchange | None = None  # of the load
 
 
 class Work(NamedTuple):
@@ -103,7 +114,8 @@ class Solved(NamedTuple):
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the first link's length
     tip_force: tuple[float, float, float]  # N, of the first link on the tip, in the support's frame
-    tau: Any  # efforts with those that a moving base adds
+    tau: Any  # efforts on the joints, with those that a moving base adds
+    command: Any  # efforts of the drives
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
     base_power: float  # W, that the base supplies to nodes and load
@@ -122,12 +134,23 @@ def _(support, x, nq):
     return x[0], x[1], x[nq], x[nq + 1]
 
 
+@support_state.register(GearedSupport)
+def _(support, x, nq):
+    return with_drive_states(support, support_state(support.support, x, nq), x, nq)
+
+
 @lean_kernel
 def suspended_layout(p):
-    """Return (number nq of coordinates, index of the first link's, index of what follows the rates)."""
+    """Return (number nq of coordinates, index of the first link's, index of the first mode)."""
     first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
     nq = first + 3 * len(p.cable.masses) + load_coordinates(p.load)
     return nq, first, 2 * nq + meter_size(p.energy_meter)
+
+
+@lean_kernel
+def mode_count(p):
+    """Return the number of floats of the state's modes: the winch's or those of exchanges, then those of drives."""
+    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support)
 
 
 @lean_generic
@@ -227,11 +250,17 @@ def fill_node_accelerations(p, base, links, rate, node, acc):
 
 
 @lean_kernel
-def load_force(p, t, base, load):
-    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load."""
+def load_force(p, body, t, base, load):
+    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load.
+
+    Args:
+        p: the crane.
+        body: parameters of its load.
+        t, base, load: time [s], base and kinematics of the load.
+    """
     air = airspeed(base, load.position, load.velocity)
     force = add_given_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p.base, t)
-    wind, moment = wind_on_load(airflow_at(p.wind, p.base, t, 0.0), base, p.load, load)
+    wind, moment = wind_on_load(airflow_at(p.wind, p.base, t, 0.0), base, body, load)
     return add(force, wind), moment
 
 
@@ -254,21 +283,22 @@ def solve_dynamics(p, t, x, tau, work):
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
     nq, _, end = suspended_layout(p)
-    links, acc, tension, ratio = work
+    body, (links, acc, tension, ratio) = current_load(p.exchange, p.load, x, end), work
     fill_directions(p, x, links)
     n, (length, rate) = len(tension), first_length(p.hoist, p, x, nq)
     xs = support_state(p.support, x, nq)
     pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
     s, c = sincos(angle)
     node, power = fill_node_accelerations(p, base, links, rate, tip_motion(pose, s, c), acc)
-    load = load_state(p.load, x, nq, node)
+    load = load_state(body, x, nq, node)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
-    links.inv_masses[n - 1] = end_mobility(p.load, load, last)
-    (fx, fy, fz), moment = load_force(p, t, base, load)
-    imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
+    links.inv_masses[n - 1] = end_mobility(body, load, last)
+    (fx, fy, fz), moment = load_force(p, body, t, base, load)
+    imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
-    acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(p.load, base, load, free, moment)
+    acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
     first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (0.0, 0.0, 0.0))
@@ -281,11 +311,11 @@ def solve_dynamics(p, t, x, tau, work):
     pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
     qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
-    across = end_acceleration_across(p.load, load, last, tension[n - 1])
+    across = end_acceleration_across(body, load, last, tension[n - 1])
     for i in range(3):
         acc[n, i] += across[i]
-    power += imposed_load_power(base, p.load, load)
-    return Solved(pose, qdd, length_acceleration, pull, tau, load, base, power, moment)
+    power += imposed_load_power(base, body, load)
+    return Solved(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -297,7 +327,7 @@ def _(p, t, x, u, out, work):
 def write_suspended_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, end = suspended_layout(p)
-    tau = system.effort(u, p, t, x)
+    body, tau = current_load(p.exchange, p.load, x, end), system.effort(u, p, t, x)
     links, acc, tension, _ = work
     solved, n, ns = solve_dynamics(p, t, x, tau, work), len(tension), coordinate_count(p.support)
     for i in range(nq):
@@ -305,15 +335,16 @@ def write_suspended_derivative(p, t, x, u, out, work):
     for k in range(n):
         for i in range(3):
             out[first + 3 * k + i] = links.rates[k, i]
-    for i in range(ns):
+    for i in range(len(solved.support)):
         out[nq + i] = solved.support[i]
+    write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
     if first > ns:
         out[nq + ns] = solved.length
     top = SupportEnd(0.0, 0.0, 0.0, first_length(p.hoist, p, x, nq)[1])
     direction_accelerations(links, top, acc, tension, out, nq + first)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
     pull = last, tension[n - 1], solved.moment
-    write_load_acceleration(p.load, solved.base, solved.load, pull, (out, nq + first + 3 * n))
+    write_load_acceleration(body, solved.base, solved.load, pull, (out, nq + first + 3 * n))
     if end > 2 * nq:
         out[2 * nq] = suspended_power(p, t, x, solved, work)
     for i in range(end, len(out)):
@@ -324,8 +355,10 @@ def write_suspended_derivative(p, t, x, u, out, work):
 def suspended_power(p, t, x, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, end = suspended_layout(p)
+    body = current_load(p.exchange, p.load, x, end)
     motion, load = (*first_length(p.hoist, p, x, nq), solved.length), solved.load
-    force, moment = load_force(p, t, solved.base, load)
+    force, moment = load_force(p, body, t, solved.base, load)
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
     power += winch_power(p.hoist, solved.tau, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
-    return power + dot(force, load.velocity) + moment_power(p.load, load, moment)
+    power += play_power(p.support, solved.pose, solved.command)
+    return power + dot(force, load.velocity) + moment_power(body, load, moment)

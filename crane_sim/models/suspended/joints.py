@@ -17,10 +17,19 @@ from crane_sim import system
 from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports import coordinate_count, yaw
+from crane_sim.models.supports.backlash import GearedSupport, drive_count, fill_drive_modes
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
-from crane_sim.models.suspended.crane import SuspendedCrane, first_length, support_state, suspended_layout, to_base_axes
+from crane_sim.models.suspended.crane import (
+    SuspendedCrane,
+    first_length,
+    mode_count,
+    support_state,
+    suspended_layout,
+    to_base_axes,
+)
+from crane_sim.models.suspended.exchange import count_exchanges
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 
@@ -85,6 +94,11 @@ def yaw_entry(support, rates, i):
     return rates[i]
 
 
+@yaw_entry.register(GearedSupport)
+def _(support, rates, i):
+    return yaw_entry(support.support, rates, i)
+
+
 @yaw_entry.register(Bridge)
 @yaw_entry.register(Point)
 def _(support, rates, i):
@@ -100,10 +114,14 @@ def _(p, x):
 def joint_arrays(p, x):
     """Return (q, v), arrays (nj,)."""
     nq, first, _ = suspended_layout(p)
-    ns, count = coordinate_count(p.support), joint_count(p)
+    nd = drive_count(p.support)
+    ns, count = coordinate_count(p.support) - nd, joint_count(p)
     q, v = np.empty(count), np.empty(count)
     for i in range(ns):
         q[i], v[i] = x[i], x[nq + i]
+    for i in range(nd):
+        q[count - nd + i], v[count - nd + i] = x[ns + i], x[nq + ns + i]
+    count -= nd
     at = ns
     if has_swing_angles(p.support):
         q[at], v[at] = first_length(p.hoist, p, x, nq)
@@ -118,13 +136,16 @@ def joint_arrays(p, x):
 @system.state.register(SuspendedCrane)
 def _(p, t, q, v):
     nq, first, end = suspended_layout(p)
-    x, ns, n = np.zeros(end + hoist_modes(p.hoist)), coordinate_count(p.support), len(q)
+    x, nd = np.zeros(end + mode_count(p)), drive_count(p.support)
+    ns, n = coordinate_count(p.support) - nd, len(q) - nd
     for i in range(ns):
         x[i], x[nq + i] = q[i], v[i]
+    for i in range(nd):
+        x[ns + i], x[nq + ns + i] = q[n + i], v[n + i]
     at = ns
     if has_swing_angles(p.support):
-        if first > ns:
-            x[ns], x[nq + ns] = q[ns], v[ns]
+        if first > ns + nd:
+            x[ns + nd], x[nq + ns + nd] = q[ns], v[ns]
         direction, rates = vector_of((q[ns + 1], q[ns + 2]), (v[ns + 1], v[ns + 2]))
         s, c = sincos(yaw(p.support, support_state(p.support, x, nq)))
         w = yaw_entry(p.support, v, 0)
@@ -134,8 +155,10 @@ def _(p, t, q, v):
         at = ns + 3
     for i in range(n - at):
         x[nq - (n - at) + i], x[2 * nq - (n - at) + i] = q[at + i], v[at + i]
-    if len(x) > end:
-        x[end] = np.sign(x[nq + ns])
+    if hoist_modes(p.hoist) > 0:
+        x[end] = np.sign(x[nq + ns + nd])
+    count_exchanges(p.exchange, t, x, end)
+    fill_drive_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 
@@ -148,16 +171,19 @@ def _(p, t, x, u):
 def accelerations_of_joints(p, x, rates):
     """Return the second derivatives (nj,) of the joint coordinates; rates: derivative of the state x."""
     nq, first, _ = suspended_layout(p)
-    ns, out = coordinate_count(p.support), np.empty(joint_count(p))
+    nd, out = drive_count(p.support), np.empty(joint_count(p))
+    ns, count = coordinate_count(p.support) - nd, len(out) - nd
     for i in range(ns):
         out[i] = rates[nq + i]
+    for i in range(nd):
+        out[count + i] = rates[nq + ns + i]
     at = ns
     if has_swing_angles(p.support):
-        out[at] = rates[nq + ns] if first > ns else 0.0
+        out[at] = rates[nq + ns + nd] if first > ns + nd else 0.0
         out[at + 1], out[at + 2] = angle_accelerations(p, x, rates, first, nq)
         at += 3
-    for i in range(len(out) - at):
-        out[at + i] = rates[2 * nq - (len(out) - at) + i]
+    for i in range(count - at):
+        out[at + i] = rates[2 * nq - (count - at) + i]
     return out
 
 

@@ -20,6 +20,12 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.actuation import hoist_entry
+from crane_sim.models.supports.backlash import (
+    GearedSupport,
+    describe_drive,
+    mean_of_drives,
+    with_contact_switching,
+)
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
@@ -37,6 +43,13 @@ from crane_sim.models.suspended.crane import (
     tip_motion,
     to_base_axes,
 )
+from crane_sim.models.suspended.exchange import (
+    current_load,
+    describe_exchange,
+    exchange_guard,
+    with_exchange_switching,
+)
+from crane_sim.models.suspended.impulses import exchange_load
 from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state, turning_energy
 from crane_sim.models.suspended.winch import (
     after_winch_guard,
@@ -103,7 +116,8 @@ def suspended_energies(p, base, x):
         base: of `base_state` in its own axes, None at rest.
         x: state.
     """
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
+    body = current_load(p.exchange, p.load, x, end)
     links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
     fill_directions(p, x, links)
     xs = support_state(p.support, x, nq)
@@ -122,10 +136,10 @@ def suspended_energies(p, base, x):
             potential += mass * p.gravity * z
             more = mass_added_energy(base, p.gravity, mass, node)
             added = added[0] + more[0], added[1] + more[1]
-    load = load_state(p.load, x, nq, node)
-    (vx, vy, vz), more = load.velocity, load_base_energy(base, p.load, load, p.gravity)
-    kinetic += 0.5 * p.load.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(p.load, load)
-    potential += p.load.mass * p.gravity * load.position[2]
+    load = load_state(body, x, nq, node)
+    (vx, vy, vz), more = load.velocity, load_base_energy(base, body, load, p.gravity)
+    kinetic += 0.5 * body.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
+    potential += body.mass * p.gravity * load.position[2]
     return kinetic, potential, added[0] + more[0], added[1] + more[1]
 
 
@@ -218,6 +232,11 @@ def _(support, row, i):
     return row[i], row[i + 1]
 
 
+@support_entries.register(GearedSupport)
+def _(support, row, i):
+    return mean_of_drives(support, row, i, support_entries(support.support, row, i))
+
+
 @generic
 def effort_entries(support, row):
     """Return the support's entries of a row of efforts, as a tuple."""
@@ -227,6 +246,11 @@ def effort_entries(support, row):
 @effort_entries.register(Point)
 def _(support, row):
     return driven_components(support.lift, row)
+
+
+@effort_entries.register(GearedSupport)
+def _(support, row):
+    return effort_entries(support.support, row)
 
 
 @system.actuated_joints.register(SuspendedCrane)
@@ -249,7 +273,8 @@ def _(p, u):
 
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
-    lossy = p.drag is not None or p.force is not None or p.wind is not None
+    lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
+    lossy = lossy or isinstance(p.support, GearedSupport)
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
@@ -263,7 +288,8 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    return winch_switching(p.hoist, p.stops)
+    switching = with_contact_switching(p.support, winch_switching(p.hoist, p.stops))
+    return with_exchange_switching(p.exchange, switching)
 
 
 @system.guard.register(SuspendedCrane)
@@ -274,9 +300,9 @@ def _(p, t, x, u, work):
 @lean_routine
 def suspended_guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations): limits of support and first length, slack links."""
-    nq, _, _ = suspended_layout(p)
+    nq, _, end = suspended_layout(p)
     (length, rate), stops, acceleration = first_length(p.hoist, p, x, nq), p.stops, 0.0
-    best = length_guard(stops, length, rate)
+    best = exchange_guard(p.exchange, length_guard(stops, length, rate), t, x, end)
     best = support_guard(p.support, best, support_state(p.support, x, nq))
     forces, tau = stops.taut > 0.0 or winch_sticks(p, x), system.effort(u, p, t, x)
     if forces:
@@ -294,12 +320,16 @@ def _(p, t, x, u, number):
     if decode(number)[0] == Guard.FRICTION:
         x, number = after_winch_guard(p, t, x, system.effort(u, p, t, x))
         return x, number, True
-    return x, number, False
+    return exchange_load(p.exchange, p, t, x, number)
 
 
 @system.describe_event.register(SuspendedCrane)
 def _(p, number):
-    kind, link, _ = decode(number)
+    kind, link, outcome = decode(number)
+    if kind == Guard.BACKLASH:
+        return describe_drive(p.support, link, outcome), ""
+    if kind == Guard.PAYLOAD and p.exchange is not None:
+        return describe_exchange(p.exchange, link, outcome)
     if kind == Guard.LINK and link >= len(p.cable.masses):
         return "a fall of the reeving went slack", "change what drives the rope; `rope.reeving: null` leaves it out"
     if kind == Guard.LINK and link > 0:

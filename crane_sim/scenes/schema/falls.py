@@ -80,7 +80,7 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
 
 def _spread(falls: Falls, q: Any) -> tuple[Any, Any]:
     """Return (lower ends from the load's centre, vectors from lower to upper ends), each (n, 3), at joints q."""
-    arms = falls.bottom @ _rotation(q[6:]).T
+    arms = falls.bottom @ _rotation(q[6:10]).T
     return arms, falls.top + (q[0], q[1], 0.0) - (q[3:6] + arms)
 
 
@@ -105,7 +105,7 @@ def stiffest_frequency(falls: Falls, load: RigidLoad, masses: Any, q: Any, conta
         contact: of the load, None without.
     """
     arms, apart = _spread(falls, q)
-    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation(q[6:])
+    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation(q[6:10])
     stiffness, rest = falls.axial_stiffness, q[2] + falls.offset
     winch = masses[2] if masses[2] is not None else np.inf
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n[:, :2], np.ones((len(n), 1))])]

@@ -15,6 +15,7 @@ from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
@@ -33,6 +34,8 @@ from crane_sim.scenes.schema.rigging import (
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.trajectory import Trajectory
+
+SUPPORT_JOINTS = ("trolley", "m", "N"), ("bridge", "m", "N")  # (name, unit of its position, unit of its effort)
 
 
 class Hoist(Group):
@@ -112,18 +115,21 @@ class GantryFile(SceneFile):
     contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is below it
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    backlash: dict[str, JointDrives] = {}  # by joint, trolley or bridge: its drives, one or several side by side, which
+    # have play; a joint that is left out has none
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: trolley, bridge, the falls' length, the load's position and attitude."""
-        return "trolley", "bridge", "hoist", "payload_x", "payload_y", "payload_z", *ATTITUDE
+        """Joints: trolley, bridge, the falls' length, the load's position and attitude, drives with play."""
+        drives = drive_names(self.backlash, SUPPORT_JOINTS)
+        return "trolley", "bridge", "hoist", "payload_x", "payload_y", "payload_z", *ATTITUDE, *drives
 
     @property
     def joint_units(self) -> tuple[str, ...]:
         """Units of the joints' positions."""
-        return (*("m",) * 6, *("1",) * 4)
+        return (*("m",) * 6, *("1",) * 4, *drive_units(self.backlash, SUPPORT_JOINTS))
 
     @property
     def effort_units(self) -> tuple[str, ...]:
@@ -139,6 +145,17 @@ class GantryFile(SceneFile):
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
+        return (*self._start, *self._drives[0])
+
+    @property
+    def _drives(self) -> tuple[Any, Any]:
+        """(q, v) of drives with play."""
+        start = self.initial
+        return drive_start(self.backlash, SUPPORT_JOINTS, (start.trolley, start.bridge), start.v)
+
+    @property
+    def _start(self) -> tuple[float, ...]:
+        """Positions at t = 0 of all joints but drives with play."""
         start = self.initial
         if start.position is not None:
             if start.skew is not None:
@@ -167,7 +184,8 @@ class GantryFile(SceneFile):
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""
         start = self.initial
-        return (*start.v, *start.velocity, *attitude_rate(self.initial_q[6:], start.angular_velocity))
+        turning = attitude_rate(self._start[6:10], start.angular_velocity)
+        return (*start.v, *start.velocity, *turning, *self._drives[1])
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -228,7 +246,7 @@ class GantryFile(SceneFile):
         check_equipment(self, self.payload)
         check_ends(self.falls.falls(self.initial.length, load), np.array(self.initial_q))
         return FallsCrane(
-            Bridge(self.trolley, self.bridge),
+            geared(Bridge(self.trolley, self.bridge), self.backlash, SUPPORT_JOINTS),
             self.falls.falls(self.initial.length, load),
             load,
             self.hoist.model(),

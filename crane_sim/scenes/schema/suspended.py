@@ -6,8 +6,11 @@ from typing import Any
 
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.stops import Stops
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared
+from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
 from crane_sim.scenes.schema.groups import PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
@@ -36,6 +39,9 @@ class SuspendedFile(SceneFile):
     payload: Payload  # at the end of rope or links
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
+    backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
+    # have play; a joint that is left out has none
 
     @abstractmethod
     def support(self) -> Any:
@@ -65,16 +71,18 @@ class SuspendedFile(SceneFile):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: the support's, the rope's length, two angles of its swing, further links, the payload's attitude."""
+        """Joints: the support's, the rope, two angles of its swing, further links, the payload's attitude, drives."""
         own = tuple(name for name, _, _ in self.support_joints)
         body = ATTITUDE if self.payload.inertia is not None else ()
-        return (*own, "rope", "swing_tangential", "swing_radial", *link_names(len(self.links)), *body)
+        drives = drive_names(self.backlash, self.support_joints)
+        return (*own, "rope", "swing_tangential", "swing_radial", *link_names(len(self.links)), *body, *drives)
 
     @property
     def joint_units(self) -> tuple[str, ...]:
         """Units of the joints' positions."""
-        own = (*(unit for _, unit, _ in self.support_joints), "m", "rad", "rad")
-        return (*own, *("1",) * (len(self.joint_names) - len(own)))
+        own, drives = [unit for _, unit, _ in self.support_joints], drive_units(self.backlash, self.support_joints)
+        further = len(self.joint_names) - len(own) - 3 - len(drives)
+        return (*own, "m", "rad", "rad", *("1",) * further, *drives)
 
     @property
     def effort_units(self) -> tuple[str, ...]:
@@ -90,14 +98,19 @@ class SuspendedFile(SceneFile):
         return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
 
     @property
+    def _drives(self) -> tuple[Any, Any]:
+        """(q, v) of drives with play."""
+        return drive_start(self.backlash, self.support_joints, self._start.q, self._start.v)
+
+    @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._rigging()[0])
+        return (*self._start.q, *self._rigging()[0], *self._drives[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""
-        return (*self._start.v, *self._rigging()[1])
+        return (*self._start.v, *self._rigging()[1], *self._drives[1])
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -125,7 +138,7 @@ class SuspendedFile(SceneFile):
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
-        return {"payload.windage": self.payload.pressed}
+        return windages_of(self.payload, self.events)
 
     def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
@@ -133,8 +146,12 @@ class SuspendedFile(SceneFile):
 
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
-        smooth = not sampled and self.rope.stops(bool(self.limits)) is None
+        smooth = not sampled and self._stops() is None
         return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def _stops(self) -> Stops | None:
+        """Return the conditions that end a run, None where nothing ends or switches it."""
+        return self.rope.stops(bool(self.limits)) or (Stops() if self.events or self.backlash else None)
 
     def model(self) -> SuspendedCrane:
         """Return the parameters of the crane.
@@ -146,9 +163,10 @@ class SuspendedFile(SceneFile):
         self.rope.check(start.q[ns], start.v[ns], ns)
         self.rope.check_surroundings(self)
         check_equipment(self, self.payload, ("rope",) if self.rope.takes_motor else ())
-        base_motion, force, load = self.base_motion, self.payload_force, self.payload.load()
+        base_motion, force = self.base_motion, self.payload_force
+        load, exchange = exchange_of(self.payload, self.events)
         return SuspendedCrane(
-            self.support(),
+            geared(self.support(), self.backlash, self.support_joints),
             chain_of(start.q[ns], self.links, load.mass),
             load,
             self.rope.drive_of(self),
@@ -156,8 +174,9 @@ class SuspendedFile(SceneFile):
             self.payload_drag,
             base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
             force=force.force() if force is not None else None,
-            stops=self.rope.stops(bool(self.limits)),
+            stops=self._stops(),
             wind=self.airflow(),
+            exchange=exchange,
         )
 
     def open_loop(self) -> Inputs | tuple[float, ...]:

@@ -105,7 +105,10 @@ class ReevedRope(Winch):
         reeving.check(low, high)
 
     def check_surroundings(self, file: Any) -> None:
-        """Raise SceneError for motors and base motions that do not fit drive and rope."""
+        """Raise SceneError for motors, base motions and exchanges of the load that do not fit drive and rope."""
+        extra = next((key for key in ("reeving", "friction") if getattr(self, key) is not None), None)
+        if extra is not None and self.drive in ("force", "torque") and getattr(file, "events", ()):
+            raise SceneError(f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: rate")
         if self.drive == "torque" and motor_of(file, "rope") is not None:
             raise SceneError("actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its inertia")
         if file.base_motion is not None and self.reeving is not None and self.reeving.mass_per_length is not None:

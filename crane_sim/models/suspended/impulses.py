@@ -1,0 +1,171 @@
+"""The impact of an exchange of the load on the whole crane.
+
+The load and what it takes up are one body first (`exchange.join`), whose attachment has another velocity than the
+cable's end. Then impulses along the rigid links bring both together. They solve the same system as the tensions do,
+with jumps of velocities in place of accelerations: inverse masses of nodes, winch and attachment and the mobility of
+the tip are the same, and nothing else acts in no time. A winch that imposes its motion keeps its rate, a massless one
+transmits no impulse.
+
+The last link's impulse takes half of its product with the jump of relative velocity along the link as energy (Carnot).
+"""
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.attitude import quaternion_rate
+from crane_sim.models.cables.chain_3d import (
+    SupportEnd,
+    direction_accelerations,
+    hoisted_length_acceleration,
+    solve_tensions,
+)
+from crane_sim.models.guards import Guard, encode
+from crane_sim.models.loads import RigidLoad
+from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_axes
+from crane_sim.models.supports import (
+    coordinate_count,
+    forward_kinematics,
+    support_acceleration,
+    tip_mobility,
+    yaw,
+)
+from crane_sim.models.supports.backlash import switch_drive
+from crane_sim.models.supports.hoist import hoist_response
+from crane_sim.models.suspended.crane import (
+    fill_directions,
+    first_length,
+    next_node,
+    support_state,
+    suspended_layout,
+    tip_acceleration_in_base,
+    tip_motion,
+)
+from crane_sim.models.suspended.exchange import DONE, Exchange, carry, current_load, join, vector_at
+from crane_sim.models.suspended.load_dynamics import (
+    end_acceleration_across,
+    end_mobility,
+    load_state,
+    multiply,
+    subtract,
+)
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, kernel, routine
+
+
+@generic
+def exchange_load(exchange, p, t, x, number):
+    """Return the result of `system.apply_reset_map`; without exchanges guards are those of the support."""
+    return switch_drive(p.support, x, support_state(p.support, x, suspended_layout(p)[0]), number)
+
+
+@exchange_load.register(Exchange)
+def _(exchange, p, t, x, number):
+    return apply_exchange(p, t, x, number)
+
+
+@routine
+def apply_exchange(p, t, x, number):
+    """Return (the state after the next exchange, its event, whether the run goes on)."""
+    nq, _, mode = suspended_layout(p)
+    k = int(x[mode])
+    if number != encode(Guard.PAYLOAD, k):
+        return switch_drive(p.support, x, support_state(p.support, x, nq), number)
+    y = x.copy()
+    y[mode] += 1.0
+    before, after = current_load(p.exchange, p.load, x, mode), current_load(p.exchange, p.load, y, mode)
+    end = lower_end(p, x)
+    state, new_state = load_state(before, x, nq, end), load_state(after, x, nq, end)
+    weight, new_weight = p.gravity * before.mass, p.gravity * after.mass
+    gained, least = new_weight * new_state.position[2] - weight * state.position[2], 0.0
+    if p.exchange.carried[k] > 0.0:
+        gained += carry(before, after, state).energy
+    else:
+        joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
+        lost, least = add_jumps(p, after, x, y, state, joined)
+        gained += joined.energy - lost
+    if mode > 2 * nq:
+        y[2 * nq] += gained
+    allowed = p.stops.taut == 0.0 or least >= 0.0
+    return y, encode(Guard.PAYLOAD, k, DONE), allowed
+
+
+@kernel
+def lower_end(p, x):
+    """Return (position, velocity) of the cable's lower end in state x, relative to the base."""
+    nq, _, _ = suspended_layout(p)
+    links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
+    fill_directions(p, x, links)
+    xs = support_state(p.support, x, nq)
+    s, c = sincos(yaw(p.support, xs))
+    node = tip_motion(forward_kinematics(p.support, xs), s, c)
+    for k in range(len(links.squared_rates)):
+        node = next_node(links, k, rate, node)
+        rate = 0.0
+    return node
+
+
+@kernel
+def at_rest(support, x, nq):
+    """Return the posture of the support in state x without velocities, and sine and cosine of its yaw."""
+    still = x.copy()
+    still[nq : 2 * nq] = 0.0
+    xs = support_state(support, still, nq)
+    return forward_kinematics(support, xs), sincos(yaw(support, xs))
+
+
+@routine
+def add_jumps(p, load, x, y, state, joined):
+    """Add the jumps of all velocities to state y, by the impulses that bring cable and load together.
+
+    Args:
+        p, load: the crane and its new load.
+        x, y: state before, and its copy.
+        state: kinematics of the load before.
+        joined: `Joined`.
+
+    Returns:
+        energy [J] that the impulses take, smallest impulse [N s].
+    """
+    (nq, first, _), ns = suspended_layout(p), coordinate_count(p.support)
+    links, acc, impulse, ratio = system.workspace(p)
+    fill_directions(p, x, links)
+    links.squared_rates[:], acc[:], n = 0.0, 0.0, len(impulse)
+    acc[n, 0], acc[n, 1], acc[n, 2] = joined.jump
+    last, upper = vector_at(links.units, n - 1, 0), vector_at(links.units, 0, 0)
+    links.inv_masses[n - 1] = end_mobility(load, state, last)
+    (pose, (s, c)), nothing = at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0)
+    winch, _ = hoist_response(p.hoist, 0.0, nothing, x, nq + ns)
+    turned = to_turned_axes(upper, s, c)
+    top = SupportEnd(tip_mobility(p.support, pose, turned), winch, 0.0, 0.0)
+    solve_tensions(links, top, acc, impulse, ratio)
+    lost = 0.5 * impulse[n - 1] * dot(last, joined.jump)
+    if first > ns:
+        y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
+        lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
+    pull = impulse[0] * turned[0], impulse[0] * turned[1], impulse[0] * turned[2]
+    jumps = support_acceleration(p.support, pose, 0.0, nothing, pull)
+    for i in range(len(jumps)):
+        y[nq + i] += jumps[i]
+    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, jumps, s, c)
+    (ax, ay, az) = end_acceleration_across(load, state, last, impulse[n - 1])
+    acc[n, 0], acc[n, 1], acc[n, 2] = acc[n, 0] + ax, acc[n, 1] + ay, acc[n, 2] + az
+    rates = np.empty(3 * n)
+    direction_accelerations(links, top, acc, impulse, rates, 0)
+    for i in range(3 * n):
+        y[nq + first + i] += rates[i]
+    write_spin(load, state, (last, impulse[n - 1]), joined.omega, y, nq)
+    return lost, impulse.min()
+
+
+@generic
+def write_spin(load, state, pull, omega, y, nq):
+    """Write the rates of the load's own coordinates: those of omega [rad/s] and of (direction, impulse) of a link."""
+
+
+@write_spin.register(RigidLoad)
+def _(load, state, pull, omega, y, nq):
+    n, impulse = pull
+    a, b, c = multiply(load.inverse_inertia, cross(load.attachment, rotate_to_base(state.rows, n)))
+    spin = subtract(omega, (impulse * a, impulse * b, impulse * c))
+    i = 2 * nq - 4
+    y[i], y[i + 1], y[i + 2], y[i + 3] = quaternion_rate(state.quaternion, spin)

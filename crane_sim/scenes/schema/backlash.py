@@ -1,0 +1,84 @@
+"""The group `backlash` of a scene file: drives that have play between them and the joints of the support."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.models.supports.backlash import Drives, GearedSupport
+from crane_sim.models.supports.tower_crane import LockedSlew
+from crane_sim.scenes.schema.groups import Group
+
+MAX_DRIVES = 16
+
+
+class Drive(Group):
+    """A drive of a joint, with an inertia of its own, that moves the joint through play and an elastic shaft.
+
+    All is reflected to the joint: of a motor behind the ratio n the inertia is n² times its own, the play that of motor
+    shaft, gear and wheel together.
+    """
+
+    inertia: Positive  # effort's unit s²/joint's unit, of motor and gear: kg, or kg m² of a joint that turns
+    play: Positive  # joint's unit, from one flank to the other
+    stiffness: Positive  # effort's unit/joint's unit, of shaft and gear in contact
+    damping: NonNegative = 0.0  # effort's unit s/joint's unit, of the same
+    share: Positive = 1.0  # -, of the joint's effort, in proportion to the shares of its other drives
+    offset: Real = 0.0  # joint's unit, of the drive from the middle of its play at t = 0; it moves with the joint then
+
+
+JointDrives = Annotated[tuple[Drive, ...], Field(min_length=1, max_length=MAX_DRIVES)]
+Backlash = Mapping[str, Sequence[Drive]]
+SupportJoints = Sequence[tuple[str, str, str]]
+
+
+def _ordered(backlash: Backlash, joints: SupportJoints) -> list[tuple[int, str, Drive]]:
+    """Return (index of the joint, name of the drive, drive) in the order of the joints."""
+    return [
+        (i, f"{name}_drive_{k}", drive)
+        for i, (name, _, _) in enumerate(joints)
+        for k, drive in enumerate(backlash.get(name, ()), 1)
+    ]
+
+
+def drive_names(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
+    """Return the names of the drives' positions, which are joints as well."""
+    return tuple(name for _, name, _ in _ordered(backlash, joints))
+
+
+def drive_units(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
+    """Return the units of the drives' positions."""
+    return tuple(joints[i][1] for i, _, _ in _ordered(backlash, joints))
+
+
+def drive_start(backlash: Backlash, joints: SupportJoints, q: Any, v: Any) -> tuple[Any, Any]:
+    """Return (positions, velocities) of the drives at t = 0, the joints being at q and moving at v."""
+    drives = _ordered(backlash, joints)
+    return tuple(q[i] + drive.offset for i, _, drive in drives), tuple(v[i] for i, _, _ in drives)
+
+
+def geared(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
+    """Return the support with its drives that have play, as it is without any.
+
+    Raises:
+        SceneError: there is no such joint, it is locked, or a drive starts in its joint's flank.
+    """
+    names, drives = [name for name, _, _ in joints], _ordered(backlash, joints)
+    for name in backlash:
+        if name not in names:
+            raise SceneError(f"backlash: {unknown_key(name, names, 'joint')}")
+        if name == "slew" and isinstance(getattr(support, "slew", None), LockedSlew):
+            raise SceneError("backlash.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
+    for name, joint in backlash.items():
+        for k, drive in enumerate(joint):
+            half = 0.5 * drive.play
+            if abs(drive.offset) > half:
+                key = f"backlash.{name}[{k}].offset = {drive.offset:g}"
+                raise SceneError(f"{key}: must be within half of the play, {half:g}")
+    if not drives:
+        return support
+    total = [sum(drive.share for i, _, drive in drives if i == joint) for joint in range(len(names))]
+    columns = zip(*((d.inertia, d.share / total[i], d.play, d.stiffness, d.damping) for i, _, d in drives), strict=True)
+    return GearedSupport(support, Drives(tuple(i for i, _, _ in drives), *columns))
