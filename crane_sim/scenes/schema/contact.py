@@ -83,7 +83,7 @@ class ContactGroup(Group):
             raise SceneError("contact.stiffness: is missing; a compliant contact needs it")
 
     def _check_start(self, points: Any, q: Any, motion: Base | None) -> None:
-        (_, _, z), (w, a, b, c) = q[:3], q[3:]
+        (_, _, z), (w, a, b, c) = q[:3], q[3:7]
         row = np.array([2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)])
         raised = float(base_positions(motion, np.zeros(1))[0, 2]) if motion is not None else 0.0
         gaps = z + points @ row - self.height - raised

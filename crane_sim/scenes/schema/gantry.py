@@ -256,7 +256,7 @@ class GantryFile(SceneFile):
             force=force.force() if force is not None else None,
             stops=self._stops(),
             wind=self.airflow(),
-            contact=self.contact.model(load, self.initial_q[3:]) if self.contact is not None else None,
+            contact=self.contact.model(load, self.initial_q[3:10]) if self.contact is not None else None,
         )
 
     def _stops(self) -> Stops:
