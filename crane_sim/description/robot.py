@@ -75,7 +75,7 @@ def add_link(robot: ElementTree.Element, name: str, shapes: Sequence[Shape], bod
     link = ElementTree.SubElement(robot, "link", name=name)
     if body is not None:
         inertial = ElementTree.SubElement(link, "inertial")
-        ElementTree.SubElement(inertial, "origin", xyz=_format_numbers(body.center), rpy=_format_numbers(ORIGIN))
+        ElementTree.SubElement(inertial, "origin", xyz=_format_numbers(body.centre), rpy=_format_numbers(ORIGIN))
         ElementTree.SubElement(inertial, "mass", value=_format_numbers((body.mass,)))
         moments = {name: _format_numbers((value,)) for name, value in zip(MOMENTS, body.inertia, strict=True)}
         products = {name: _format_product(value) for name, value in zip(PRODUCTS, body.products, strict=True)}

@@ -36,7 +36,7 @@ class Body(NamedTuple):
     """Mass [kg], centre of mass [m] and principal inertias about it [kg m²], all in the link's frame."""
 
     mass: float
-    center: Vector
+    centre: Vector
     inertia: Vector
     products: Vector = (0.0, 0.0, 0.0)  # kg m², entries xy, xz, yz of the tensor
 

@@ -132,14 +132,14 @@ def payload_visual(load: Any, size: float) -> tuple[list[Shape], Body]:
     if not isinstance(load, RigidLoad):
         return crate(edge), point_mass(load.mass)
     moments = np.diag(np.array(load.inertia))
-    center = tuple(-float(x) for x in load.attachment)
+    centre = tuple(-float(x) for x in load.attachment)
     x, y, z = box_edges(load)
     band = (1.01 * x, 0.06 * y, 1.01 * z)
-    shapes = [Shape((x, y, z), (center[0], center[1], center[2]), RED)]
-    shapes += [Shape(band, (center[0], center[1] + share * y, center[2]), DARK) for share in (0.35, -0.35)]
+    shapes = [Shape((x, y, z), (centre[0], centre[1], centre[2]), RED)]
+    shapes += [Shape(band, (centre[0], centre[1] + share * y, centre[2]), DARK) for share in (0.35, -0.35)]
     inertia = tuple(float(moment) for moment in moments)
     moments_of = (inertia[0], inertia[1], inertia[2])
-    return shapes, Body(load.mass, (center[0], center[1], center[2]), moments_of, products_of(load))
+    return shapes, Body(load.mass, (centre[0], centre[1], centre[2]), moments_of, products_of(load))
 
 
 def box_edges(load: RigidLoad) -> tuple[float, float, float]:
@@ -215,11 +215,11 @@ def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, size: float, 
     add_comment(robot, "slew_link has no mass: on the slew axis it has no effect, and none is simulated")
     inertia = (0.5 * parts.inertia, 0.5 * parts.inertia, parts.inertia)
     add_link(robot, "slew_link", _superstructure(unit), Body(0.0, ORIGIN, inertia))
-    root = 2.0 * first.center if first.center else 0.5 * length
+    root = 2.0 * first.centre if first.centre else 0.5 * length
     thin = (0.0, first.inertia, first.inertia)
-    add_link(robot, "boom_link", _boom_section(root, 0.0, 1.3 * unit), Body(first.mass, (first.center, 0.0, 0.0), thin))
-    drawn, thin = min(2.0 * second.center, length), (0.0, second.inertia, second.inertia)
-    body = Body(second.mass, (-second.center, 0.0, 0.0), thin)
+    add_link(robot, "boom_link", _boom_section(root, 0.0, 1.3 * unit), Body(first.mass, (first.centre, 0.0, 0.0), thin))
+    drawn, thin = min(2.0 * second.centre, length), (0.0, second.inertia, second.inertia)
+    body = Body(second.mass, (-second.centre, 0.0, 0.0), thin)
     add_link(robot, "telescope_link", _boom_section(drawn, -drawn, unit), body)
     ElementTree.SubElement(robot, "link", name="tip_link")
     add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)

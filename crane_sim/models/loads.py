@@ -24,4 +24,4 @@ class RigidLoad(NamedTuple):
     inverse_inertia: Matrix  # 1/(kg m²), rows of its inverse
     attachment: Vector  # m, from the centre of mass to the point from which the body hangs
     windage: Windage | None = None  # what it opposes to the wind
-    pressure_center: Vector = (0.0, 0.0, 0.0)  # m, where the wind presses
+    pressure_centre: Vector = (0.0, 0.0, 0.0)  # m, where the wind presses

@@ -117,10 +117,10 @@ def body_points(mass: float, inertia: Any) -> list[tuple[Any, Point]]:
     ]
 
 
-def rod_points(mass: float, inertia: float, center: Any) -> list[tuple[Any, Any]]:
+def rod_points(mass: float, inertia: float, centre: Any) -> list[tuple[Any, Any]]:
     """Return (mass, distance along the rod) of a thin rod's two points, its centre of mass at a distance."""
     half = mpmath.sqrt(mpf(inertia) / mpf(mass))
-    return [(mpf(mass) / 2, center + half), (mpf(mass) / 2, center - half)]
+    return [(mpf(mass) / 2, centre + half), (mpf(mass) / 2, centre - half)]
 
 
 def ring_points(inertia: float, angle: Any) -> list[tuple[Any, Point]]:

@@ -56,12 +56,12 @@ V = (0.3, -0.2, 0.15, 0.4, -0.3, 0.2, 0.5, -0.4, 0.1, 0.3, -0.2, 0.4)
 def composite() -> dict[str, Any]:
     """Return the payload of hook and what it takes up, by the theorem of parallel axes."""
     mass, hook = HOOK["mass"] + TAKEN_MASS, -np.array(HOOK["attachment"])
-    center = (HOOK["mass"] * hook + TAKEN_MASS * TAKEN_CENTER) / mass
+    centre = (HOOK["mass"] * hook + TAKEN_MASS * TAKEN_CENTER) / mass
     inertia = np.zeros((3, 3))
     for m, c, own in ((HOOK["mass"], hook, HOOK["inertia"]), (TAKEN_MASS, TAKEN_CENTER, TAKEN_INERTIA)):
-        r = c - center
+        r = c - centre
         inertia += np.array(own) + m * (r @ r * np.eye(3) - np.outer(r, r))
-    return {"mass": mass, "inertia": inertia.tolist(), "attachment": (-center).tolist()}
+    return {"mass": mass, "inertia": inertia.tolist(), "attachment": (-centre).tolist()}
 
 
 def loads(rigid: bool) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -119,9 +119,9 @@ def places(name: str, q: Any, rigid: bool) -> tuple[list[tuple[Any, Point]], lis
     if not rigid:
         return [*points, (mpf(HOOK["mass"]), node)], [(mpf(TAKEN_MASS), node)], joints
     hook = plus(node, turn(q[9:], tuple(-a for a in HOOK["attachment"])))
-    center = plus(node, turn(q[9:], TAKEN_CENTER))
+    centre = plus(node, turn(q[9:], TAKEN_CENTER))
     points += [(m, plus(hook, turn(q[9:], r))) for m, r in body_points(HOOK["mass"], np.array(HOOK["inertia"]))]
-    taken = [(m, plus(center, turn(q[9:], r))) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
+    taken = [(m, plus(centre, turn(q[9:], r))) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
     return points, taken, [*joints, *quaternion(q[9:])]
 
 

@@ -146,8 +146,8 @@ def crane_places(name: str, rigid: bool, sea: bool) -> Any:
             if k < 2 or not rigid:
                 points.append((mpf(MASSES[k]), node))
         if rigid:
-            center = plus(node, turn(q[ns + 7 :], tuple(-mpf(x) for x in ATTACHMENT)))
-            points += [(m, plus(center, turn(q[ns + 7 :], r))) for m, r in shape]
+            centre = plus(node, turn(q[ns + 7 :], tuple(-mpf(x) for x in ATTACHMENT)))
+            points += [(m, plus(centre, turn(q[ns + 7 :], r))) for m, r in shape]
         return [(m, on_base(SEA, t, r)) for m, r in points] if sea else points
 
     return places
@@ -214,7 +214,7 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
     crane = SuspendedCrane(SUPPORTS[name], cable, load, ForceHoist(1.5), base=base() if sea else None)
     if extras.pushed is not None:
-        load = body()._replace(windage=Windage(3.0, 1.3), pressure_center=PRESSED)
+        load = body()._replace(windage=Windage(3.0, 1.3), pressure_centre=PRESSED)
         steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)
         crane = crane._replace(load=load, wind=steady)
     joints, rates, second = mapped(name, q, v, expected)

@@ -195,8 +195,8 @@ MOBILE = {
     "crane": "mobile",
     "duration": 0.4,
     "superstructure": {"inertia": 900.0, "foot": [-1.5, 2.0]},
-    "boom": {"mass": 80.0, "center": 2.0, "inertia": 160.0},
-    "telescope": {"mass": 40.0, "center": 2.5, "inertia": 90.0},
+    "boom": {"mass": 80.0, "centre": 2.0, "inertia": 160.0},
+    "telescope": {"mass": 40.0, "centre": 2.5, "inertia": 90.0},
     "payload": {"mass": 15.0},
     "initial": {"q": [0.2, 0.7, 9.0, 2.0, 0.1, -0.2]},
 }

@@ -36,7 +36,7 @@ OPEN = Pressures(0, (0.0, 0.0, 0.0), NONE)
 class Touching(NamedTuple):
     """A load that may touch, at one instant."""
 
-    center: tuple[float, float, float]  # m/s², acceleration of the centre of mass
+    centre: tuple[float, float, float]  # m/s², acceleration of the centre of mass
     alpha: tuple[float, float, float]  # rad/s², in the load's axes
     pressures: Any  # `Pressures`, None where contact is not modelled
 
@@ -77,8 +77,8 @@ def _(contact, load, t, x, first, state, free):
     moved = displacement_at(contact.surface.motion, t)
     if is_closed(x, first, len(contact.points)):
         held = holding_pressures(contact, load, x, first, (moved, state), free)
-        center, alpha = holding_accelerations(contact, x, first, (moved, state))
-        return Touching(center, rotate_to_base(state.rows, alpha), held)
+        centre, alpha = holding_accelerations(contact, x, first, (moved, state))
+        return Touching(centre, rotate_to_base(state.rows, alpha), held)
     pressures = slipping_pressures(contact, load, x, first, (moved, state), free)
     return under_wrench(load, state, free, pressures)
 

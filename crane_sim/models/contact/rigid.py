@@ -205,8 +205,8 @@ def holding_accelerations(contact, x, first, scene):
 @lean_routine
 def holding_pressures(contact, load, x, first, scene, free):
     """Return the Pressures that hold the load; three or more points are closed, free: as in `add_contact`."""
-    state, (center, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
-    force = multiple(load.mass, subtract(center, free[0]))
+    state, (centre, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
+    force = multiple(load.mass, subtract(centre, free[0]))
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
     wrench = Wrench(force, multiply(state.rows, turn))
     sums = force[2], wrench.moment[0], wrench.moment[1]

@@ -119,7 +119,7 @@ class Solved(NamedTuple):
     pose: NamedTuple  # of the support
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the falls' common length
-    center: tuple[float, float, float]  # m/s², of the load
+    centre: tuple[float, float, float]  # m/s², of the load
     alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
     load: BodyState
     pull: Pull
@@ -250,8 +250,8 @@ def solve_dynamics(p, t, x, tau):
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (-fx, -fy, -fz))
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
     free, length = load_acceleration(p, t, base, load, pull), bias_acc + inv_mass * pull.paid
-    center, alpha, pressures = add_contact(p.contact, p.load, t, x, contact_index(p), load, free)
-    return Solved(pose, qdd, length, center, alpha, load, pull, tau, command, base, pressures)
+    centre, alpha, pressures = add_contact(p.contact, p.load, t, x, contact_index(p), load, free)
+    return Solved(pose, qdd, length, centre, alpha, load, pull, tau, command, base, pressures)
 
 
 @lean_kernel
@@ -260,9 +260,9 @@ def load_acceleration(p, t, base, load, pull):
     given, moment = load_force(p, p.load, t, base, load)
     ax, ay, az = add(pull.force, given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
-    center = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
+    centre = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
     alpha = angular_acceleration(p.load, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
-    return center, alpha
+    return centre, alpha
 
 
 @lean_kernel
@@ -289,7 +289,7 @@ def write_falls_derivative(p, t, x, u, out):
     if first > ns:
         out[nq + ns] = solved.length
     i = nq + first
-    out[i], out[i + 1], out[i + 2] = solved.center
+    out[i], out[i + 1], out[i + 2] = solved.centre
     second = quaternion_acceleration(solved.load.quaternion, solved.load.omega, solved.alpha)
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
     for i in range(2 * nq, len(out)):

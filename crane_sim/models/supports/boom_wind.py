@@ -3,7 +3,7 @@
 from crane_sim.models.moving_base import airspeed
 from crane_sim.models.supports import with_wind
 from crane_sim.models.supports.knuckle_boom import Knuckle, point_of_rod
-from crane_sim.models.supports.telescopic_boom import TelescopicBoom, center_motion
+from crane_sim.models.supports.telescopic_boom import TelescopicBoom, centre_motion
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.wind_load import Airflow, BoomWindage, JibWindage, RodWindage, rod_drag
 from crane_sim.numerics.jit import generic, lean_generic, lean_routine
@@ -125,6 +125,6 @@ def telescoped_wind(windage, support, flow, base, pose):
 @telescoped_wind.register(BoomWindage)
 def _(windage, support, flow, base, pose):
     reach, whole = 0.5 * pose.length, RodWindage(windage.width * pose.length, windage.drag_coefficient, 0.5)
-    at, moves = center_motion(support, pose, reach, 0.0)
+    at, moves = centre_motion(support, pose, reach, 0.0)
     x, y, z = rod_drag(whole, flow, (pose.cb, 0.0, pose.sb), at, airspeed(base, at, moves))
     return y * at[0], reach * (pose.cb * z - pose.sb * x)

@@ -54,7 +54,7 @@ class BaseSection(NamedTuple):
     """The base section of the boom, with the luffing cylinder's part of the mass."""
 
     mass: NonNegative  # kg, of the section
-    center: NonNegative  # m, of its mass from the foot pin
+    centre: NonNegative  # m, of its mass from the foot pin
     inertia: Positive  # kg m², about a transverse axis through the centre of mass
     limits: AngleRange | None = None  # rad, of the boom's elevation; a run ends where one is reached
     windage: BoomWindage | None = None  # what the whole boom opposes to the `wind`
@@ -64,7 +64,7 @@ class TelescopedSection(NamedTuple):
     """The section that is telescoped out, with the tip's sheaves."""
 
     mass: Positive  # kg, of the section
-    center: NonNegative  # m, of its mass from the tip
+    centre: NonNegative  # m, of its mass from the tip
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
     limits: LengthRange | None = None  # m, of the boom's length; a run ends where one is reached
 
@@ -104,7 +104,7 @@ def _(support, xs):
     _, beta, length, yaw_rate, luff_rate, length_rate = xs
     (a, h), first, second = support.superstructure.foot, support.base_section, support.telescope
     sb, cb = sincos(beta)
-    s1, s2, inertia = first.center, length - second.center, first.inertia + second.inertia
+    s1, s2, inertia = first.centre, length - second.centre, first.inertia + second.inertia
     r1, r2 = a + s1 * cb, a + s2 * cb
     return BoomPosture(
         tip=(a + length * cb, 0.0, h + length * sb),
@@ -129,7 +129,7 @@ def _(support, pose, gravity, tau, force):
     w, luff, rate = pose.yaw_rate, pose.luff_rate, pose.length_rate
     slew = tau[0] + pose.tip[0] * force[1] - 2.0 * w * (pose.j_luff * luff + pose.j_length * rate)
     across = pose.cb * force[2] - pose.sb * force[0]
-    weight = gravity * pose.cb * (first.mass * first.center + second.mass * pose.s2)
+    weight = gravity * pose.cb * (first.mass * first.centre + second.mass * pose.s2)
     boom = tau[1] + pose.length * across - weight - 2.0 * second.mass * pose.s2 * rate * luff + pose.j_luff * w * w
     along = tau[2] + pose.cb * force[0] + pose.sb * force[2] - second.mass * gravity * pose.sb + pose.j_length * w * w
     return slew / pose.slew_inertia, boom / pose.luff_inertia, along / second.mass + pose.s2 * luff * luff
@@ -191,12 +191,12 @@ def _(support, pose):
 @support_potential.register(TelescopicBoom)
 def _(support, pose, gravity):
     first, second, (_, h) = support.base_section, support.telescope, support.superstructure.foot
-    moments = first.mass * first.center + second.mass * pose.s2
+    moments = first.mass * first.centre + second.mass * pose.s2
     return gravity * (moments * pose.sb + (first.mass + second.mass) * h)
 
 
 @lean_kernel
-def center_motion(support, pose, distance, rate):
+def centre_motion(support, pose, distance, rate):
     """Return (position [m], velocity [m/s]) relative to the base (3,) of a point on the boom.
 
     Args:
@@ -219,10 +219,10 @@ def _(support, base, tau, pose):
 def _base_efforts(base, support, pose):
     """Return the efforts (3,) of the base's inertial forces on superstructure and boom."""
     first, second = support.base_section, support.telescope
-    at, velocity = center_motion(support, pose, first.center, 0.0)
+    at, velocity = centre_motion(support, pose, first.centre, 0.0)
     x, y, z = imposed_acceleration(base, at, velocity)
-    slew, luff = first.mass * at[0] * y, first.mass * first.center * (pose.cb * z - pose.sb * x)
-    at, velocity = center_motion(support, pose, pose.s2, pose.length_rate)
+    slew, luff = first.mass * at[0] * y, first.mass * first.centre * (pose.cb * z - pose.sb * x)
+    at, velocity = centre_motion(support, pose, pose.s2, pose.length_rate)
     x, y, z = imposed_acceleration(base, at, velocity)
     slew, luff = slew + second.mass * at[0] * y, luff + second.mass * pose.s2 * (pose.cb * z - pose.sb * x)
     along = second.mass * (pose.cb * x + pose.sb * z)
@@ -255,9 +255,9 @@ def gyroscopic_moments(base, pose, inertia):
 @support_base_energy.register(TelescopicBoom)
 def _(support, base, pose, gravity):
     first, second = support.base_section, support.telescope
-    at, velocity = center_motion(support, pose, first.center, 0.0)
+    at, velocity = centre_motion(support, pose, first.centre, 0.0)
     kinetic, potential = added_energy(base, gravity, first.mass, at, velocity)
-    at, velocity = center_motion(support, pose, pose.s2, pose.length_rate)
+    at, velocity = centre_motion(support, pose, pose.s2, pose.length_rate)
     more = added_energy(base, gravity, second.mass, at, velocity)
     own, inertia = (0.0, -pose.luff_rate, pose.yaw_rate), first.inertia + second.inertia
     turns = added_spin(base, (inertia, -inertia, (pose.cb, 0.0, pose.sb)), own)

@@ -22,7 +22,7 @@ from crane_sim.numerics.states import replace_field
 from crane_sim.system import Switching
 
 Vector = tuple[float, float, float]
-INERTIA, INVERSE, ATTACHMENT, CENTER = 0, 9, 18, 21
+INERTIA, INVERSE, ATTACHMENT, CENTRE = 0, 9, 18, 21
 """Columns of `Exchange.bodies`."""
 COLUMNS = 24
 DONE = 1
@@ -106,8 +106,8 @@ def scheduled_load(load, exchange, k):
 def _(load, exchange, k):
     rows, windage = exchange.bodies, windage_of_row(load.windage, exchange, k)
     tensor, inverse = matrix_at(rows, k, INERTIA), matrix_at(rows, k, INVERSE)
-    attachment, center = vector_at(rows, k, ATTACHMENT), vector_at(rows, k, CENTER)
-    return RigidLoad(exchange.masses[k], tensor, inverse, attachment, windage, center)
+    attachment, centre = vector_at(rows, k, ATTACHMENT), vector_at(rows, k, CENTRE)
+    return RigidLoad(exchange.masses[k], tensor, inverse, attachment, windage, centre)
 
 
 @lean_generic
@@ -172,9 +172,9 @@ def _(load, after, state, velocity):
     cx, cy, cz = cross(d0, v)
     spin = add(add(multiply(load.inertia, w), (m0 * cx, m0 * cy, m0 * cz)), cross(moment, given))
     omega = multiply(after.inverse_inertia, subtract(spin, cross(d, momentum)))
-    center = momentum[0] / m, momentum[1] / m, momentum[2] / m
-    jump = subtract(subtract(center, cross(omega, d)), subtract(v, cross(w, d0)))
-    energy = 0.5 * (m * dot(center, center) + dot(omega, multiply(after.inertia, omega)))
+    centre = momentum[0] / m, momentum[1] / m, momentum[2] / m
+    jump = subtract(subtract(centre, cross(omega, d)), subtract(v, cross(w, d0)))
+    energy = 0.5 * (m * dot(centre, centre) + dot(omega, multiply(after.inertia, omega)))
     energy -= 0.5 * (m0 * dot(v, v) + dot(w, multiply(load.inertia, w)))
     return Joined(multiply(state.rows, jump), omega, energy)
 

@@ -208,7 +208,7 @@ def pressure_on(load, flow, base, state):
 
 @pressure_on.register(RigidLoad)
 def _(load, flow, base, state):
-    r = load.pressure_center
+    r = load.pressure_centre
     position = add(state.position, multiply(state.rows, r))
     velocity = add(state.velocity, multiply(state.rows, cross(state.omega, r)))
     force = add_wind(flow, load.windage, (0.0, 0.0, 0.0), position, airspeed(base, position, velocity))

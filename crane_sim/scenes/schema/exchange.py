@@ -72,7 +72,7 @@ def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoa
 def _columns(load: PointLoad | RigidLoad) -> Any:
     if isinstance(load, PointLoad):
         return np.zeros(COLUMNS)
-    return np.concatenate([np.ravel(part) for part in (*load[1:4], load.pressure_center)])
+    return np.concatenate([np.ravel(part) for part in (*load[1:4], load.pressure_centre)])
 
 
 def _load_after(key: str, event: LoadEvent, before: PointLoad | RigidLoad) -> PointLoad | RigidLoad:
@@ -103,8 +103,8 @@ def _check_difference(key: str, less: RigidLoad, more: RigidLoad) -> None:
         r = -np.array(load.attachment)
         moments.append(load.mass * r)
         tensors.append(np.array(load.inertia) + load.mass * (r @ r * np.eye(3) - np.outer(r, r)))
-    center, scale = (moments[1] - moments[0]) / mass, float(np.trace(tensors[1]))
-    tensor = tensors[1] - tensors[0] - mass * (center @ center * np.eye(3) - np.outer(center, center))
+    centre, scale = (moments[1] - moments[0]) / mass, float(np.trace(tensors[1]))
+    tensor = tensors[1] - tensors[0] - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     low, middle, high = np.linalg.eigvalsh(tensor)
     if low < -ROUNDING * scale or high > low + middle + ROUNDING * scale:
         raise SceneError(

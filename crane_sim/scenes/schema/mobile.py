@@ -83,9 +83,9 @@ class MobileFile(SuspendedFile):
             SceneError: the telescoped section is longer than the boom.
         """
         shortest = min(self.initial.q[2], *(self.telescope.limits or (self.initial.q[2],))[:1])
-        if shortest < self.telescope.center:
+        if shortest < self.telescope.centre:
             raise SceneError(
-                f"telescope.center = {self.telescope.center}: longer than the boom, {shortest:g} m at initial.q[2] or "
+                f"telescope.centre = {self.telescope.centre}: longer than the boom, {shortest:g} m at initial.q[2] or "
                 "telescope.limits[0]: the centre of the telescoped section would be behind the foot pin"
             )
         return TelescopicBoom(self.superstructure, self.boom, self.telescope)

@@ -72,9 +72,9 @@ class Payload(Group):
             return PointLoad(self.mass, self.pressed)
         tensor = np.array(self.inertia)
         _check_inertia(tensor)
-        center = self.windage.centre or ORIGIN if self.windage is not None else ORIGIN
+        centre = self.windage.centre or ORIGIN if self.windage is not None else ORIGIN
         matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for matrix in (tensor, np.linalg.inv(tensor))]
-        return RigidLoad(self.mass, matrices[0], matrices[1], self.attachment or ORIGIN, self.pressed, center)
+        return RigidLoad(self.mass, matrices[0], matrices[1], self.attachment or ORIGIN, self.pressed, centre)
 
 
 def _check_inertia(tensor: Any) -> None:
