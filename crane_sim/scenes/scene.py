@@ -205,7 +205,9 @@ def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
         file = _validate(certain)
     except SceneError as error:
         key = next((key for key in drawn if str(error).startswith(key)), None)
-        raise SceneError(f"{error} (drawn by uncertain.{key})") from None if key else error
+        if key is None:
+            raise
+        raise SceneError(f"{error} (drawn by uncertain.{key})") from None
     return file, dict(file.notes) | ({"drawn": drawn} if drawn else {})
 
 

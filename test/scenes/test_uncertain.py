@@ -150,3 +150,11 @@ def test_wrong_groups_are_refused(group: Any, message: str) -> None:
     with pytest.raises(crane_sim.SceneError) as error:
         uncertain(group)
     assert message in str(error.value) and "\n" not in str(error.value)
+
+
+def test_other_mistakes_are_not_blamed_on_a_draw() -> None:
+    """A value that was not drawn is named alone, with and without uncertain parameters."""
+    for changes in ({}, {"uncertain": {"trolley.mass": UNIFORM}}):
+        with pytest.raises(crane_sim.SceneError) as error:
+            load_scene(SCENE, {"cable.lengths": [-1.0]} | changes)
+        assert "cable.lengths" in str(error.value) and "drawn" not in str(error.value)
