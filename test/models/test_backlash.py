@@ -265,3 +265,12 @@ def test_play_that_cannot_be_is_refused(backlash: Any, line: str) -> None:
     with pytest.raises(crane_sim.SceneError) as error:
         crane_sim.load_scene(FREE | {"backlash": whole})
     assert line in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["tandem_play", "set_down_on_deck"])
+def test_a_fixed_step_is_judged_by_the_shafts(name: str) -> None:
+    """A step that a drive of 10 kg on a shaft of 1e9 N/m cannot bear is refused, with the largest one that it can."""
+    drive = {"inertia": 10.0, "play": 1e-3, "stiffness": 1e9}
+    changes = {"backlash": {"bridge": [drive]}, "integrator": {"method": "rk4", "step": 0.005}}
+    with pytest.raises(crane_sim.SceneError, match=r"integrator.step = 0.005: too large for the stiffest motion, 1.41"):
+        crane_sim.load_scene(name, changes)

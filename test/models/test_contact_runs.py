@@ -111,7 +111,7 @@ def test_a_load_on_a_ship_moves_with_it() -> None:
     ship = {"heave": {"amplitude": 0.5, "frequency": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
     start = {"position": [0, 0, FLOOR + 1.001]}
     run = crane_sim.simulate(scene({"friction": 0.3, "motion": None}, start, 0.6, base_motion=ship))
-    assert times_of(run, "sticks to the ground")
+    assert times_of(run, "sticks to the surface")
     rest = run.t > times_of(run, "sticks to")[-1]
     assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9  # the depth at which corners touch
     assert run.summary["energy_audit_max"] < 1e-9

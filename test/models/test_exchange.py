@@ -15,7 +15,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
-from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
+from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.exchange import Exchange
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
@@ -316,6 +316,24 @@ def test_a_rope_that_would_push_ends_the_run() -> None:
         x = system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.zeros(5))
         assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))[2] == (taut == 0.0)
     assert "a link would push" in system.describe_event(p, encode(Guard.PAYLOAD, 0))[0]
+
+
+@pytest.mark.interpreted
+def test_an_impact_across_the_cable_ends_no_run() -> None:
+    """A swinging load that takes up one at rest jumps across the rope: its impulse of 0 pushes at no angle.
+
+    Of these twelve, rounding makes the impulses of three negative.
+    """
+    event = {"at": 1.0, "set": {"payload": {"mass": 900.0}}}
+    load, exchange = exchange_of(Payload(mass=100.0), [LoadEvent.model_validate(event)])
+    support = TowerCrane(LockedSlew(), JibTrolley(500.0))
+    p = SuspendedCrane(
+        support, Chain(np.array([100.0]), np.array([15.0])), load, stops=Stops(taut=1.0), exchange=exchange
+    )
+    for k in range(12):
+        q = np.array([0.0, 20.0, 15.0, 0.03 * k, 0.05 * (k + 1) - 0.3])
+        x = system.state(p, 0.0, q, np.array([0.0, 0.0, 0.0, 0.0, 0.2]))
+        assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0), encode(Guard.PAYLOAD, 0))[2]
 
 
 RUN = {

@@ -68,6 +68,13 @@ def test_a_draw_depends_on_seed_and_key_alone() -> None:
     assert all(value != both[key] for key, value in drawn(BOTH, seed=1).items())
 
 
+def test_a_seed_is_a_number() -> None:
+    """3 and 3.0 are the same seed, and one that is no seed is refused as in every scene."""
+    assert drawn(BOTH, seed=3) == drawn(BOTH, seed=3.0)
+    with pytest.raises(crane_sim.SceneError, match=r"seed = -1: must be greater than or equal to 0"):
+        uncertain(BOTH, seed=-1)
+
+
 def test_a_run_is_that_of_the_drawn_values() -> None:
     """The plant, its URDF and its summary have the drawn values, the law's model those of the file."""
     scene = uncertain(BOTH)

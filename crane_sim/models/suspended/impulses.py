@@ -9,6 +9,8 @@ transmits no impulse.
 The last link's impulse takes half of its product with the jump of relative velocity along the link as energy (Carnot).
 """
 
+from math import sqrt
+
 import numpy as np
 
 from crane_sim import system
@@ -51,6 +53,8 @@ from crane_sim.models.suspended.load_dynamics import (
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 
+ROUNDING = 1e-12  # of momentum: a jump across the link has an impulse of 0, whose sign is that of rounding
+
 
 @generic
 def exchange_load(exchange, p, t, x, number):
@@ -83,6 +87,7 @@ def apply_exchange(p, t, x, number):
         joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
         lost, least = add_jumps(p, after, x, y, state, joined)
         gained += joined.energy - lost
+        least += ROUNDING * after.mass * sqrt(dot(joined.jump, joined.jump))
     if mode > 2 * nq:
         y[2 * nq] += gained
     allowed = p.stops.taut == 0.0 or least >= 0.0

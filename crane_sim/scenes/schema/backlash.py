@@ -48,6 +48,20 @@ def drive_names(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
     return tuple(name for _, name, _ in _ordered(backlash, joints))
 
 
+def shaft_frequency(backlash: Backlash) -> float:
+    """Return a bound [rad/s] of the frequencies of drives on their shafts, 0 without drives.
+
+    ω² ≤ max(k / m) + Σ k / M of the shafts k and drives m of a joint with the inertia M; a joint counts as no lighter
+    than its heaviest drive.
+    """
+    squares = [
+        max(drive.stiffness / drive.inertia for drive in drives)
+        + sum(drive.stiffness for drive in drives) / max(drive.inertia for drive in drives)
+        for drives in backlash.values()
+    ]
+    return max(squares, default=0.0) ** 0.5
+
+
 def drive_units(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
     """Return the units of the drives' positions."""
     return tuple(joints[i][1] for i, _, _ in _ordered(backlash, joints))

@@ -15,7 +15,7 @@ from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared
+from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
@@ -234,6 +234,7 @@ class GantryFile(SceneFile):
         frequency = stiffest_frequency(falls, load, masses, q, contact)
         if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
             frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
+        frequency = max(frequency, shaft_frequency(self.backlash))
         return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
 
     def model(self) -> FallsCrane:

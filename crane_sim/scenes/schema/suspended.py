@@ -9,7 +9,7 @@ from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.stops import Stops
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared
+from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
 from crane_sim.scenes.schema.groups import PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
@@ -147,7 +147,9 @@ class SuspendedFile(SceneFile):
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+        return Demands(
+            shaft_frequency(self.backlash) or None, 0.0, elastic=False, smooth=smooth, duration=self.duration
+        )
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""

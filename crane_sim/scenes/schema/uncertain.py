@@ -15,7 +15,7 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import BeforeValidator, TypeAdapter, ValidationError
 
 from crane_sim.files.errors import SceneError, one_line, shorten
-from crane_sim.files.types import NonNegative, Positive, Real, to_radians
+from crane_sim.files.types import NonNegative, Positive, Real, Seed, to_radians
 from crane_sim.scenes.schema.groups import tagged_union_validator
 
 _STANDARD = NormalDist()
@@ -127,7 +127,7 @@ def _truncated_normal(p: float, mean: float, deviation: float, low: float, high:
 
 _KINDS = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal, "triangular": Triangular}
 Distribution = Annotated[Any, tagged_union_validator("distribution", _KINDS)]
-_DISTRIBUTIONS = TypeAdapter(dict[str, Distribution])
+_DISTRIBUTIONS, _SEED = TypeAdapter(dict[str, Distribution]), TypeAdapter(Seed)
 
 
 def probability_of(seed: int, key: str) -> float:
@@ -148,7 +148,11 @@ def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[s
         distributions = _DISTRIBUTIONS.validate_python(document["uncertain"])
     except ValidationError as error:
         raise SceneError(one_line(error, dict, ("uncertain",))) from None
-    seed, changed, drawn = document.get("seed", 0), copy.deepcopy(dict(document)), {}
+    try:
+        seed = _SEED.validate_python(document.get("seed", 0))
+    except ValidationError:
+        return dict(document), {}  # the whole file is refused for it
+    changed, drawn = copy.deepcopy(dict(document)), {}
     for key, distribution in distributions.items():
         group, name = _place_of(changed, key)
         try:
