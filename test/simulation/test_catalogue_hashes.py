@@ -37,7 +37,9 @@ def test_a_scene_ends_where_it_did(name: str) -> None:
         summary = error.run.summary
     expected = HASHES[name]
     if isinstance(expected, dict):
-        expected = expected.get(processor_family(), expected["other"])
+        expected = expected.get(processor_family(), expected.get("other"))
+        if expected is None:
+            pytest.skip("not measured on processors of this family")
     assert summary["state_sha256"] == expected
 
 
