@@ -10,7 +10,6 @@ from crane_sim.description.robot import UNBOUNDED, add_limit
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
-    from crane_sim.scenes.schema.scene_file import SceneFile
 
 LENGTHS = ("rope", "hoist")  # joints that are never below zero
 
@@ -23,10 +22,10 @@ class Limit(NamedTuple):
     effort: float  # N or N m, largest size
 
 
-def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:
+def joint_limit(scene: Scene, joint: str) -> Limit:
     """Return the limit that a scene sets a joint: `limits` of its group, and `limit` of its actuator."""
     low = 0.0 if joint in LENGTHS else -inf
-    lower, upper = next(((span.low, span.high) for span in file.limits if span.joint == joint), (low, inf))
+    lower, upper = next(((span.low, span.high) for span in scene.limits if span.joint == joint), (low, inf))
     effort = inf
     if scene.hardware is not None and joint in scene.actuated:
         column = scene.actuated.index(joint)
@@ -38,11 +37,10 @@ def joint_limit(file: SceneFile, scene: Scene, joint: str) -> Limit:
 
 def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
     """Add the limits of all joints that have none yet; turning joints without any end become continuous."""
-    file = scene.file
     for joint in robot.iter("joint"):
         if joint.get("type") == "fixed" or joint.find("limit") is not None:
             continue
-        limit = joint_limit(file, scene, joint.attrib["name"])
+        limit = joint_limit(scene, joint.attrib["name"])
         if joint.get("type") == "revolute" and not (isfinite(limit.lower) or isfinite(limit.upper)):
             joint.set("type", "continuous")
             if isfinite(limit.effort):

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.schema.rigging import ATTITUDE
 
 Array = npt.NDArray[np.float64]
-ATTITUDE = "payload_qw"  # first joint of a load's unit quaternion (w, x, y, z)
 
 
 class Tilt(NamedTuple):
@@ -40,14 +40,12 @@ class Extremes:
         names = scene.joint_names
         self._limits = [(names.index(limit.joint), limit) for limit in scene.limits]
         self._margins = np.full(len(self._limits), np.inf)
-        self._attitude = names.index(ATTITUDE) if ATTITUDE in names else None
+        self._attitude = names.index(ATTITUDE[0]) if ATTITUDE[0] in names else None
         self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a load that slews is meant to turn
         self._peaks = np.zeros(len(self._angles))
 
     def extend(self, q: Array) -> None:
         """Take joint positions (K, nq)."""
-        if not len(q):
-            return
         for k, (i, limit) in enumerate(self._limits):
             margin = min(q[:, i].min() - limit.low, limit.high - q[:, i].max())
             self._margins[k] = min(self._margins[k], margin)

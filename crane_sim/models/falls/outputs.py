@@ -49,7 +49,7 @@ from crane_sim.models.supports.backlash import (
     fill_drive_modes,
     joint_order,
     switch_drive,
-    with_contact_switching,
+    with_play_switching,
 )
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
@@ -220,7 +220,7 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    return with_contact_switching(p.support, Switching(1000, 0, None))
+    return with_play_switching(p.support, Switching(1000, 0, None))
 
 
 @system.guard.register(FallsCrane)

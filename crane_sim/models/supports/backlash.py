@@ -241,7 +241,7 @@ def _(support, x, xs):
 
 
 @lean_kernel
-def contact_guard(support, xs, i):
+def drive_guard(support, xs, i):
     """Return the guard of drive i: negative where its mode ends."""
     mode, shaft = xs.mode[i], shaft_state(support, xs, i)
     if mode == 0.0:
@@ -253,17 +253,17 @@ def contact_guard(support, xs, i):
 def _(support, best, xs):
     best = support_guard(support.support, best, xs.inner)
     for i in range(len(support.drives.inertia)):
-        best = smaller_guard(best, contact_guard(support, xs, i), encode(Guard.BACKLASH, i))
+        best = smaller_guard(best, drive_guard(support, xs, i), encode(Guard.BACKLASH, i))
     return best
 
 
 @generic
-def with_contact_switching(support, switching):
+def with_play_switching(support, switching):
     """Return the result of `system.switching`: `switching` without drives that have play."""
     return switching
 
 
-@with_contact_switching.register(GearedSupport)
+@with_play_switching.register(GearedSupport)
 def _(support, switching):
     return Switching(1000, 0, Retake())
 

@@ -24,7 +24,7 @@ from crane_sim.models.supports.backlash import (
     GearedSupport,
     describe_drive,
     mean_of_drives,
-    with_contact_switching,
+    with_play_switching,
 )
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
@@ -288,7 +288,7 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    switching = with_contact_switching(p.support, winch_switching(p.hoist, p.stops))
+    switching = with_play_switching(p.support, winch_switching(p.hoist, p.stops))
     return with_exchange_switching(p.exchange, switching)
 
 

@@ -163,22 +163,24 @@ class GantryFile(SceneFile):
             return (start.trolley, start.bridge, start.length, *start.position, *attitude_of(start.orientation))
         if start.orientation is not None:
             raise SceneError("initial.orientation: needs initial.position; initial.skew turns a load at rest")
-        (x, y, z), attitude = self._at_rest
-        return (start.trolley, start.bridge, start.length, start.trolley + x, start.bridge + y, z, *attitude)
+        return self._start_at_rest
 
     @cached_property
-    def _at_rest(self) -> Any:
-        """Position from the trolley and attitude of the load that hangs at rest, solved for once."""
-        start, load = self.initial, self._load()
-        position, attitude = load_at_rest(self.falls.falls(start.length, load), load, self.gravity, start.skew)
-        return position.tolist(), attitude.tolist()
+    def _start_at_rest(self) -> tuple[float, ...]:
+        """Joint positions (10,) at t = 0 with the load at rest, solved for once."""
+        start = self.initial
+        return self._hanging((start.trolley, start.bridge, start.length), start.skew)
+
+    def _hanging(self, actuated: tuple[float, ...], skew: float | None) -> tuple[float, ...]:
+        """Return the joint positions (10,) with the load at rest below these of the actuated joints (3,)."""
+        (trolley, bridge, length), load = actuated, self._load()
+        position, attitude = load_at_rest(self.falls.falls(length, load), load, self.gravity, skew)
+        x, y, z = position.tolist()
+        return trolley, bridge, length, trolley + x, bridge + y, z, *attitude.tolist()
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
-        trolley, bridge, length = target
-        load = self._load()
-        (x, y, z), attitude = load_at_rest(self.falls.falls(length, load), load, self.gravity, None)
-        return trolley, bridge, length, trolley + x, bridge + y, z, *attitude
+        return self._hanging(target, None)
 
     @property
     def initial_v(self) -> tuple[float, ...]:

@@ -33,6 +33,11 @@ Value = Annotated[Real, BeforeValidator(_to_radians)]
 Deviation = Annotated[Positive, BeforeValidator(_to_radians)]
 
 
+def complain_of_order(low: float, high: float) -> str:
+    """Return what is wrong with these limits, in one line; empty where nothing is."""
+    return "" if low < high else f"low = {low:g} must be less than high = {high:g}"
+
+
 class Uniform(NamedTuple):
     """A uniform distribution."""
 
@@ -42,7 +47,7 @@ class Uniform(NamedTuple):
 
     def complaint(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
-        return "" if self.low < self.high else f"low = {self.low:g} must be less than high = {self.high:g}"
+        return complain_of_order(self.low, self.high)
 
     def quantile(self, p: float, nominal: float) -> float:
         """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
@@ -59,10 +64,9 @@ class Triangular(NamedTuple):
 
     def complaint(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
-        if not self.low < self.high:
-            return f"low = {self.low:g} must be less than high = {self.high:g}"
         outside = self.mode is not None and not self.low <= self.mode <= self.high
-        return f"mode = {self.mode:g} must be within low .. high" if outside else ""
+        what = f"mode = {self.mode:g} must be within low .. high" if outside else ""
+        return complain_of_order(self.low, self.high) or what
 
     def quantile(self, p: float, nominal: float) -> float:
         """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
@@ -86,7 +90,7 @@ class Normal(NamedTuple):
 
     def complaint(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
-        return "" if self.low < self.high else f"low = {self.low:g} must be less than high = {self.high:g}"
+        return complain_of_order(self.low, self.high)
 
     def quantile(self, p: float, nominal: float) -> float:
         """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
@@ -105,7 +109,7 @@ class LogNormal(NamedTuple):
 
     def complaint(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
-        return "" if self.low < self.high else f"low = {self.low:g} must be less than high = {self.high:g}"
+        return complain_of_order(self.low, self.high)
 
     def quantile(self, p: float, nominal: float) -> float:
         """Return the quantile at p in (0, 1); `nominal`: the file's own value, 1 for factors."""
