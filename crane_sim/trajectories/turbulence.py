@@ -1,6 +1,6 @@
 """Spectra of atmospheric turbulence, and gusts that have them, drawn by seeded generators.
 
-Kaimal: IEC 61400-1:2005, annex B.2, eq. (B.14) and table B.1, Λ₁ of eq. (5). Dryden, von Karman: MIL-HDBK-1797, forms
+Kaimal: IEC 61400-1:2005, annex B, eq. (B.14) and table B.1, Λ₁ of eq. (5). Dryden, von Karman: MIL-HDBK-1797, forms
 of the disturbance model; length scales and deviations of its low-altitude model. The one-sided spectrum of a component
 of variance σ² and length scale L in a mean U is S(f) = σ² (L / U) s(f L / U). Its integral is exactly σ²: what the
 standard prints as 1.339 of von Karman's is here B(1/2, 1/3) / π.

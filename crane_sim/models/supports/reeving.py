@@ -11,7 +11,7 @@ where f is 1 without loss, 1/c while the rope is paid out and c while it is haul
 It is e^(μθ) of a rope that slides over a sheave that does not turn (Euler, Eytelwein), or that of the moment
 μ (T + T') r_pin of a bearing under parallel falls, c = (1 + μ r_pin / r) / (1 - μ r_pin / r), or 1/η for an efficiency
 η of one sheave (Feyrer, Wire Ropes, 2nd ed., 2015, chapter 3, on rope efficiency). Without inertia the product over the
-sheaves gives the efficiency of a block with n falls, (1 - η^n) / (n (1 - η)), as in DIN 15020-1.
+sheaves gives the efficiency of a block with n falls, (1 - η^n) / (n (1 - η)), a geometric series.
 
 Tensions are those with which the rope lies on a sheave: ρ v² of a rope with the mass ρ per length are left out.
 """
