@@ -24,7 +24,9 @@ _LINE_LENGTH = 200  # characters of a refusal's line
 Decoded = TypeVar("Decoded")
 
 
-class _RequiredEfforts(NamedTuple):
+class RequiredEfforts(NamedTuple):
+    """What actuated joints need at the start of a scene."""
+
     inertia: np.ndarray  # (nu,) of each joint with its load
     gravity: np.ndarray  # (nu,) the effort that holds it
 
@@ -40,14 +42,14 @@ def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
         return (bound,) * len(scene.actuated)
     if not scene.actuated:
         return ()
-    inertia, gravity = _required_efforts(scene)
+    inertia, gravity = required_efforts(scene)
     bounds = np.where(
         np.isin(scene.effort_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * gravity, _ACCELERATION
     )
     return tuple(bounds.tolist())
 
 
-def _required_efforts(scene: Scene) -> _RequiredEfforts:
+def required_efforts(scene: Scene) -> RequiredEfforts:
     """Return what unit accelerations and gravity require in the initial posture, from differences of energies."""
     joints = [scene.joint_names.index(joint) for joint in scene.actuated]
     n = len(joints)
@@ -59,7 +61,7 @@ def _required_efforts(scene: Scene) -> _RequiredEfforts:
     derived = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
     up, down, _, _ = derived.potential_relative.reshape(4, n)
     _, _, moving, at_rest = derived.kinetic_relative.reshape(4, n)
-    return _RequiredEfforts(2.0 * np.abs(moving - at_rest), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
+    return RequiredEfforts(2.0 * np.abs(moving - at_rest), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
 
 
 class Refusal(StrEnum):
