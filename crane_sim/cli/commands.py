@@ -4,7 +4,8 @@ import json
 import os
 import sys
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 import yaml
@@ -16,6 +17,9 @@ from crane_sim.cli.run_options import RunOptions, check_folder, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from crane_sim.scenes.scene import Scene
 
 
 @click.group(cls=Group, context_settings=HELP)
@@ -100,16 +104,48 @@ def docs(pages: tuple[str, ...]) -> None:
 
 
 @app.command()
-@click.option("--save", "folder", metavar="FOLDER", help="Write the page there instead of printing it.")
-def describe(folder: str | None) -> None:
-    """Describe the format of scene files: every key, its unit, default and meaning (Markdown)."""
+@click.argument("scene", required=False)
+@click.option("--ros2-control", is_flag=True, help="Of SCENE: its URDF with a <ros2_control> tag, and controllers.")
+@click.option("--save", "folder", metavar="FOLDER", help="Write the page or files there instead of printing them.")
+def describe(scene: str | None, ros2_control: bool, folder: str | None) -> None:
+    """Describe the format of scene files: every key, its unit, default and meaning (Markdown).
+
+    With SCENE and --ros2-control: what a stock ros2_control needs to drive this crane.
+    """
     from crane_sim.evaluation.documentation.scene_format import save_page, scene_format
 
     check_folder(folder)
-    if folder is None:
+    if (scene is None) == ros2_control:
+        raise SceneError(f"crane describe {scene or '--ros2-control'}: SCENE and --ros2-control belong together")
+    if scene is not None:
+        _describe_ros2_control(load_scene_with_options(scene), folder)
+    elif folder is None:
         print(scene_format(), end="")
     else:
         save_page(folder)
+
+
+def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
+    """Print the description and the controllers of a scene, or write them into a folder."""
+    from crane_sim.ros.common.ros2_control import controllers_file, urdf_with_ros2_control
+
+    files = {f"{scene.name}.urdf": urdf_with_ros2_control(scene)}
+    files[f"{scene.name}_controllers.yaml"] = controllers_file(scene)
+    for name, text in files.items():
+        if folder is None:
+            print(text)
+        else:
+            Path(folder, name).write_text(f"{text.rstrip()}\n")
+            print(Path(folder, name))
+
+
+@app.command()
+@click.argument("scene")
+def urdf(scene: str) -> None:
+    """Print the URDF of a scene's crane, as the plant publishes it on robot_description."""
+    from crane_sim.description import urdf as describe_crane
+
+    print(describe_crane(load_scene_with_options(scene)))
 
 
 @app.command()

@@ -13,6 +13,7 @@ import click
 
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import lock_file, unfinished_name
+from crane_sim.ros.common.command_stamps import COMMAND_STAMPS
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
@@ -36,6 +37,11 @@ _OPTIONS = (
     click.option(
         "--on-silence", help=f"realtime: action at the time-out of commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."
     ),
+    click.option(
+        "--command-stamps",
+        help="With --no-controller: stamps of commands: that of the state answered, ROS time (in lockstep /clock then "
+        f"leads), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
+    ),
     click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
@@ -54,6 +60,7 @@ class RunOptions(NamedTuple):
     wait: float | None
     restart: bool
     on_silence: str | None
+    command_stamps: str | None
     fifo: int | None
 
     def check(self) -> None:
@@ -66,6 +73,8 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--domain-id = {self.domain_id}: possible: 0 .. 232")
         if self.on_silence is not None and self.on_silence not in COMMAND_TIMEOUT_ACTIONS:
             raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(COMMAND_TIMEOUT_ACTIONS)}")
+        if self.command_stamps is not None and self.command_stamps not in COMMAND_STAMPS:
+            raise SceneError(f"--command-stamps = {self.command_stamps!r}: possible: {', '.join(COMMAND_STAMPS)}")
         if self.fifo is not None and not 0 <= self.fifo <= 99:
             raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
         if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
@@ -79,8 +88,10 @@ class RunOptions(NamedTuple):
         for option, value in realtime_options.items():
             if self.mode == "lockstep" and value is not None:
                 raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
-        if self.wait is not None and not self.no_controller:
-            raise SceneError(f"--wait = {self.wait:g}: only with --no-controller, which lets a node of yours command")
+        own_options = {"--wait": self.wait, "--command-stamps": self.command_stamps}
+        for option, value in own_options.items():
+            if value is not None and not self.no_controller:
+                raise SceneError(f"{option} = {value}: only with --no-controller, which lets a node of yours command")
 
     def _check_files(self) -> None:
         if self.record is not None and self.no_record:
@@ -103,6 +114,7 @@ class RunOptions(NamedTuple):
             if path is not None:
                 _check_writable(option, path)
         set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
+        set_options["command_stamps"] = self.command_stamps
         set_options["wait"] = math.inf if self.wait == 0.0 else self.wait
         return {name: value for name, value in set_options.items() if value is not None} | {
             "mode": self.mode,

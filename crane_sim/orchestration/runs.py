@@ -41,6 +41,7 @@ def run(
     wait: float = 120.0,
     restart: bool = False,
     on_silence: str | None = None,
+    command_stamps: str | None = None,
     fifo: int | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
@@ -61,6 +62,8 @@ def run(
         restart: replace a controller, tracker or recorder that dies, by a standby.
         on_silence: action of a plant in realtime at the time-out of commands: "zero" effort, "hold" the last effort, or
             "brake"; None: the default of the plant's parameter of that name.
+        command_stamps: what stamps of commands have to be: "state", "ros" or "any"; None: the default of the plant's
+            parameter of that name.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
@@ -72,7 +75,7 @@ def run(
     progress = on_progress or _ignore
     callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore)
     plant: dict[str, object] = {"mode": mode, "commanded": not controller}
-    optional = {"rate": rate, "on_silence": on_silence, "fifo_priority": fifo}
+    optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
     plant |= {name: value for name, value in optional.items() if value is not None}
     settings = _RunSettings(plant, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
     with (

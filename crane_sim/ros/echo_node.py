@@ -12,7 +12,7 @@ from crane_sim import load_scene
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
@@ -30,8 +30,8 @@ class Ping:
         scene = load_scene(settings.scene)
         self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
         self._state = messages.state_message(scene.joint_names)
-        self._q, self._v = scene.initial_q, scene.initial_v
-        self._out, self._in = JointWire(scene.joint_names, effort=False), JointWire(scene.actuated, effort=True)
+        self._q, self._v, self._applied = scene.initial_q, scene.initial_v, (0.0,) * len(scene.joint_names)
+        self._out, self._in = JointWire(scene.joint_names, STATE), JointWire(scene.actuated, EFFORT)
         self._packed = settings.packed
         callback: Any = self._on_packed if settings.packed else self._on_command
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
@@ -55,7 +55,7 @@ class Ping:
     def _send(self) -> None:
         self._k += 1
         if self._packed:
-            self._states.publish(self._out.encode(self._k * self._period, self._q, self._v))
+            self._states.publish(self._out.encode(self._k * self._period, self._q, self._v, self._applied))
             return
         messages.set_stamp(self._state.header.stamp, self._k * self._period)
         self._states.publish(self._state)
@@ -77,7 +77,7 @@ class Pong:
         scene = load_scene(settings.scene)
         self._command = messages.effort_message(scene.actuated)
         self._effort = (0.0,) * len(scene.actuated)
-        self._out, self._in = JointWire(scene.actuated, effort=True), JointWire(scene.joint_names, effort=False)
+        self._out, self._in = JointWire(scene.actuated, EFFORT), JointWire(scene.joint_names, STATE)
         callback: Any = self._on_packed if settings.packed else self._on_state
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
         self._states = node.create_subscription(

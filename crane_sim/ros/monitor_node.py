@@ -13,7 +13,7 @@ from crane_sim import load_scene
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 from crane_sim.ros.recorder.subscriptions import PolledSubscription
 
 PARAMETERS = {
@@ -31,7 +31,9 @@ class Monitor:
         """Subscribe."""
         scene = load_scene(settings.scene)
         wires = {
-            letter: JointWire(scene.joint_names if letter == "s" else scene.actuated, effort=letter != "s")
+            letter: JointWire(
+                scene.joint_names if letter == "s" else scene.actuated, STATE if letter == "s" else EFFORT
+            )
             for letter in _TOPICS
         }
         self._subscriptions = [

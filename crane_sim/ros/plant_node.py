@@ -10,6 +10,7 @@ from crane_sim import load_scene
 from crane_sim.description import urdf
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
+from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
 from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import Fault, NodeHost
@@ -24,6 +25,7 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.plant.warm_up import warm_up
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
@@ -51,6 +53,11 @@ PARAMETERS = {
         0.01,
         60.0,
     ),
+    "command_stamps": Option(
+        CommandStamps.STATE.value,
+        "stamps of commands: that of the state answered, ROS time, or any; with ros the clock leads lockstep",
+        choices=tuple(COMMAND_STAMPS),
+    ),
     "largest_effort": Option(
         0.0, "N m or N; a command that is larger is refused; 0: far beyond what the scene can need", 0.0, 1e12
     ),
@@ -76,7 +83,8 @@ class PlantNode:
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
-        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest)
+        clock_leads = _clock_leads(scene, settings)
+        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads)
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
         self._services = PlantServices(host, self._simulation, self._scheduler, settings)
@@ -146,7 +154,9 @@ class PlantNode:
     def _missing(self) -> str:
         recorders, trackers = self._settings.expected_recorders, self._settings.expected_trackers
         controllers = self._settings.expected_controllers if self._simulation.scene.sampled else 0
-        subscribers = controllers + trackers + recorders + len(peer_names(self._settings.beside))
+        if self._scheduler.commands_have_come:  # controllers that only command receive no states
+            controllers -= len(self._scheduler.commanding_nodes() - self._topics.subscribing_nodes())
+        subscribers = max(controllers, 0) + trackers + recorders + len(peer_names(self._settings.beside))
         return self._topics.missing(subscribers, recorders) or self._scheduler.missing()
 
     def _make_scheduler(self) -> StepScheduler:
@@ -157,6 +167,16 @@ class PlantNode:
         if self._settings.mode == RunMode.REALTIME:
             return Realtime(self._host, self._simulation, self._settings)
         return OpenLoop(self._host, self._simulation)
+
+
+def _clock_leads(scene: Scene, settings: SimpleNamespace) -> bool:
+    """Return whether /clock is ahead of the states; raises ValueError, one line, where it cannot be."""
+    leads = settings.command_stamps == CommandStamps.ROS and settings.mode == RunMode.LOCKSTEP and scene.sampled
+    if leads and not settings.clock:
+        raise ValueError("parameter command_stamps is 'ros'; lockstep by ROS time needs the parameter clock")
+    if leads and peer_names(settings.beside):
+        raise ValueError(f"parameter beside is {settings.beside!r}; cranes on one clock need command_stamps 'state'")
+    return leads
 
 
 def main() -> int:

@@ -23,6 +23,7 @@ OPTIONS = RunOptions(
     wait=None,
     restart=False,
     on_silence=None,
+    command_stamps=None,
     fifo=None,
 )
 
@@ -38,10 +39,12 @@ OPTIONS = RunOptions(
         ({"on_silence": "sleep"}, "--on-silence = 'sleep': possible: zero, hold, brake"),
         ({"fifo": 100}, "--fifo = 100: possible: 1 .. 99, and 0 for none"),
         ({"wait": -1.0}, "--wait = -1.0: must be a number of seconds, 0 or more"),
+        ({"command_stamps": "wall"}, "--command-stamps = 'wall': possible: state, ros, any"),
+        ({"command_stamps": "ros"}, "--command-stamps = ros: only with --no-controller"),
         ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
         ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),
         ({"fifo": 5}, "--fifo = 5: only with --mode realtime"),
-        ({"wait": 5.0}, "--wait = 5: only with --no-controller"),
+        ({"wait": 5.0}, "--wait = 5.0: only with --no-controller"),
     ],
 )
 def test_impossible_options_are_rejected(

@@ -73,7 +73,7 @@ class FakeTopics:
         self.acknowledged = False
         self.states = 0
 
-    def all_acknowledged(self) -> bool:
+    def all_acknowledged(self, _timeout: float = 0.0) -> bool:
         """Return what tests set."""
         return self.acknowledged
 
@@ -105,6 +105,7 @@ class CountingPlant:
     def __init__(self) -> None:
         """Create it at the start."""
         self.k, self.braking, self.at_rest, self.seen = 0, False, False, (ZERO, ZERO)
+        self.applied = ZERO
 
     def advance(self, _effort: Any) -> None:
         """Count a period; after some the crane rests."""
@@ -133,4 +134,5 @@ def simulation(topics: FakeTopics) -> SimulationRun:
 
 def make_lockstep(host: Any, simulation: SimulationRun, beside: str = "") -> Lockstep:
     """Return a scheduler in lockstep with short time-outs."""
-    return Lockstep(host, simulation, SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3))
+    settings = SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3, command_stamps="state")
+    return Lockstep(host, simulation, settings)

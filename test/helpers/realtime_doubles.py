@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from crane_sim.ros.common.command_filter import CommandValidator
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointWire
 from crane_sim.ros.plant.realtime import Realtime
 
 JOINTS = ("slew", "boom")
@@ -130,7 +130,7 @@ class RealtimeBench(FakeSimulation):
 
     def _send_answer(self) -> None:
         if self.delay is not None:
-            answer = JointWire(JOINTS, effort=True).encode(self.stamp, self.answer(len(self.efforts)))
+            answer = JointWire(JOINTS, EFFORT).encode(self.stamp, self.answer(len(self.efforts)))
             self._in_transit.append((self.now + self.delay, answer))
 
     def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:
@@ -141,7 +141,9 @@ class RealtimeBench(FakeSimulation):
 
 def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> SimpleNamespace:
     """Return the plant's parameters."""
-    return SimpleNamespace(rate=rate, command_timeout=timeout, on_silence=on_silence, command_lease=0.2)
+    return SimpleNamespace(
+        rate=rate, command_timeout=timeout, on_silence=on_silence, command_lease=0.2, command_stamps="state"
+    )
 
 
 def make_bench(

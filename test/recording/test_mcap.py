@@ -82,7 +82,7 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
 def test_saved_messages_survive_a_killed_recorder(tmp_path: Path) -> None:
     """Messages are on their way to the disk as soon as they are saved, not only when the file is complete."""
     file = McapFile(tmp_path / "run.mcap", list(TOPICS.values()))
-    message = STATE_WIRE.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6)
+    message = STATE_WIRE.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6, (0.5,) * 6)
     file.write(0, SCENE.period_ns, message)
     file.save()
     (grown,) = file.part.iterdir()

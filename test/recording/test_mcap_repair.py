@@ -20,7 +20,7 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     file.write(2, SCENE.period_ns, DESCRIPTION)
     for k in range(1, 21):  # an effort follows the state that it leads to: their stamps are not in order
         state, effort = (k + 1) * SCENE.period_ns, k * SCENE.period_ns
-        file.write(0, state, STATE_WIRE.encode(state, (float(k),) * 6, (0.0,) * 6))
+        file.write(0, state, STATE_WIRE.encode(state, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
         file.write(1, effort, EFFORT_WIRE.encode(effort, (float(k),) * 4))
         if k % 10 == 0:
             file.save()

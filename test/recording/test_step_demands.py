@@ -8,7 +8,7 @@ from realtime_doubles import PERIOD as SECONDS
 
 from crane_sim import load_scene
 from crane_sim.recording.step_assembler import StepAssembler
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointWire
 from crane_sim.ros.recorder.decoder import MessageDecoder
 
 PERIOD = 10_000_000  # ns
@@ -53,7 +53,7 @@ def test_demands_are_accepted_commands_only() -> None:
 def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every command that counts is published with the stamp that it answers, and none that is late or no number."""
     bench, realtime = make_bench(monkeypatch, 20, 0.002)
-    wire = JointWire(JOINTS, effort=True)
+    wire = JointWire(JOINTS, EFFORT)
 
     def intrude() -> None:
         for stamp, effort in ((bench.stamp - 5 * STEP, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
@@ -78,8 +78,8 @@ def test_invalid_commands_are_no_demands(topic: str) -> None:
     decode = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *EFFORT_A[1:]), (float("inf"), *EFFORT_A[1:]), (1e9, *EFFORT_A[1:])):
-        decode(JointWire(names, effort=True).encode(PERIOD, bad))
-    decode(JointWire((*names[:3], "hoist"), effort=True).encode(PERIOD, EFFORT_A))
-    decode(JointWire(names[:3], effort=True).encode(PERIOD, EFFORT_A[:3]))
-    decode(JointWire(names[::-1], effort=True).encode(PERIOD, EFFORT_A[::-1]))
+        decode(JointWire(names, EFFORT).encode(PERIOD, bad))
+    decode(JointWire((*names[:3], "hoist"), EFFORT).encode(PERIOD, EFFORT_A))
+    decode(JointWire(names[:3], EFFORT).encode(PERIOD, EFFORT_A[:3]))
+    decode(JointWire(names[::-1], EFFORT).encode(PERIOD, EFFORT_A[::-1]))
     assert received == [(PERIOD, EFFORT_A)]

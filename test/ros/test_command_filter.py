@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from crane_sim import load_scene
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
-from crane_sim.ros.common.serialization import JointWire, decode_array
+from crane_sim.ros.common.command_stamps import StampRange
+from crane_sim.ros.common.serialization import EFFORT, JointWire, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
 EFFORTS = [1.0, 2.0, 3.0, 4.0]
@@ -18,7 +19,7 @@ NOW = 50_000_000  # ns
 
 def validate(validator: CommandValidator, stamp: int = NOW, names: list[str] = JOINTS, efforts: list[float] = EFFORTS):
     """Validate one command as in lockstep."""
-    return validator.validate(stamp, names, efforts, now=NOW, oldest=NOW)
+    return validator.validate(stamp, names, efforts, StampRange(NOW, NOW))
 
 
 @given(st.permutations(range(4)))
@@ -82,9 +83,9 @@ def test_lockstep_requires_the_exact_stamp_and_realtime_a_recent_one() -> None:
     """A command older than `oldest` is stale: in lockstep any but the newest, in real time beyond the time-out."""
     assert validate(CommandValidator(JOINTS, LARGEST), stamp=NOW - 1) is None
     validator = CommandValidator(JOINTS, LARGEST)
-    assert validator.validate(NOW - 10, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) == tuple(EFFORTS)
+    assert validator.validate(NOW - 10, JOINTS, EFFORTS, StampRange(NOW - 10, NOW)) == tuple(EFFORTS)
     validator = CommandValidator(JOINTS, LARGEST)
-    assert validator.validate(NOW - 11, JOINTS, EFFORTS, now=NOW, oldest=NOW - 10) is None
+    assert validator.validate(NOW - 11, JOINTS, EFFORTS, StampRange(NOW - 10, NOW)) is None
     assert validator.refused == {"stale": 1}
     assert validator.summary()["late"] == 1
 
@@ -103,7 +104,7 @@ def test_arrays_are_validated_too() -> None:
 def test_garbage_is_refused(data: bytes) -> None:
     """Bytes that are no message are counted as unreadable, and have no other effect."""
     validator = CommandValidator(JOINTS, LARGEST)
-    for decode in (JointWire(JOINTS, effort=True).decode, decode_array):
+    for decode in (JointWire(JOINTS, EFFORT).decode, decode_array):
         validator.decode(decode, data)
         validator.decode(decode, b"\x00\x01\x00\x00" + data)
     assert set(validator.refused) <= {"unreadable"}
@@ -112,7 +113,7 @@ def test_garbage_is_refused(data: bytes) -> None:
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
 def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, length: int) -> None:
     """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
-    validator, wire = CommandValidator(JOINTS, LARGEST), JointWire(JOINTS, effort=True)
+    validator, wire = CommandValidator(JOINTS, LARGEST), JointWire(JOINTS, EFFORT)
     whole = wire.encode(NOW, EFFORTS)
     noise = data.draw(st.binary(min_size=length, max_size=length))
     for message in (whole[:at] + noise + whole[at + length :], whole[:at]):

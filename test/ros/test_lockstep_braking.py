@@ -8,7 +8,7 @@ import pytest
 from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, FakeHost, FakeTopics, make_lockstep
 
 from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 from crane_sim.ros.plant import braking
 from crane_sim.ros.plant import lockstep as lockstep_module
 from crane_sim.ros.plant.braking import brake_to_rest
@@ -46,16 +46,14 @@ def test_waiting_is_reported_after_the_timeout(
 def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
     """A single step is taken when the other crane has come as far, and refused with its name before."""
     host = FakeHost()
-    lockstep, wire = make_lockstep(host, simulation, beside="other"), JointWire(SCENE.joint_names, effort=False)
+    lockstep, wire = make_lockstep(host, simulation, beside="other"), JointWire(SCENE.joint_names, STATE)
     simulation.pause(True, "user")
     simulation.start()
 
     def step_after(command: int, peer_state: int) -> str:
-        host.queues["joint_commands"].append(
-            (JointWire(SCENE.actuated, effort=True).encode(command * PERIOD, ZERO), None)
-        )
+        host.queues["joint_commands"].append((JointWire(SCENE.actuated, EFFORT).encode(command * PERIOD, ZERO), None))
         host.queues["/other/joint_states"].append(
-            (wire.encode(peer_state * PERIOD, SCENE.initial_q, SCENE.initial_v), None)
+            (wire.encode(peer_state * PERIOD, SCENE.initial_q, SCENE.initial_v, SCENE.initial_v), None)
         )
         return lockstep.step_once()
 
@@ -110,13 +108,14 @@ def test_states_are_resent_to_peers_that_are_behind(
 def test_every_crane_beside_is_waited_for_once(simulation: SimulationRun) -> None:
     """Commas without a name between them, slashes and repeated names add no subscriber that the plant waits for."""
     host, beside = FakeHost(), "left, /right/,,left,"
-    make_lockstep(host, simulation, beside=beside)
+    scheduler = make_lockstep(host, simulation, beside=beside)
     peers = {topic for topic in host.queues if topic.endswith("/joint_states")}
     assert peers == {"/left/joint_states", "/right/joint_states"}
     settings = {"expected_controllers": 1, "expected_trackers": 0, "expected_recorders": 0, "beside": beside}
     topics = SimpleNamespace(missing=lambda state_subscribers, _: str(state_subscribers))
     plant: Any = PlantNode
-    node = SimpleNamespace(_settings=SimpleNamespace(**settings), _simulation=simulation, _topics=topics)
+    parts = {"_settings": SimpleNamespace(**settings), "_simulation": simulation, "_topics": topics}
+    node = SimpleNamespace(**parts, _scheduler=scheduler)
     assert plant._missing(node) == str(1 + len(peers))
 
 

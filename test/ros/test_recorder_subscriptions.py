@@ -17,7 +17,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from crane_sim import load_scene
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointWire
 from crane_sim.ros.recorder.subscriptions import RecorderSubscriptions
 
 BURST = Path(__file__).parents[1] / "programs" / "message_burst.py"
@@ -39,7 +39,7 @@ def subscriber_node(domain: int) -> Iterator[Node]:
 
 def test_pending_messages_are_complete_and_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Thousands of messages on three topics are dispatched completely and in the order of sending, however rarely."""
-    wire = JointWire(SCENE.actuated, effort=True)
+    wire = JointWire(SCENE.actuated, EFFORT)
     received: list[tuple[str, int]] = []
 
     def record(name: str, data: bytes) -> None:

@@ -5,11 +5,11 @@ import time
 import pytest
 
 from crane_sim import load_scene
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import STATE, JointWire
 from crane_sim.ros.recorder.replay_buffer import SECONDS, ReplayBuffer
 
 SCENE = load_scene("knuckle_setpoint")
-STATE = JointWire(SCENE.joint_names, effort=False)
+STATE_WIRE = JointWire(SCENE.joint_names, STATE)
 SECOND = 10**9
 
 
@@ -23,7 +23,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def state(second: int, position: float = 0.0) -> bytes:
     """Return the state of a second; the position identifies the pass."""
-    return STATE.encode(second * SECOND, (position,) * 6, (0.0,) * 6)
+    return STATE_WIRE.encode(second * SECOND, (position,) * 6, (0.0,) * 6, (0.0,) * 6)
 
 
 def buffer_of_two_passes(clock: list[float]) -> ReplayBuffer:

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from crane_sim.ros.common.messages import nanoseconds
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 
 NAMES = st.lists(st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=20), min_size=1, max_size=7)
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
@@ -24,18 +24,18 @@ def vectors(data: st.DataObject, names: list[str], number: int) -> list[list[flo
 
 @given(st.data(), NAMES, STAMPS)
 def test_ros_reads_our_states(data: st.DataObject, names: list[str], stamp: int) -> None:
-    """The generated class reads from our bytes exactly the stamp, names, positions and velocities written."""
-    q, v = vectors(data, names, 2)
-    message = deserialize_message(JointWire(names, effort=False).encode(stamp, q, v), JointState)
+    """The generated class reads from our bytes exactly the stamp, names, positions, velocities and efforts written."""
+    q, v, u = vectors(data, names, 3)
+    message = deserialize_message(JointWire(names, STATE).encode(stamp, q, v, u), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
-    assert (list(message.position), list(message.velocity), list(message.effort)) == (q, v, [])
+    assert (list(message.position), list(message.velocity), list(message.effort)) == (q, v, u)
 
 
 @given(st.data(), NAMES, STAMPS)
 def test_ros_reads_our_commands(data: st.DataObject, names: list[str], stamp: int) -> None:
     """The generated class reads from our bytes exactly the stamp, names and efforts written."""
     (u,) = vectors(data, names, 1)
-    message = deserialize_message(JointWire(names, effort=True).encode(stamp, u), JointState)
+    message = deserialize_message(JointWire(names, EFFORT).encode(stamp, u), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
     assert (list(message.position), list(message.velocity), list(message.effort)) == ([], [], u)
 
@@ -49,12 +49,12 @@ def test_messages_of_any_layout_are_read(
     q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
     header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
     message = JointState(header=header, name=names, position=q, velocity=v, effort=u)
-    frame = JointWire(expected_names, effort=effort).decode(serialize_message(message))
+    frame = JointWire(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
     assert (frame.stamp, frame.names) == (7_000_000_008, names)
     assert [list(field) for field in frame[2:]] == [q, v, u]
 
 
 def test_not_a_number_survives() -> None:
     """NaN comes through unchanged: validation rejects it, with a count."""
-    wire = JointWire(["slew"], effort=True)
+    wire = JointWire(["slew"], EFFORT)
     assert math.isnan(wire.decode(wire.encode(1, [math.nan])).effort[0])

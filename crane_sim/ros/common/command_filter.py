@@ -6,12 +6,13 @@ The bounds are far beyond what any law needs, and no burden to any integrator.
 from collections import Counter
 from collections.abc import Callable, Sequence
 from enum import StrEnum
-from math import isfinite
+from math import isfinite, isnan
 from operator import gt
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive
 
@@ -23,7 +24,9 @@ _LINE_LENGTH = 200  # characters of a refusal's line
 Decoded = TypeVar("Decoded")
 
 
-class _RequiredEfforts(NamedTuple):
+class RequiredEfforts(NamedTuple):
+    """What actuated joints need at the start of a scene."""
+
     inertia: np.ndarray  # (nu,) of each joint with its load
     gravity: np.ndarray  # (nu,) the effort that holds it
 
@@ -39,14 +42,14 @@ def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
         return (bound,) * len(scene.actuated)
     if not scene.actuated:
         return ()
-    inertia, gravity = _required_efforts(scene)
+    inertia, gravity = required_efforts(scene)
     bounds = np.where(
         np.isin(scene.effort_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * gravity, _ACCELERATION
     )
     return tuple(bounds.tolist())
 
 
-def _required_efforts(scene: Scene) -> _RequiredEfforts:
+def required_efforts(scene: Scene) -> RequiredEfforts:
     """Return what unit accelerations and gravity require in the initial posture, from differences of energies."""
     joints = [scene.joint_names.index(joint) for joint in scene.actuated]
     n = len(joints)
@@ -58,7 +61,7 @@ def _required_efforts(scene: Scene) -> _RequiredEfforts:
     derived = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
     up, down, _, _ = derived.potential_relative.reshape(4, n)
     _, _, moving, at_rest = derived.kinetic_relative.reshape(4, n)
-    return _RequiredEfforts(2.0 * np.abs(moving - at_rest), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
+    return RequiredEfforts(2.0 * np.abs(moving - at_rest), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
 
 
 class Refusal(StrEnum):
@@ -99,36 +102,39 @@ class CommandValidator:
         last_refusal: one line on the latest refusal, empty while there is none.
     """
 
-    def __init__(self, actuated: Sequence[str], largest: Sequence[float]) -> None:
-        """Accept commands for exactly the joints `actuated`; the caller gets their efforts in this order.
+    def __init__(self, actuated: Sequence[str], largest: Sequence[float], joints: Sequence[str] = ()) -> None:
+        """Accept commands for all joints `actuated`; the caller gets their efforts in this order.
 
-        Efforts beyond `largest` (nu,) [N m or N] are refused: no state would stay finite.
+        Efforts beyond `largest` (nu,) [N m or N] are refused: no state would stay finite. Commands may also name other
+        ones of the crane's `joints`, without an effort.
         """
         self._largest = tuple(largest)
         self.received = 0
         self.refused: Counter[Refusal] = Counter()
         self.last_refusal = ""
-        self._actuated = list(actuated)
-        self._newest = 0  # stamp of the last accepted command
+        self._actuated, self._passive = list(actuated), set(joints) - set(actuated)
+        self._newest: dict[str, int] = {}  # stamps of the last accepted commands, by their clocks
 
     def validate(
-        self, stamp: int, names: Sequence[str], efforts: Sequence[float], *, now: int, oldest: int
+        self, stamp: int, names: Sequence[str], efforts: Sequence[float], possible: StampRange | None
     ) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command in joint order, or None when it is refused.
 
         Args:
-            stamp: the command's stamp, ns: that of the state it answers.
+            stamp: the command's stamp, ns.
             names: its joints, in any order.
             efforts: N m or N, in the order of `names`.
-            now: stamp of the newest published state, ns.
-            oldest: the oldest stamp that is accepted, ns; equal to `now` in lockstep.
+            possible: the stamps that it may have, None: any.
         """
         self.received += 1
-        if reason := self._check_stamp(stamp, now, oldest):
-            return self.refuse(reason, f"command with stamp {stamp} ns while the state's is {now} ns")
+        if possible is None:
+            return self.match_joints(names, efforts)
+        if reason := self._check_stamp(stamp, possible):
+            line = f"command with stamp {stamp} ns, possible: {possible.oldest} .. {possible.newest} ns"
+            return self.refuse(reason, line)
         ordered = self.match_joints(names, efforts)
         if ordered is not None:
-            self._newest = stamp
+            self._newest[possible.epoch] = stamp
         return ordered
 
     def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
@@ -167,24 +173,29 @@ class CommandValidator:
         self.refused[reason] += 1
         self.last_refusal = f"{line[:_LINE_LENGTH]} ({reason})"
 
-    def _check_stamp(self, stamp: int, now: int, oldest: int) -> Refusal | None:
+    def _check_stamp(self, stamp: int, possible: StampRange) -> Refusal | None:
+        newest = self._newest.get(possible.epoch, 0)
         if not stamp:
             return Refusal.UNSTAMPED
-        if stamp > now:
+        if stamp > possible.newest:
             return Refusal.FUTURE
-        if stamp == self._newest:
+        if stamp == newest and not possible.repeats:
             return Refusal.DUPLICATE
-        if stamp < self._newest:
+        if stamp < newest:
             return Refusal.LATE
-        return Refusal.STALE if stamp < oldest else None
+        return Refusal.STALE if stamp < possible.oldest else None
 
     def _sort_by_joint(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
-        if sorted(names) != sorted(self._actuated):
+        commanded = [name for name in names if name not in self._passive]
+        if sorted(commanded) != sorted(self._actuated) or len(set(names)) != len(names):
             line = f"command for joints {list(names)}, the actuated ones are {self._actuated}"
             return self.refuse(Refusal.NAMES, line)
-        if len(efforts) != len(names):
+        if len(efforts) != len(names) and len(efforts) != len(commanded):
             return self._check_efforts(efforts)
-        by_name = dict(zip(names, efforts, strict=True))
+        by_name = dict(zip(names if len(efforts) == len(names) else commanded, efforts, strict=True))
+        if driven := [name for name in by_name.keys() & self._passive if by_name[name] and not isnan(by_name[name])]:
+            line = f"command with effort {by_name[driven[0]]} on {driven[0]}, the actuated joints are {self._actuated}"
+            return self.refuse(Refusal.NAMES, line)
         return self._check_efforts([by_name[name] for name in self._actuated])
 
     def _check_efforts(self, efforts: Sequence[float]) -> tuple[float, ...] | None:

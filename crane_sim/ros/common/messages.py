@@ -60,9 +60,9 @@ def set_stamp(stamp: Time, ns: int) -> None:
 
 
 def state_message(names: Sequence[str]) -> JointState:
-    """Return a joint state with zero position and velocity of `names`."""
+    """Return a joint state with zero position, velocity and effort of `names`."""
     zeros = [0.0] * len(names)
-    return JointState(name=list(names), position=zeros, velocity=zeros)
+    return JointState(name=list(names), position=zeros, velocity=zeros, effort=zeros)
 
 
 def effort_message(names: Sequence[str]) -> JointState:

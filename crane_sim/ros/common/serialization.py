@@ -67,6 +67,13 @@ class CdrReader:
 _HEAD = b"\x00\x01\x00\x00"  # encapsulation: plain CDR, little endian
 
 
+STATE = ("position", "velocity", "effort")
+"""Fields of a joint state that the plant publishes."""
+EFFORT = ("effort",)
+"""Fields of a command, and of the efforts applied."""
+_FIELDS = STATE  # of the message, in its order
+
+
 class Frame(NamedTuple):
     """A joint state in plain Python: stamp in ns; the three fields hold one number per name, or nothing."""
 
@@ -78,30 +85,35 @@ class Frame(NamedTuple):
 
 
 class JointWire:
-    """Encoder and decoder of joint states of fixed names that carry either position and velocity, or effort."""
+    """Encoder and decoder of joint states of fixed names and fields."""
 
-    def __init__(self, names: Sequence[str], *, effort: bool) -> None:
-        """Lay the message out for `names` (n,) with effort (n,), or with position (n,) and velocity (n,)."""
-        self._names, self._n, self._effort = list(names), len(names), effort
+    def __init__(self, names: Sequence[str], fields: Sequence[str]) -> None:
+        """Lay the message out for `names` (n,) with the given ones of its three fields, each (n,)."""
+        self._names, self._n = list(names), len(names)
         layout = _Layout()
         layout.strings([""])  # frame_id
         layout.count(len(names))
         layout.strings(names)
-        first = len(layout.constants)
-        self._prefix = (_HEAD, *layout.constants[3:])
-        for present in (not effort, not effort, effort):
-            layout.doubles(len(names) if present else 0)
+        self._head = (_HEAD, *layout.constants[3:])
+        self._spans: list[slice] = []  # of the three fields in the message's values
+        for field in _FIELDS:
+            number = len(names) if field in fields else 0
+            first = len(layout.constants) + 1  # behind the length
+            layout.doubles(number)
+            self._spans.append(slice(first, first + number))
+        self._present = [field in fields for field in _FIELDS]
         constant_indices = [i for i, value in enumerate(layout.constants) if value is not None]
         self._struct = struct.Struct(layout.format)
         self._constants_of = itemgetter(*constant_indices)
         self._constants = tuple(layout.constants[i] for i in constant_indices)
-        self._first = first + (3 if effort else 1)  # index of the first number
 
     def encode(self, stamp: int, *vectors: Sequence[float]) -> bytes:
-        """Return the message with `stamp`, ns, and position and velocity, or effort, each (n,)."""
-        n = self._n
-        numbers = (0, 0, n, *vectors[0]) if self._effort else (n, *vectors[0], n, *vectors[1], 0)
-        head, *rest = self._prefix
+        """Return the message with `stamp`, ns, and one vector (n,) for each of its fields, in their order."""
+        head, *rest = self._head
+        numbers: list[float] = []
+        remaining = iter(vectors)
+        for present in self._present:
+            numbers += (self._n, *next(remaining)) if present else (0,)
         return self._struct.pack(head, *divmod(stamp, SECOND), *rest, *numbers)
 
     def decode(self, data: bytes) -> Frame:
@@ -112,10 +124,8 @@ class JointWire:
             return _decode_any(data)
         if self._constants_of(values) != self._constants:
             return _decode_any(data)
-        stamp, n, first = values[1] * SECOND + values[2], self._n, self._first
-        if self._effort:
-            return Frame(stamp, self._names, (), (), values[first : first + n])
-        return Frame(stamp, self._names, values[first : first + n], values[first + n + 1 : first + 2 * n + 1], ())
+        position, velocity, effort = self._spans
+        return Frame(values[1] * SECOND + values[2], self._names, values[position], values[velocity], values[effort])
 
 
 class _Layout:

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from crane_sim.laws import Law, evaluate_law
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import Frame, JointWire
+from crane_sim.ros.common.serialization import STATE, Frame, JointWire
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.scenes.scene import Scene
 
@@ -32,7 +32,7 @@ class StateReader:
         """Expect the joints of a scene; `node` logs messages that do not fit."""
         self._node, self._scene = node, scene
         self._names = list(scene.joint_names)
-        self._wire = JointWire(scene.joint_names, effort=False)
+        self._wire = JointWire(scene.joint_names, STATE)
 
     def read(self, data: bytes) -> State | None:
         """Return a decoded state, None where joints are missing or it is no such message."""

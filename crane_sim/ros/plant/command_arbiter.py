@@ -114,6 +114,10 @@ class CommandArbiter:
         """Return the number of publishers."""
         return sum(subscription.handle.get_publisher_count() for subscription in self._subscriptions.values())
 
+    def publishing_nodes(self) -> set[str]:
+        """Return the full names of the nodes with publishers."""
+        return set(self._list_publishers().values())
+
     def take_one(self) -> bool:
         """Take and pass on a message without the executor; False where there is none."""
         if self._with_sender:

@@ -1,4 +1,8 @@
-"""Lockstep: every step waits for the controller's answer."""
+"""Lockstep: every step waits for the controller's answer.
+
+Where commands are stamped with ROS time the clock leads: state k is published and acknowledged, then /clock reads the
+time of state k + 1, and the command with this time answers state k. Nodes that live by that time run in lockstep.
+"""
 
 import time
 from functools import partial
@@ -8,8 +12,10 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
+from crane_sim.ros.common.command_stamps import CommandStamps, lockstep_range
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.peers import ClockPeers
@@ -19,16 +25,23 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 _RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _POLL = 0.005  # s between two polls of services while there are several publishers
+_ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
 class Lockstep:
-    """Scheduler that publishes state k, waits for the command with its stamp, and steps; wall time has no effect."""
+    """Scheduler that publishes state k, waits for the command with its stamp, and steps; wall time has no effect.
+
+    Attributes:
+        commands_have_come: whether there were commands, also ones before the run.
+    """
+
+    commands_have_come = False
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands`."""
         self._host, self._simulation, self._settings = host, simulation, settings
-        self._wire = JointWire(simulation.scene.actuated, effort=True)
+        self._wire = JointWire(simulation.scene.actuated, EFFORT)
         self._should_stop = partial(should_stop, host)
         self._peers = ClockPeers(host.node, settings.beside)
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
@@ -36,7 +49,14 @@ class Lockstep:
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
+        self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
+        by_state = settings.command_stamps == CommandStamps.STATE
+        self._accepted = None if by_state else AcceptedCommands(host.node, self._wire)
         self._acknowledgements = AcknowledgementMonitor(lease)
+
+    def commanding_nodes(self) -> set[str]:
+        """See `StepScheduler`."""
+        return self._commands.publishing_nodes()
 
     def missing(self) -> str:
         """See `StepScheduler`."""
@@ -48,7 +68,7 @@ class Lockstep:
         simulation = self._simulation
         self._commands.start()
         simulation.start()
-        self._first_sent = self._last_sent = time.monotonic()
+        self._restart_clock()
         while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
             self._serve()
             self._step_if_possible()
@@ -72,6 +92,7 @@ class Lockstep:
                 return obstacle
             if time.monotonic() - self._last_sent > _RESEND:  # a subscriber may have been matched since
                 self._resend()
+            self._advance_clock_if_due()
             self._commands.update()
             if not (self._commands.take_one() or self._peers.take_one()):
                 time.sleep(1e-4)
@@ -86,7 +107,7 @@ class Lockstep:
     def reset(self) -> None:
         """See `StepScheduler`."""
         self._effort = None
-        self._first_sent = self._last_sent = time.monotonic()
+        self._restart_clock()
 
     def figures(self) -> dict[str, Any]:
         """See `StepScheduler`; there are no deadlines."""
@@ -94,13 +115,17 @@ class Lockstep:
 
     def _on_command(self, data: bytes) -> bool:
         simulation = self._simulation
+        self.commands_have_come = True
         if not simulation.stamp or not simulation.running:
             return False  # the answer to the final state moves nothing
-        validator, now = simulation.validator, simulation.stamp
+        validator = simulation.validator
+        possible = lockstep_range(self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns)
         command = validator.decode(self._wire.decode, data)
-        effort = command and validator.validate(command.stamp, command.names, command.effort, now=now, oldest=now)
+        effort = command and validator.validate(command.stamp, command.names, command.effort, possible)
         if effort is None:
             return False
+        if self._accepted:
+            self._accepted.publish(simulation.stamp, effort)
         if simulation.waiting:
             simulation.set_waiting("")
         self._effort = effort
@@ -110,7 +135,10 @@ class Lockstep:
     def _serve(self) -> None:
         """Serve callbacks until a message has come; commands move the crane on the way."""
         self._commands.update()
-        if self._commands.contested:
+        if self._clock_due:
+            self._host.spin(0.0)
+            self._advance_clock_if_due()
+        elif self._commands.contested:
             self._commands.wait(_POLL)
             self._commands.take_all()
             self._host.spin(0.0)
@@ -135,7 +163,7 @@ class Lockstep:
         effort, self._effort = self._effort, None
         self._simulation.step(effort)
         self._simulation.throttle_for_recorder(_BLOCK, self._should_stop)
-        self._first_sent = self._last_sent = time.monotonic()
+        self._restart_clock()
 
     def _resend_period(self) -> float:
         """Return the time [s] after which the present state is sent again."""
@@ -156,7 +184,18 @@ class Lockstep:
 
     def _resend(self) -> None:
         self._simulation.publish_state()
-        self._last_sent = time.monotonic()
+        self._last_sent, self._clock_due = time.monotonic(), self._clock_leads
+
+    def _restart_clock(self) -> None:
+        """Begin to wait for the answer to a state that has just been published."""
+        self._first_sent = self._last_sent = time.monotonic()
+        self._clock_due = self._clock_leads and self._simulation.running
+
+    def _advance_clock_if_due(self) -> None:
+        """Publish the time of the next state, if every subscriber has acknowledged this one."""
+        if self._clock_due and self._simulation.all_acknowledged(_ACKNOWLEDGEMENT):
+            self._clock_due = False
+            self._simulation.advance_clock(self._simulation.stamp + self._simulation.scene.period_ns)
 
     def _is_lease_expiry_suspended(self) -> bool:
         """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""

@@ -8,15 +8,16 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.command_stamps import CommandStamps, realtime_range
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.serialization import JointWire, decode_array
+from crane_sim.ros.common.serialization import EFFORT, JointWire, decode_array
 from crane_sim.ros.common.timing import StepTiming
+from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.scheduler import should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.watchdog import CommandTimeoutAction, Watchdog
 
-ACCEPTED = "accepted_command"  # each command that was not refused, with the stamp of the state that it answers
 _ARRAYS = "effort_controller/commands"
 _UPDATE_PERIOD = 0.05  # s between two updates of the publishers of commands
 _POLL = 0.001  # s between two polls of commands while there are several publishers
@@ -26,7 +27,13 @@ _STEP_POLL = 1e-4  # s between two polls for the answer to a single step
 
 
 class Realtime:
-    """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held."""
+    """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held.
+
+    Attributes:
+        commands_have_come: whether there were commands, also ones before the run.
+    """
+
+    commands_have_come = False
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands` and `effort_controller/commands`, if the scene takes commands at all."""
@@ -38,14 +45,18 @@ class Realtime:
         self._timed_out, self._command_timeouts = False, 0
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
-        self._wire = JointWire(simulation.scene.actuated, effort=True)
+        self._wire = JointWire(simulation.scene.actuated, EFFORT)
         topics = {
             "joint_commands": CommandTopic(JointState, self._on_command),
             _ARRAYS: CommandTopic(Float64MultiArray, self._on_array),
         }
         sampled, lease = simulation.scene.sampled, settings.command_lease
         self._commands = CommandArbiter(host, simulation, topics, lease, lambda: simulation.paused) if sampled else None
-        self._accepted = host.node.create_publisher(JointState, ACCEPTED, messages.STREAM) if sampled else None
+        self._accepted = AcceptedCommands(host.node, self._wire) if sampled else None
+
+    def commanding_nodes(self) -> set[str]:
+        """See `StepScheduler`."""
+        return self._commands.publishing_nodes() if self._commands else set()
 
     def missing(self) -> str:
         """See `StepScheduler`."""
@@ -162,19 +173,20 @@ class Realtime:
 
     def _on_command(self, data: bytes) -> bool:
         simulation = self._simulation
-        validator = simulation.validator
+        validator, self.commands_have_come = simulation.validator, True
         command = validator.decode(self._wire.decode, data) if simulation.stamp and simulation.running else None
         if command is None:
             return False
-        now = simulation.stamp
-        timeout = round(self._watchdog.timeout * self._settings.rate * messages.SECOND)  # in simulated time
-        oldest = now - timeout if timeout else 0
-        effort = validator.validate(command.stamp, command.names, command.effort, now=now, oldest=oldest)
-        return self._hold(command.stamp, effort)
+        policy, now = self._settings.command_stamps, simulation.stamp
+        real = self._watchdog.timeout * messages.SECOND
+        timeouts = round(real * self._settings.rate), round(real)
+        possible = realtime_range(policy, command.stamp, now, time.time_ns(), timeouts)
+        effort = validator.validate(command.stamp, command.names, command.effort, possible)
+        return self._hold(command.stamp if policy == CommandStamps.STATE else now, effort)
 
     def _on_array(self, data: bytes) -> bool:
         simulation = self._simulation
-        validator = simulation.validator
+        validator, self.commands_have_come = simulation.validator, True
         efforts = validator.decode(decode_array, data) if simulation.stamp and simulation.running else None
         return efforts is not None and self._hold(simulation.stamp, validator.validate_array(efforts))
 
@@ -182,8 +194,8 @@ class Realtime:
         """Hold an accepted command that answers the state of a stamp [ns], and publish it for a recorder."""
         if effort is None:
             return False
-        if self._accepted and self._accepted.get_subscription_count():
-            self._accepted.publish(self._wire.encode(stamp, effort))
+        if self._accepted:
+            self._accepted.publish(stamp, effort)
         self._held, self._answered = effort, True
         self._watchdog.reset()
         self._set_timed_out(False)

@@ -18,7 +18,17 @@ def should_stop(host: NodeHost) -> bool:
 
 
 class StepScheduler(Protocol):
-    """Decides when the steps of a run are taken, and with which command."""
+    """Decides when the steps of a run are taken, and with which command.
+
+    Attributes:
+        commands_have_come: whether there were commands, also ones before the run.
+    """
+
+    commands_have_come: bool
+
+    def commanding_nodes(self) -> set[str]:
+        """Return the full names of the nodes that publish commands."""
+        ...
 
     def missing(self) -> str:
         """Return one line on the controllers still missing, empty when there are enough."""
@@ -52,9 +62,15 @@ class StepScheduler(Protocol):
 class OpenLoop:
     """Scheduler that steps as fast as the subscribers can follow, without commands."""
 
+    commands_have_come = False
+
     def __init__(self, host: NodeHost, simulation: SimulationRun) -> None:
         """Schedule the steps of a run."""
         self._host, self._simulation = host, simulation
+
+    def commanding_nodes(self) -> set[str]:
+        """See `StepScheduler`."""
+        return set()
 
     def missing(self) -> str:
         """See `StepScheduler`; there are no controllers."""

@@ -30,10 +30,11 @@ def publishers(node: Node, topic: str) -> Iterator[Publisher]:
     """Yield every publisher that a reliable subscription is matched with."""
     for info in node.get_publishers_info_by_topic(topic):
         if info.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
-            yield Publisher(bytes(info.endpoint_gid), _full_name(info))
+            yield Publisher(bytes(info.endpoint_gid), full_name(info))
 
 
-def _full_name(info: TopicEndpointInfo) -> str:
+def full_name(info: TopicEndpointInfo) -> str:
+    """Return the full name of the node with this end of a topic."""
     return _UNNAMED if info.node_name == _UNKNOWN else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
 

@@ -27,10 +27,24 @@ class SimulationRun:
         deadline_misses: real-time steps that came too late.
     """
 
-    def __init__(self, scene: Scene, plant: Plant, topics: PlantTopics, pipes: Pipes, largest: Sequence[float]) -> None:
-        """Prepare a run of `scene`, whose efforts are at most `largest` (nu,) [N m or N]; nothing is published yet."""
-        self.scene, self.plant, self._largest = scene, plant, largest
-        self.validator = CommandValidator(scene.actuated, largest)
+    def __init__(
+        self,
+        scene: Scene,
+        plant: Plant,
+        topics: PlantTopics,
+        pipes: Pipes,
+        largest: Sequence[float],
+        clock_leads: bool = False,
+    ) -> None:
+        """Prepare a run; nothing is published yet.
+
+        Args:
+            scene, plant, topics, pipes: what runs, and where it is published and reported.
+            largest: bounds (nu,) of efforts, N m or N.
+            clock_leads: the scheduler publishes the clock, by `advance_clock`, before the state of that time.
+        """
+        self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
+        self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
         self.stamp, self.deadline_misses = 0, 0
         self.waiting = self.ending = self.fault = ""
         self._pauses: set[str] = set()  # by what ordered them
@@ -38,7 +52,8 @@ class SimulationRun:
         self._warnings: dict[str, str] = {}
         self._start_time = self._end_time = 0.0
         self._next_progress = self._next_diagnostics = 0.0
-        self._last_clock = 0  # stamp at the last call of `publish_clock_if_due`
+        self._clock = scene.period_ns  # ns
+        self._last_clock = 0  # ns, at the last call of `publish_clock_if_due`
 
     @property
     def finished(self) -> bool:
@@ -55,9 +70,9 @@ class SimulationRun:
         """Whether the run is paused: commands and the wall clock move nothing."""
         return bool(self._pauses)
 
-    def all_acknowledged(self) -> bool:
+    def all_acknowledged(self, timeout: float = 0.0) -> bool:
         """See `PlantTopics`."""
-        return self._topics.all_acknowledged()
+        return self._topics.all_acknowledged(timeout)
 
     def pause(self, paused: bool, source: str) -> None:
         """Begin or end the pause of a source, and publish the mode: the run is paused while any source pauses it."""
@@ -91,7 +106,7 @@ class SimulationRun:
     def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
         """Return to the scene's initial state, or to another one, with new counters; arguments: see `Plant.reset`."""
         self.plant.reset(q, v)
-        self.validator = CommandValidator(self.scene.actuated, self._largest)
+        self.validator = CommandValidator(self.scene.actuated, self._largest, self.scene.joint_names)
         self.deadline_misses = 0
         self.start()
 
@@ -107,7 +122,7 @@ class SimulationRun:
         """Publish the present state, for the first time or again."""
         plant = self.plant
         self.stamp = (plant.k + 1) * self.scene.period_ns
-        self._topics.publish_state(self.stamp, *plant.seen)
+        self._topics.publish_state(self.stamp, *plant.seen, plant.applied)
 
     def step(self, effort: Sequence[float] | None) -> None:
         """Advance one period with `effort` (nu,) held; the state is published first: the controller waits for it."""
@@ -144,10 +159,9 @@ class SimulationRun:
             return
         self._next_progress = now + _PROGRESS
         self._topics.update_subscribers()
-        stamp = (self.plant.k + 1) * self.scene.period_ns
-        if stamp == self._last_clock or not self.stamp:
-            self._topics.publish_clock(stamp)
-        self._last_clock = stamp
+        if self._clock == self._last_clock or not self.stamp:
+            self._topics.publish_clock(self._clock)
+        self._last_clock = self._clock
 
     def end(self) -> None:
         """Publish the end of the run, with zero effort where it ends early."""
@@ -172,9 +186,15 @@ class SimulationRun:
         }
         return head | self.plant.summary() | speed
 
+    def advance_clock(self, stamp: int) -> None:
+        """Publish the clock at `stamp` [ns]."""
+        self._clock = stamp
+        if self._clock_leads or self._topics.clock_subscribed:
+            self._topics.publish_clock(stamp)
+
     def _publish_clock_and_payload(self) -> None:
-        if self._topics.clock_subscribed:
-            self._topics.publish_clock(self.stamp)
+        if not self._clock_leads:
+            self.advance_clock(self.stamp)
         if self._topics.payload_subscribed:
             self._topics.publish_payload(self.stamp, self.plant.payload)
 

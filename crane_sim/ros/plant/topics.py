@@ -12,9 +12,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 from crane_sim.ros.common.timing import DurationHistogram
-from crane_sim.ros.plant.sender_subscription import publishers
+from crane_sim.ros.plant.sender_subscription import full_name, publishers
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
 
@@ -37,16 +37,21 @@ class PlantTopics:
         self._simulation_state = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
         self._node, self._source = node, f"{node.get_namespace().strip('/')}/plant"
-        self._state_wire = JointWire(joints, effort=False)
-        self._effort_wire = JointWire(actuated, effort=True)
+        self._state_wire = JointWire(joints, STATE)
+        self._applied_indices = [actuated.index(joint) if joint in actuated else -1 for joint in joints]
+        self._effort_wire = JointWire(actuated, EFFORT)
         self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
         self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = False
         self.publishing = DurationHistogram()
 
-    def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
-        """Publish the joint state; first of all in a step, since the controller waits for it."""
-        message = self._state_wire.encode(stamp, q, v)
+    def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> None:
+        """Publish the joint state; first of all in a step, since the controller waits for it.
+
+        Its efforts are those `applied` (nu,) at the begin of the period before it, and zero of other joints.
+        """
+        padded = (*applied, 0.0)
+        message = self._state_wire.encode(stamp, q, v, [padded[i] for i in self._applied_indices])
         start = time.perf_counter()
         self._states.publish(message)
         self.publishing.add(time.perf_counter() - start)
@@ -95,6 +100,11 @@ class PlantTopics:
                 return f"{number - matched} more subscriber(s) of {publisher.topic_name}"
         return ""
 
+    def subscribing_nodes(self) -> set[str]:
+        """Return the full names of the nodes that subscribe to the joint states."""
+        infos = self._node.get_subscriptions_info_by_topic(self._states.topic_name)
+        return {full_name(info) for info in infos}
+
     def duplicate_publisher(self) -> str:
         """Return one line on another publisher of the joint states, empty where this one is alone in the graph."""
         topic = self._states.topic_name
@@ -103,9 +113,9 @@ class PlantTopics:
         names = sorted(publisher.node for publisher in publishers(self._node, topic))
         return f"{topic} has {len(names)} publishers: {', '.join(names)}"
 
-    def all_acknowledged(self) -> bool:
-        """Return whether all subscribers have acknowledged all joint states; a dead process has not."""
-        return self._states.wait_for_all_acked(Duration(seconds=0))
+    def all_acknowledged(self, timeout: float = 0.0) -> bool:
+        """Return whether all subscribers acknowledge all joint states within `timeout` [s]; a dead process does not."""
+        return self._states.wait_for_all_acked(Duration(seconds=timeout))
 
     def flush(self, should_stop: Callable[[], bool] = lambda: False) -> None:
         """Wait until every matched subscriber has acknowledged all messages, or until `should_stop`, which is polled.

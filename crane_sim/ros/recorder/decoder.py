@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import Frame, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, Frame, JointWire
 
 if TYPE_CHECKING:
     from crane_sim.recording.rerun.recorder import Recorder
@@ -32,9 +32,11 @@ class MessageDecoder:
     def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
         """Create a decoder for the joints of a scene."""
         self._recorder, self._scene, self._quitting = recorder, scene, False
-        self._state_wire = JointWire(scene.joint_names, effort=False)
-        self._effort_wire = JointWire(scene.actuated, effort=True)
-        self._validator = CommandValidator(scene.actuated, largest_efforts(scene))  # as the plant's own
+        self._state_wire = JointWire(scene.joint_names, STATE)
+        self._effort_wire = JointWire(scene.actuated, EFFORT)
+        self._validator = CommandValidator(
+            scene.actuated, largest_efforts(scene), scene.joint_names
+        )  # as the plant's own
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one callback of a serialized message per topic."""

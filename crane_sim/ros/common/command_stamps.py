@@ -1,0 +1,65 @@
+"""Policies of the stamps of commands: which ones the plant accepts, in lockstep and in real time."""
+
+from enum import StrEnum
+from typing import NamedTuple
+
+
+class CommandStamps(StrEnum):
+    """Values of the parameter `command_stamps`."""
+
+    STATE = "state"
+    ROS = "ros"
+    ANY = "any"
+
+
+COMMAND_STAMPS = {
+    CommandStamps.STATE.value: "that of the state that the command answers",
+    CommandStamps.ROS.value: "the sender's ROS time: /clock, or in real time the wall clock, too",
+    CommandStamps.ANY.value: "no matter what",
+}
+"""Descriptions of the policies, by their names."""
+
+
+class StampRange(NamedTuple):
+    """The stamps [ns] that a command may have."""
+
+    oldest: int
+    newest: int
+    repeats: bool = False  # whether several commands may have the same stamp
+    epoch: str = "simulated"  # the clock; stamps of two clocks are not compared
+
+
+def lockstep_range(policy: str, state: int, period: int) -> StampRange | None:
+    """Return the stamps of answers to a state in lockstep, None where any will do.
+
+    With ROS time the clock leads: it reads the time of the next state as soon as this one has been acknowledged.
+
+    Args:
+        policy: one of CommandStamps.
+        state: its stamp, ns.
+        period: from a state to the next one, ns.
+    """
+    if policy == CommandStamps.ANY:
+        return None
+    return StampRange(state + 1, state + period) if policy == CommandStamps.ROS else StampRange(state, state)
+
+
+def realtime_range(policy: str, stamp: int, state: int, wall: int, timeouts: tuple[int, int]) -> StampRange | None:
+    """Return the stamps of commands in real time, None where any will do.
+
+    With ROS time a stamp is one of the clock that it is nearer to: /clock, or the wall clock, of which it may be as
+    much ahead as it may be behind, since clocks of two machines differ.
+
+    Args:
+        policy: one of CommandStamps.
+        stamp: of the command, ns.
+        state: stamp of the newest state, ns.
+        wall: time of the wall clock, ns.
+        timeouts: of commands, ns of simulated and of wall time; 0: none.
+    """
+    if policy == CommandStamps.ANY:
+        return None
+    simulated, real = timeouts
+    if policy == CommandStamps.ROS and abs(stamp - wall) < abs(stamp - state):
+        return StampRange(wall - real, wall + real, True, "wall") if real else None
+    return StampRange(state - simulated if simulated else 0, state, policy == CommandStamps.ROS)

@@ -1,0 +1,119 @@
+"""A crane as ros2_control sees it: the `<ros2_control>` tag of its URDF, and a file of controllers.
+
+The hardware interface is `joint_state_topic_hardware_interface`, which reads `joint_states` and writes
+`joint_commands`. Joints that nothing drives have states only.
+"""
+
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import yaml
+
+from crane_sim.description import urdf
+from crane_sim.files.errors import SceneError
+from crane_sim.ros.common.command_filter import required_efforts
+from crane_sim.scenes.scene import Scene
+
+PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
+FREQUENCY = 2.0  # rad/s of the critically damped joints of the trajectory controller
+INTEGRAL = 0.5  # times its frequency: what holds a joint against gravity without a feedforward
+_CONTROLLERS = {
+    "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
+    "joint_trajectory_controller": "joint_trajectory_controller/JointTrajectoryController",
+    "effort_forwarding_controller": "forward_command_controller/ForwardCommandController",
+}
+_CLAMP = 3.0  # times the effort that holds a joint at the start
+_FORCES = ("N", "N m")
+_STATES = ("position", "velocity", "effort")
+_HEADER = """# Controllers of {name}: ros2 run controller_manager ros2_control_node --ros-args --params-file this file
+# Efforts of {joints}: {units}. Gains: for critically damped joints of {frequency:g} rad/s.
+"""
+
+
+class Gains(NamedTuple):
+    """Gains of a joint of the trajectory controller, in units of its effort."""
+
+    p: float
+    i: float
+    d: float
+    i_clamp: float  # bound of the integral's effort
+
+    def rounded(self) -> dict[str, float]:
+        """Return them by name, to four digits."""
+        return {name: float(f"{value:.4g}") for name, value in self._asdict().items()}
+
+
+def urdf_with_ros2_control(scene: Scene) -> str:
+    """Return the URDF of a scene with the tag of ros2_control."""
+    robot = ElementTree.fromstring(urdf(scene))
+    control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
+    hardware = ElementTree.SubElement(control, "hardware")
+    ElementTree.SubElement(hardware, "plugin").text = PLUGIN
+    parameters = {
+        "joint_states_topic": f"/{scene.crane}/joint_states",
+        "joint_commands_topic": f"/{scene.crane}/joint_commands",
+        "trigger_joint_command_threshold": "-1",  # a command that is the same as the last one is sent, too
+    }
+    for name, value in parameters.items():
+        ElementTree.SubElement(hardware, "param", name=name).text = value
+    for i, joint in enumerate(scene.joint_names):
+        _add_joint(control, scene, joint, scene.initial_q[i])
+    ElementTree.indent(robot)
+    return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
+
+
+def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position: float) -> None:
+    element = ElementTree.SubElement(control, "joint", name=joint)
+    if joint in scene.actuated:
+        command = ElementTree.SubElement(element, "command_interface", name="effort")
+        if scene.hardware is not None:
+            drive = scene.hardware.drives[scene.actuated.index(joint)]
+            ElementTree.SubElement(command, "param", name="min").text = f"{drive.low:.12g}"
+            ElementTree.SubElement(command, "param", name="max").text = f"{drive.high:.12g}"
+    for name in _STATES:
+        state = ElementTree.SubElement(element, "state_interface", name=name)
+        if name == "position":
+            ElementTree.SubElement(state, "param", name="initial_value").text = f"{position:.12g}"
+
+
+def controllers_file(scene: Scene) -> str:
+    """Return the parameters of a controller manager, a broadcaster and two controllers, in YAML.
+
+    Raises:
+        SceneError: the scene has no joint to command.
+    """
+    if not scene.actuated:
+        raise SceneError(f"{scene.name}: no joint of this crane is actuated, so there is nothing to command")
+    manager: dict[str, Any] = {"update_rate": round(1.0 / scene.period), "use_sim_time": True}
+    manager |= {name: {"type": kind} for name, kind in _CONTROLLERS.items()}
+    gains = dict(zip(scene.actuated, joint_gains(scene), strict=True))
+    trajectory: dict[str, Any] = {
+        "joints": list(scene.actuated),
+        "command_interfaces": ["effort"],
+        "state_interfaces": ["position", "velocity"],
+        "gains": {joint: gain.rounded() for joint, gain in gains.items()},
+    }
+    forwarding = {"joints": list(scene.actuated), "interface_name": "effort"}
+    nodes = {
+        "controller_manager": manager,
+        "joint_trajectory_controller": trajectory,
+        "effort_forwarding_controller": forwarding,
+    }
+    document = {scene.crane: {name: {"ros__parameters": values} for name, values in nodes.items()}}
+    units = ", ".join(scene.effort_units)
+    header = _HEADER.format(name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY)
+    return header + yaml.safe_dump(document, sort_keys=False)
+
+
+def joint_gains(scene: Scene) -> list[Gains]:
+    """Return the gains of every actuated joint: of its inertia where it takes a force, else of its kinematics."""
+    w, gains, required = FREQUENCY, [], required_efforts(scene)
+    for unit, inertia, gravity in zip(scene.effort_units, *required, strict=True):
+        if unit in _FORCES:
+            clamp = _CLAMP * gravity
+            gains.append(Gains(inertia * w * w, INTEGRAL * inertia * w**3 if clamp else 0.0, 2.0 * inertia * w, clamp))
+        elif unit.endswith("/s²"):
+            gains.append(Gains(w * w, 0.0, 2.0 * w, 0.0))
+        else:
+            gains.append(Gains(w if unit.endswith("/s") else 1.0, 0.0, 0.0, 0.0))
+    return gains

@@ -1,0 +1,24 @@
+"""Publisher of the commands that were accepted, with the stamps of the states that they answer."""
+
+from collections.abc import Sequence
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from crane_sim.ros.common import messages
+from crane_sim.ros.common.serialization import JointWire
+
+ACCEPTED = "accepted_command"
+
+
+class AcceptedCommands:
+    """Publisher for recorders, where the stamp of a command does not say which state it answers."""
+
+    def __init__(self, node: Node, wire: JointWire) -> None:
+        """Create the publisher; `wire` encodes efforts (nu,)."""
+        self._publisher, self._wire = node.create_publisher(JointState, ACCEPTED, messages.STREAM), wire
+
+    def publish(self, stamp: int, effort: Sequence[float]) -> None:
+        """Publish an effort (nu,) that answers the state of a stamp [ns], if there are subscribers."""
+        if self._publisher.get_subscription_count():
+            self._publisher.publish(self._wire.encode(stamp, effort))

@@ -1,0 +1,52 @@
+"""The description and the controllers that a stock ros2_control needs."""
+
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from crane_sim import SceneError, load_scene
+from crane_sim.files.catalogue import scene_files
+from crane_sim.files.document import read
+from crane_sim.ros.common.ros2_control import FREQUENCY, controllers_file, joint_gains, urdf_with_ros2_control
+
+pytestmark = pytest.mark.interpreted
+FORMS = {read(name)["crane"]: name for name in sorted(scene_files(), reverse=True)}  # a scene of each
+
+
+@pytest.mark.parametrize("name", FORMS.values())
+def test_every_joint_has_its_interfaces(name: str) -> None:
+    """The tag has the scene's joints in their order, a command where one is driven, and the actuators' limits."""
+    scene = load_scene(name)
+    tag = ElementTree.fromstring(urdf_with_ros2_control(scene)).find("ros2_control")
+    assert tag is not None and [joint.get("name") for joint in tag.findall("joint")] == list(scene.joint_names)
+    driven = [joint.get("name") for joint in tag.findall("joint") if joint.find("command_interface") is not None]
+    assert sorted(map(str, driven)) == sorted(scene.actuated)
+    topics = {parameter.get("name"): parameter.text for parameter in tag.findall("hardware/param")}
+    assert topics["joint_commands_topic"] == f"/{scene.crane}/joint_commands"
+    limits = [float(str(limit.text)) for limit in tag.findall("joint/command_interface/param")]
+    drives = scene.hardware.drives if scene.hardware is not None else ()
+    assert sorted(limits) == pytest.approx(sorted(end for drive in drives for end in (drive.low, drive.high)))
+
+
+@pytest.mark.parametrize("name", [name for name in FORMS.values() if load_scene(name).actuated])
+def test_controllers_take_the_actuated_joints(name: str) -> None:
+    """The file has one period of the scene for each update, and both controllers command all actuated joints."""
+    scene = load_scene(name)
+    nodes = yaml.safe_load(controllers_file(scene))[scene.crane]
+    manager = nodes["controller_manager"]["ros__parameters"]
+    assert manager["update_rate"] * scene.period == pytest.approx(1.0)
+    for controller in ("joint_trajectory_controller", "effort_forwarding_controller"):
+        assert nodes[controller]["ros__parameters"]["joints"] == list(scene.actuated)
+
+
+def test_gains_are_of_critically_damped_joints() -> None:
+    """The slew's gains are those of its inertia with load and rope at the start: J ω², 2 J ω, without gravity."""
+    slew = joint_gains(load_scene("knuckle_setpoint"))[0]
+    assert slew.p == pytest.approx(slew.d * FREQUENCY / 2.0) and slew.i == slew.i_clamp == 0.0
+
+
+def test_nothing_to_command_is_a_single_line() -> None:
+    """A crane without an actuated joint has no controllers."""
+    with pytest.raises(SceneError, match="overhead_sway: no joint of this crane is actuated"):
+        controllers_file(load_scene("overhead_sway"))

@@ -1,0 +1,89 @@
+"""A stock ros2_control set-up, emulated, drives the crane through topics."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pd_law import PdLaw
+from process_helpers import started_program
+
+from crane_sim import load_scene, orchestration, simulate
+from crane_sim.evaluation.soak.determinism import busy
+
+PROGRAM = Path(__file__).parents[1] / "programs" / "topic_hardware_interface.py"
+SCENE = load_scene("knuckle_setpoint", {"duration": 8.0})
+ARRIVED = 0.1  # rad or m; the load still swings, and shakes the joints by less
+
+
+def run_with(folder: Path, environment: dict[str, str], options: tuple[str, ...], **settings: Any) -> dict[str, Any]:
+    """Return the summary of a run that the emulation commands; `options` are those of the program."""
+    file = folder / "scene.yaml"
+    SCENE.dump(file)
+    environment = environment | {"PYTHONPATH": str(PROGRAM.parents[1] / "helpers")}
+    with started_program([sys.executable, PROGRAM, file, *options], env=environment):
+        return orchestration.run(SCENE, controller=False, record=None, **settings)
+
+
+@pytest.mark.parametrize("options", [("sim", "actuated", "single"), ("sim", "all", "events")])
+def test_the_clock_leads_lockstep(
+    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    """A controller that lives by simulated time runs in lockstep: the states are those of its law in one process."""
+    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
+    alone = simulate(SCENE, PdLaw(SCENE)).summary
+    assert "error" not in summary and summary["state_sha256"] == alone["state_sha256"]
+    assert summary["commands"]["rejected"] == 0
+    assert max(map(abs, summary["final_error"].values())) < ARRIVED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("executor", ["single", "events"])
+def test_the_clock_leads_on_a_loaded_machine(
+    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, executor: str
+) -> None:
+    """Ten runs with each executor beside two busy processes have the states of the law in one process."""
+    alone = simulate(SCENE, PdLaw(SCENE)).summary["state_sha256"]
+    with busy(2):
+        for tag in ("actuated", "all") * 5:
+            options = ("sim", tag, executor)
+            summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
+            assert summary["state_sha256"] == alone, summary
+
+
+@pytest.mark.parametrize(
+    ("options", "stamps"),
+    [
+        pytest.param(("sim", "all", "events"), "state", id="simulated time, stamps of states"),
+        pytest.param(("sim", "actuated", "single"), "ros", id="simulated time, ROS time"),
+        pytest.param(("wall", "all", "single"), "ros", id="wall clock, ROS time"),
+        pytest.param(("wall", "actuated", "events"), "any", id="wall clock, any stamps"),
+    ],
+)
+def test_real_time(
+    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...], stamps: str
+) -> None:
+    """In real time the crane arrives, whether the controller lives by simulated time or by the wall clock."""
+    settings = {"mode": "realtime", "command_stamps": stamps, "domain_id": domain_id}
+    summary = run_with(tmp_path, ros_environment, options, **settings)
+    assert "error" not in summary and summary["commands"]["rejected"] == 0, summary["commands"]
+    assert max(map(abs, summary["final_error"].values())) < ARRIVED
+
+
+def test_stamps_of_another_clock_are_refused(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """Where commands are to have stamps of states, those of the wall clock are all refused, and move nothing."""
+    options = ("wall", "actuated", "single")
+    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, mode="realtime", rate=8.0)
+    assert summary["commands"]["received"] == summary["commands"]["rejected"] > 0
+
+
+def test_a_publisher_that_reads_no_states_begins_a_run(domain_id: int, ros_environment: dict[str, str]) -> None:
+    """A run in real time begins with the commands of a node that does not subscribe to the states."""
+    program = PROGRAM.with_name("blind_publisher.py")
+    scene = load_scene("knuckle_setpoint", {"duration": 0.5})
+    with started_program([sys.executable, program], env=ros_environment):
+        summary = orchestration.run(scene, controller=False, record=None, domain_id=domain_id, **BLIND)
+    assert "error" not in summary and summary["commands"]["rejected"] == 0 < summary["commands"]["received"]
+
+
+BLIND: dict[str, Any] = {"mode": "realtime", "command_stamps": "any"}
