@@ -1,6 +1,6 @@
 """The group `events` of cranes whose payload is a body or a point mass: loads that are exchanged in a run."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -42,13 +42,24 @@ def windages_of(payload: Payload, events: Sequence[LoadEvent]) -> dict[str, AnyW
     return windages
 
 
-def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoad | RigidLoad, Exchange | None]:
+def at_rest(at: float) -> Vector:
+    """Return the velocity (3,) [m/s] at a time of what rests on the base."""
+    return REST
+
+
+def exchange_of(
+    payload: Payload, events: Sequence[LoadEvent], ground: Callable[[float], Vector] = at_rest
+) -> tuple[PointLoad | RigidLoad, Exchange | None]:
     """Return the load at t = 0 and the schedule of its exchanges, None without events.
+
+    Args:
+        payload, events: groups of the file.
+        ground: velocity (3,) [m/s] at a time of what waits to be taken up, where an event does not say it.
 
     Raises:
         SceneError: there is no such load, no body is the difference of two, or a key contradicts another one.
     """
-    first, order = payload.load(), sorted(range(len(events)), key=lambda i: events[i].at)
+    first, order = payload.load(), order_of(events)
     if not events:
         return first, None
     loads = [first]
@@ -57,7 +68,7 @@ def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoa
     windages = [load.windage or NO_WINDAGE for load in loads]
     if any(load.windage is not None for load in loads):
         first = first._replace(windage=windages[0])
-    moves = [_velocity(f"events[{i}]", events[i], a, b) for i, a, b in zip(order, loads, loads[1:], strict=False)]
+    moves = [_velocity(f"events[{i}]", events[i], a, b, ground) for i, a, b in zip(order, loads, loads[1:], strict=False)]
     exchange = Exchange(
         times=np.array([events[i].at for i in order]),
         velocities=np.array([velocity or REST for velocity in moves], dtype=float),
@@ -67,6 +78,11 @@ def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoa
         windages=np.array(windages),
     )
     return first, exchange
+
+
+def order_of(events: Sequence[LoadEvent]) -> list[int]:
+    """Return the numbers of the events in the order of their times."""
+    return sorted(range(len(events)), key=lambda i: events[i].at)
 
 
 def _columns(load: PointLoad | RigidLoad) -> Any:
@@ -113,10 +129,10 @@ def _check_difference(key: str, less: RigidLoad, more: RigidLoad) -> None:
         )
 
 
-def _velocity(key: str, event: LoadEvent, before: Any, after: Any) -> Vector | None:
+def _velocity(key: str, event: LoadEvent, before: Any, after: Any, ground: Any) -> Vector | None:
     """Return the velocity of what is taken up, None where nothing jumps."""
     if after.mass < before.mass:
         if event.velocity is not None:
             raise SceneError(f"{key}.velocity: belongs to what is taken up; what is let go keeps its velocity")
         return None
-    return None if event.velocity == "hook" else event.velocity or REST
+    return None if event.velocity == "hook" else event.velocity or ground(event.at)
