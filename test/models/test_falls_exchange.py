@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from point_masses import Extras, accelerations, body_points, mp, mpf, on_base, plus
+from point_masses import Extras, accelerations, body_points, mpf, on_base, plus
 from test_falls import STIFFNESS, SUPPORTS, falls, mapped, places, strain_energy
 from test_suspended import INERTIA, SEA, base, turn
 
@@ -14,6 +14,7 @@ from crane_sim.models.contact.surface import PointChanges, RigidContact, Surface
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.guards import Guard, encode
+from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
 from crane_sim.scenes.schema.rigging import Payload
@@ -23,7 +24,10 @@ TAKEN_MASS, TAKEN_CENTRE = 25.0, np.array([0.3, -0.2, -1.4])  # kg, m from the f
 TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])  # kg m², about its centre
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
 CORNERS = np.array([[1.0, 0.8, -2.0], [1.0, -0.8, -2.0], [-1.0, 0.8, -2.0], [-1.0, -0.8, -2.0]])
-Q = {"bridge": (0.8, 1.1, 2.0, 1.1, 1.3, -2.9, 0.35, 0.05, -0.04), "tower": (0.3, 6, 2, 6.03, 1.97, -2.9, 0.35, 0.05, -0.04)}
+Q = {
+    "bridge": (0.8, 1.1, 2.0, 1.1, 1.3, -2.9, 0.35, 0.05, -0.04),
+    "tower": (0.3, 6, 2, 6.03, 1.97, -2.9, 0.35, 0.05, -0.04),
+}
 V = (0.2, -0.1, 0.15, 0.3, -0.2, 0.1, 0.25, -0.3, 0.2)
 
 
@@ -46,6 +50,7 @@ def crane(name: str, sea: bool = False, velocity: Any = VELOCITY) -> FallsCrane:
     ]
     load, exchange = exchange_of(Payload.model_validate(OWN), [LoadEvent.model_validate(event) for event in events])
     hoist, moved = ForceHoist(1.5), base() if sea else None
+    assert isinstance(load, RigidLoad)
     return FallsCrane(SUPPORTS[name], falls(0.02), load, hoist, energy_meter=Meter(), base=moved, exchange=exchange)
 
 
@@ -98,9 +103,7 @@ def momentum(q: Any, v: Any, bodies: Any) -> Any:
     total = np.zeros(6)
     for mass, centre, inertia in bodies:
         place, velocity = q[3:6] + rotation @ centre, v[3:6] + rotation @ np.cross(omega, centre)
-        total += np.concatenate(
-            [mass * velocity, mass * np.cross(place, velocity) + rotation @ (inertia @ omega)]
-        )
+        total += np.concatenate([mass * velocity, mass * np.cross(place, velocity) + rotation @ (inertia @ omega)])
     return total
 
 

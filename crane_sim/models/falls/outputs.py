@@ -19,8 +19,8 @@ from crane_sim.models.falls.contact_events import (
 )
 from crane_sim.models.falls.crane import (
     FallsCrane,
-    common_length,
     body_of,
+    common_length,
     contact_index,
     fall_state,
     falls_layout,

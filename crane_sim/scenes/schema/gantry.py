@@ -235,7 +235,7 @@ class GantryFile(SceneFile):
         """Return the scene's requirements on its method."""
         load, masses = self._load(), (self.trolley.mass, self.trolley.mass + self.bridge.mass, self.hoist.mass)
         q, contact = np.array(self.initial_q), self._contact(load)
-        loads = [load, *(event.set.payload.load() for event in self.events)]
+        loads = [load, *(event.payload.load() for event in self.events)]
         frequency = max(self._frequency(each, masses, q, contact) for each in loads if isinstance(each, RigidLoad))
         if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
             frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)

@@ -10,9 +10,9 @@ from crane_sim.files.types import Real
 from crane_sim.models.contact.surface import PointChanges
 from crane_sim.models.loads import RigidLoad
 from crane_sim.scenes.schema.contact import ContactGroup, Points, check_points
-from crane_sim.scenes.schema.exchange import LoadChange, LoadEvent, at_rest, order_of
+from crane_sim.scenes.schema.exchange import ExchangeEvent, LoadChange, at_rest, order_of
 from crane_sim.scenes.schema.groups import Group
-from crane_sim.scenes.schema.rigging import Vector
+from crane_sim.scenes.schema.rigging import Payload, Vector
 
 DECIMALS = 12  # [m/s] of the deck's velocity, which then has the same bits on every machine
 
@@ -30,10 +30,15 @@ class SpreaderChange(LoadChange):
     contact: ContactChange | None = None  # what may touch from then on, where the scene has a `contact`
 
 
-class SpreaderEvent(LoadEvent):
+class SpreaderEvent(ExchangeEvent):
     """An exchange of the payload at a given time: the spreader lets go what it carries, or takes something up."""
 
     set: SpreaderChange  # what is new from then on
+
+    @property
+    def payload(self) -> Payload:
+        """All that hangs from then on."""
+        return self.set.payload
 
 
 def ground_velocity(contact: ContactGroup | None) -> Callable[[float], Vector]:
