@@ -1,8 +1,8 @@
 """A crane with a cable of N rigid links below any support: equations of motion.
 
-State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges)] with unit vectors
-n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the state
-put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges), (twist)] with unit
+vectors n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the
+state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
 
 The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
 first link, the load by that of its attachment along the last one.
@@ -73,6 +73,17 @@ from crane_sim.models.suspended.load_dynamics import (
     wind_on_load,
     write_load_acceleration,
 )
+from crane_sim.models.suspended.torsion import (
+    Torsion,
+    add_twist_power,
+    push_nodes,
+    torsion_modes,
+    twist_load,
+    twist_of,
+    twist_support,
+    twist_tip,
+    write_twist_rate,
+)
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
@@ -96,6 +107,7 @@ class SuspendedCrane(NamedTuple):
     stops: Stops | None = None
     wind: Wind | None = None
     exchange: Exchange | None = None  # of the load
+    torsion: Torsion | None = None  # of the rope, above a load that is a body
 
 
 class Work(NamedTuple):
@@ -119,7 +131,8 @@ class Solved(NamedTuple):
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
     base_power: float  # W, that the base supplies to nodes and load
-    moment: tuple[float, float, float]  # N m, of the wind on the load, in its axes
+    moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
+    twist: Any  # `Twist` of the rope, None without torsion
 
 
 @lean_generic
@@ -149,8 +162,14 @@ def suspended_layout(p):
 
 @lean_kernel
 def mode_count(p):
-    """Return the number of floats of the state's modes: the winch's or those of exchanges, then those of drives."""
-    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support)
+    """Return the number of floats of the state's modes: the winch's or those of exchanges, twist, those of drives."""
+    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + torsion_modes(p.torsion) + drive_count(p.support)
+
+
+@lean_kernel
+def known_twist(p, x, end):
+    """Return the twist [rad] in state x, whose modes begin at `end`; not to be used without torsion."""
+    return x[end + hoist_modes(p.hoist) + exchange_modes(p.exchange)] if torsion_modes(p.torsion) > 0 else 0.0
 
 
 @lean_generic
@@ -293,15 +312,18 @@ def solve_dynamics(p, t, x, tau, work):
     load = load_state(body, x, nq, node)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
     links.inv_masses[n - 1] = end_mobility(body, load, last)
-    (fx, fy, fz), moment = load_force(p, body, t, base, load)
+    twist = twist_of(p.torsion, links, load, (angle, pose.yaw_rate), known_twist(p, x, end))
+    push_nodes(twist, links, acc)
+    (fx, fy, fz), moment = twist_load(twist, links, body, load, *load_force(p, body, t, base, load))
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
     command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
+    tau = twist_support(twist, p.support, tau)
     first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, (0.0, 0.0, 0.0))
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, twist_tip(twist, links, (s, c), (0.0, 0.0, 0.0)))
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
     at = nq + coordinate_count(p.support), end
     hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
@@ -309,13 +331,14 @@ def solve_dynamics(p, t, x, tau, work):
     solve_tensions(links, top, acc, tension, ratio)
     length_acceleration = hoisted_length_acceleration(links, top, acc, tension)
     pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
+    pull = twist_tip(twist, links, (s, c), pull)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
     across = end_acceleration_across(body, load, last, tension[n - 1])
     for i in range(3):
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return Solved(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment)
+    return Solved(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment, twist)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -349,6 +372,7 @@ def write_suspended_derivative(p, t, x, u, out, work):
         out[2 * nq] = suspended_power(p, t, x, solved, work)
     for i in range(end, len(out)):
         out[i] = 0.0
+    write_twist_rate(solved.twist, out, end + hoist_modes(p.hoist) + exchange_modes(p.exchange))
 
 
 @lean_kernel
@@ -361,4 +385,5 @@ def suspended_power(p, t, x, solved, work):
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
     power += winch_power(p.hoist, solved.tau, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
     power += play_power(p.support, solved.pose, solved.command)
+    power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
     return power + dot(force, load.velocity) + moment_power(body, load, moment)

@@ -35,6 +35,7 @@ from crane_sim.models.suspended.crane import (
     SuspendedCrane,
     fill_directions,
     first_length,
+    known_twist,
     next_node,
     solve_dynamics,
     support_state,
@@ -51,6 +52,7 @@ from crane_sim.models.suspended.exchange import (
 )
 from crane_sim.models.suspended.impulses import exchange_load
 from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state, turning_energy
+from crane_sim.models.suspended.torsion import add_twist_energy, twist_of
 from crane_sim.models.suspended.winch import (
     after_winch_guard,
     fall_guard,
@@ -140,6 +142,8 @@ def suspended_energies(p, base, x):
     (vx, vy, vz), more = load.velocity, load_base_energy(base, body, load, p.gravity)
     kinetic += 0.5 * body.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
     potential += body.mass * p.gravity * load.position[2]
+    twist = twist_of(p.torsion, links, load, (yaw(p.support, xs), pose.yaw_rate), known_twist(p, x, end))
+    potential = add_twist_energy(twist, p.torsion, potential)
     return kinetic, potential, added[0] + more[0], added[1] + more[1]
 
 
@@ -274,7 +278,7 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
-    lossy = lossy or isinstance(p.support, GearedSupport)
+    lossy = lossy or isinstance(p.support, GearedSupport) or p.torsion is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p

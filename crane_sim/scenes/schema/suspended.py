@@ -4,6 +4,8 @@ from abc import abstractmethod
 from math import cos, sin
 from typing import Any
 
+import numpy as np
+
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.stops import Stops
@@ -147,9 +149,16 @@ class SuspendedFile(SceneFile):
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        return Demands(
-            shaft_frequency(self.backlash) or None, 0.0, elastic=False, smooth=smooth, duration=self.duration
-        )
+        frequency = max(shaft_frequency(self.backlash), self._twist_frequency())
+        return Demands(frequency or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def _twist_frequency(self) -> float:
+        """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""
+        if self.rope.torsion is None:
+            return 0.0
+        payloads = [self.payload, *(event.payload for event in self.events)]
+        least = min(float(np.linalg.eigvalsh(payload.inertia)[0]) for payload in payloads if payload.inertia)
+        return (self.rope.torsion.stiffness / least) ** 0.5
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
@@ -179,6 +188,7 @@ class SuspendedFile(SceneFile):
             stops=self._stops(),
             wind=self.airflow(),
             exchange=exchange,
+            torsion=self.rope.torsion,
         )
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
