@@ -145,6 +145,7 @@ SINGLE = (
     Case(MOBILE, "payload with a body", _BODY),
     Case(BRIDGE, "hook block and sling", _LINK),
     Case(BRIDGE, "payload with a body", _BODY),
+    Case(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),
     Case(BRIDGE, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
     Case(BRIDGE, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": {"mass": 9000.0}}}]}),
     Case(GANTRY, "four falls", {"falls": _FALLS}),

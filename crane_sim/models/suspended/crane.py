@@ -1,8 +1,8 @@
 """A crane with a cable of N rigid links below any support: equations of motion.
 
 State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges), (twist)] with unit
-vectors n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the
-state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+vectors n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see
+the state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
 
 The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
 first link, the load by that of its attachment along the last one.
