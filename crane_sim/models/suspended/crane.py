@@ -1,8 +1,8 @@
 """A crane with a cable of N rigid links below any support: equations of motion.
 
-State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges), (twist)] with unit
-vectors n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see
-the state put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges)] with unit vectors
+n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the state
+put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
 
 The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
 first link, the load by that of its attachment along the last one.
@@ -77,12 +77,10 @@ from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
     push_nodes,
-    torsion_modes,
     twist_load,
     twist_of,
     twist_support,
     twist_tip,
-    write_twist_rate,
 )
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.numerics.elementary import sincos
@@ -162,14 +160,8 @@ def suspended_layout(p):
 
 @lean_kernel
 def mode_count(p):
-    """Return the number of floats of the state's modes: the winch's or those of exchanges, twist, those of drives."""
-    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + torsion_modes(p.torsion) + drive_count(p.support)
-
-
-@lean_kernel
-def known_twist(p, x, end):
-    """Return the twist [rad] in state x, whose modes begin at `end`; not to be used without torsion."""
-    return x[end + hoist_modes(p.hoist) + exchange_modes(p.exchange)] if torsion_modes(p.torsion) > 0 else 0.0
+    """Return the number of floats of the state's modes: the winch's or those of exchanges, then those of drives."""
+    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support)
 
 
 @lean_generic
@@ -312,7 +304,7 @@ def solve_dynamics(p, t, x, tau, work):
     load = load_state(body, x, nq, node)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
     links.inv_masses[n - 1] = end_mobility(body, load, last)
-    twist = twist_of(p.torsion, links, load, (angle, pose.yaw_rate), known_twist(p, x, end))
+    twist = twist_of(p.torsion, links, load, angle, pose.yaw_rate)
     push_nodes(twist, links, acc)
     (fx, fy, fz), moment = twist_load(twist, links, body, load, *load_force(p, body, t, base, load))
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
@@ -372,7 +364,6 @@ def write_suspended_derivative(p, t, x, u, out, work):
         out[2 * nq] = suspended_power(p, t, x, solved, work)
     for i in range(end, len(out)):
         out[i] = 0.0
-    write_twist_rate(solved.twist, out, end + hoist_modes(p.hoist) + exchange_modes(p.exchange))
 
 
 @lean_kernel

@@ -9,7 +9,7 @@ so that a law for the simple crane reads them unchanged. A driven point has its 
 vector. Further links are unit vectors in the axes of the base, an attitude is a quaternion (w, x, y, z).
 """
 
-from math import atan2, cos, floor, pi, sin, sqrt
+from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
@@ -23,16 +23,13 @@ from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
 from crane_sim.models.suspended.crane import (
     SuspendedCrane,
-    fill_directions,
     first_length,
     mode_count,
     support_state,
     suspended_layout,
     to_base_axes,
 )
-from crane_sim.models.suspended.exchange import count_exchanges, exchange_modes
-from crane_sim.models.suspended.load_dynamics import load_state
-from crane_sim.models.suspended.torsion import Torsion, twist_motion
+from crane_sim.models.suspended.exchange import count_exchanges
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 
@@ -161,24 +158,8 @@ def _(p, t, q, v):
     if hoist_modes(p.hoist) > 0:
         x[end] = np.sign(x[nq + ns + nd])
     count_exchanges(p.exchange, t, x, end)
-    fill_twist(p.torsion, p, x)
     fill_drive_modes(p.support, x, support_state(p.support, x, nq))
     return x
-
-
-@generic
-def fill_twist(torsion, p, x):
-    """Write the twist into state x, within half a turn."""
-
-
-@fill_twist.register(Torsion)
-def _(torsion, p, x):
-    nq, _, end = suspended_layout(p)
-    load, xs = load_state(p.load, x, nq, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))), support_state(p.support, x, nq)
-    links = system.workspace(p).links
-    fill_directions(p, x, links)
-    angle, _ = twist_motion(links, load, yaw(p.support, xs), 0.0)
-    x[end + hoist_modes(p.hoist) + exchange_modes(p.exchange)] = angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
 @system.acceleration.register(SuspendedCrane)

@@ -11,11 +11,11 @@ with the tip's yaw ψ and the load's angular velocity ω. The moment M = -(k φ 
 gives all forces: the couple -M on the support about the vertical, -M (n + b) / (1 + n · b) on the load below the last
 link n, and on each link a pair of forces across it, for which it has to be bent.
 
-The state has φ, which may be any number of turns; in the equations it only tells which turn it is, all else follows
-from the positions.
+Quaternions cover the rotations twice, so φ follows from the positions alone within a whole turn to either side, and a
+run ends shortly before it: the load's quaternion and its opposite are the same attitude, a turn of the rope apart.
 """
 
-from math import atan2, floor, pi
+from math import atan2
 from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
@@ -26,6 +26,7 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
 
 DOWN, ZERO = (0.0, 0.0, -1.0), (0.0, 0.0, 0.0)
+MAX_TWIST = 6.0  # rad, where a run ends: beyond 2π the twist is not known
 
 
 class Torsion(NamedTuple):
@@ -43,17 +44,6 @@ class Twist(NamedTuple):
     moment: float  # N m, M
     loss: float  # W, that damping takes
     vertical: tuple[float, float, float]  # b of the load, in the axes of the base
-
-
-@lean_generic
-def torsion_modes(torsion):
-    """Return the number of floats that torsion adds to the state."""
-    return 0
-
-
-@torsion_modes.register(Torsion)
-def _(torsion):
-    return 1
 
 
 @lean_kernel
@@ -117,22 +107,14 @@ def twist_motion(links, load, angle, rate):
 
 
 @lean_generic
-def twist_of(torsion, links, load, top, known):
-    """Return the Twist, None where torsion is not modelled.
-
-    Args:
-        torsion: parameters.
-        links, load: Directions, BodyState.
-        top: (yaw of the tip [rad], its rate [rad/s]).
-        known: twist in the state [rad].
-    """
+def twist_of(torsion, links, load, angle, rate):
+    """Return the Twist, None without torsion; links, load: Directions, BodyState; arguments of `twist_motion`."""
     return None
 
 
 @twist_of.register(Torsion)
-def _(torsion, links, load, top, known):
-    angle, rate = twist_motion(links, load, top[0], top[1])
-    angle += 2.0 * pi * floor((known - angle) / (2.0 * pi) + 0.5)
+def _(torsion, links, load, angle, rate):
+    angle, rate = twist_motion(links, load, angle, rate)
     moment = -(torsion.stiffness * angle + torsion.damping * rate)
     return Twist(angle, rate, moment, torsion.damping * rate * rate, load_vertical(load))
 
@@ -220,13 +202,3 @@ def add_twist_energy(twist, torsion, potential):
 @add_twist_energy.register(Twist)
 def _(twist, torsion, potential):
     return potential + 0.5 * torsion.stiffness * twist.angle * twist.angle
-
-
-@lean_generic
-def write_twist_rate(twist, out, i):
-    """Write the rate of the twist into out[i]."""
-
-
-@write_twist_rate.register(Twist)
-def _(twist, out, i):
-    out[i] = twist.rate

@@ -97,6 +97,8 @@ class SuspendedFile(SceneFile):
         yaw, rate = (q[0], v[0]) if self.support_joints[0][0] == "slew" else (0.0, 0.0)
         rope = rope_direction(yaw, rate, q[ns + 1 : ns + 3], v[ns + 1 : ns + 3])
         start = self._start.rigging or RiggingStart()
+        if self.rope.torsion is not None:
+            start = start.nearest_to(yaw)
         return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
 
     @property
@@ -162,7 +164,12 @@ class SuspendedFile(SceneFile):
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
-        return self.rope.stops(bool(self.limits)) or (Stops() if self.events or self.backlash else None)
+        return self.rope.stops(bool(self.limits)) or (Stops() if self._has_events else None)
+
+    @property
+    def _has_events(self) -> bool:
+        """Whether something other than limits switches the model or ends a run."""
+        return bool(self.events or self.backlash or self.rope.torsion)
 
     def model(self) -> SuspendedCrane:
         """Return the parameters of the crane.
