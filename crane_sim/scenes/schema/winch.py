@@ -112,7 +112,7 @@ class ReevedRope(Winch):
         if extra is not None and self.drive in ("force", "torque") and getattr(file, "events", ()):
             raise SceneError(f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: rate")
         if self.torsion is not None and file.payload.inertia is None:
-            raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia")
+            raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
         if self.drive == "torque" and motor_of(file, "rope") is not None:
             raise SceneError("actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its inertia")
         if file.base_motion is not None and self.reeving is not None and self.reeving.mass_per_length is not None:
