@@ -33,7 +33,7 @@ class Torsion(NamedTuple):
     """The rope's resistance to twist, all of its falls together."""
 
     stiffness: Positive  # N m/rad, moment on the load by the angle between tip and load
-    damping: NonNegative = 0.0  # N m s/rad
+    damping: NonNegative = 0.0  # N m s/rad, moment on the load by the rate of that angle
 
 
 class Twist(NamedTuple):
