@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 
 def depth_of(scene: Scene) -> float:
     """Return the depth [m] of the drawn ground below the trolley's rail: a contact's surface, else below all."""
-    if scene.model.contact is not None:
-        return -float(scene.model.contact.surface.height)
+    contact = scene.model.contact
+    if contact is not None:
+        return -float(contact.surface.height if contact.changes is None else contact.changes.heights.min())
     return 1.2 * float(scene.model.falls.length + 2.0 * abs(scene.model.falls.bottom[:, 2].mean()))
 
 

@@ -18,6 +18,7 @@ class Guard(IntEnum):
     PAYLOAD = 3  # the next change of the payload
     LINK = 4  # the tension of a link from the top, or of the rope; outcomes: SLACK, TAUT
     CONTACT = 5  # of a load's point, or after the last one of the load that sticks; outcomes: LEAVES, TOUCHES, BOUNCES
+    TWIST = 6  # of a rope with torsion: it ends a run
     BACKLASH = 7  # contact of a drive with its joint; outcomes: FORWARDS, BACKWARDS, and those of `backlash`
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import cos, radians, sin, tan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -96,10 +96,15 @@ def of_gantry(scene: Scene) -> Framing:
     )
 
 
+def heaviest_load(crane: Any) -> float:
+    """Return the mass [kg] of a crane's load, of the heaviest one where loads are exchanged."""
+    return crane.load.mass if crane.exchange is None else float(crane.exchange.masses.max())
+
+
 def gantry_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
     crane = scene.model
-    weight, portal = crane.gravity * crane.load.mass, without_drives(crane.support).bridge.mass
+    weight, portal = crane.gravity * heaviest_load(crane), without_drives(crane.support).bridge.mass
     hoist = weight if scene.effort_units[2] == "N" else 1.0
     return 0.1 * weight, 0.05 * portal, hoist
 
@@ -111,8 +116,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
     crane = scene.model
-    load = crane.load.mass if crane.exchange is None else float(crane.exchange.masses.max())
-    weight = crane.gravity * (load + float(crane.cable.masses[:-1].sum()))
+    weight = crane.gravity * (heaviest_load(crane) + float(crane.cable.masses[:-1].sum()))
     scales = {"N m": radius * weight, "N": weight, "m/s²": 1.0, "m/s": 1.0}
     shares = [0.1 if name in ("slew", "trolley", "bridge") else 1.0 for name in scene.actuated]
     return tuple(max(share * scales[unit], 1e-9) for share, unit in zip(shares, scene.effort_units, strict=True))

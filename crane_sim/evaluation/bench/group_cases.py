@@ -83,6 +83,7 @@ _FOUR = [[x, y, 0.0] for x in (1.2, -1.2) for y in (2.8, -2.8)]
 _FALLS = {"top": _FOUR, "bottom": [[0.6 * x, 0.8 * y, z] for x, y, z in _FOUR], "axial_stiffness": 9.6e7}
 _DRIVE = {"inertia": 2e3, "play": 2e-3, "stiffness": 1e7, "damping": 1.4e4}
 _DECK = {"points": [[x, y, -2.0] for x, y, _ in _FOUR], "height": -60.0, "friction": 0.1, "restitution": 0.1}
+_CONTAINER = {"mass": 58.48e3, "inertia": [655e3, 52e3, 655e3], "attachment": [0.0, 0.0, 2.2]}
 _PAYLOAD_CHANGE = [{"at": 1.0, "set": {"payload": {"mass": 5.0}}}]
 
 SINGLE = (
@@ -144,12 +145,14 @@ SINGLE = (
     Case(MOBILE, "payload with a body", _BODY),
     Case(BRIDGE, "hook block and sling", _LINK),
     Case(BRIDGE, "payload with a body", _BODY),
+    Case(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),
     Case(BRIDGE, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
     Case(BRIDGE, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": {"mass": 9000.0}}}]}),
     Case(GANTRY, "four falls", {"falls": _FALLS}),
     Case(GANTRY, "damping of the fall", {"falls.relaxation": 0.02}),
     Case(GANTRY, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
     Case(GANTRY, "contact with a deck below", {"contact": _DECK}),
+    Case(GANTRY, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": _CONTAINER}}]}),
     Case(GANTRY, "hoist, force-driven", {"hoist": {"drive": "force", "mass": 2e4}}),
 )
 

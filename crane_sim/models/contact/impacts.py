@@ -23,8 +23,9 @@ from crane_sim.models.contact.surface import (
     wrench_power,
 )
 from crane_sim.models.moving_base import cross, dot, rotate_to_base
-from crane_sim.models.suspended.load_dynamics import BodyState, add, multiply
+from crane_sim.models.suspended.load_dynamics import add, multiply
 from crane_sim.numerics.jit import kernel, lean_kernel, routine
+from crane_sim.numerics.states import replace_field
 
 NEAR = 1e-9  # m: a point takes part in an impact of another one below this gap
 SWEEPS = 20_000  # at most
@@ -37,7 +38,7 @@ def after_impulse(load, state, wrench):
     """Return the BodyState of the load after a wrench of impulses."""
     omega = add(state.omega, rotate_to_base(state.rows, turn_of(load, state, wrench.moment)))
     velocity = add(state.velocity, multiple(1.0 / load.mass, wrench.force))
-    return BodyState(state.position, velocity, state.rows, omega, state.quaternion)
+    return replace_field(replace_field(state, "velocity", velocity), "omega", omega)
 
 
 @lean_kernel

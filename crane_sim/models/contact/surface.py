@@ -13,7 +13,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim.models.moving_base import cross, dot
-from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.models.suspended.load_dynamics import add, from_centre, multiply, subtract
 from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import Base, axis_at
 
@@ -30,22 +30,31 @@ class Surface(NamedTuple):
     motion: Base | None = None  # whose first three axes displace it; None: it rests on the base
 
 
+class PointChanges(NamedTuple):
+    """What may touch after exchanges of the load; k of them."""
+
+    points: Any  # (k + 1, n, 3) m, of each load, as of a contact
+    heights: Any  # (k + 1,) m, of the surface
+
+
 class RigidContact(NamedTuple):
     """Points that do not enter the surface; n of them."""
 
-    points: Any  # (n, 3) m, from the load's centre of mass, in its axes
+    points: Any  # (n, 3) m, from the first load's centre of mass, in its axes
     surface: Surface
     restitution: float  # -, of impulses (Poisson)
     rest_velocity: float  # m/s, of approach, up to which an impact has no restitution
+    changes: PointChanges | None = None
 
 
 class CompliantContact(NamedTuple):
     """Points on springs and dampers, which only press; n of them."""
 
-    points: Any  # (n, 3) m, from the load's centre of mass, in its axes
+    points: Any  # (n, 3) m, from the first load's centre of mass, in its axes
     surface: Surface
     stiffness: float  # N/m, of each point
     damping: float  # s/m, λ/k of Hunt and Crossley
+    changes: PointChanges | None = None
 
 
 class Displacement(NamedTuple):
@@ -83,13 +92,25 @@ def _(motion, t):
     return Displacement((x, y, z), (vx, vy, vz), (ax, ay, az))
 
 
+@lean_generic
+def place_of(changes, contact, i, state):
+    """Return (point number i of a load from its centre of mass (3,), in its axes; height of the surface)."""
+    return (contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]), contact.surface.height
+
+
+@place_of.register(PointChanges)
+def _(changes, contact, i, state):
+    k, points = state.number, changes.points
+    return from_centre(state, (points[k, i, 0], points[k, i, 1], points[k, i, 2])), changes.heights[k]
+
+
 @lean_kernel
 def contact_point(contact, i, moved, state):
     """Return point number i of a load; moved: Displacement of the surface, state: BodyState of the load."""
-    own = contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]
+    own, height = place_of(contact.changes, contact, i, state)
     lever = multiply(state.rows, own)
     velocity = add(state.velocity, multiply(state.rows, cross(state.omega, own)))
-    gap = state.position[2] + lever[2] - contact.surface.height - moved.position[2]
+    gap = state.position[2] + lever[2] - height - moved.position[2]
     return ContactPoint(lever, gap, subtract(velocity, moved.velocity))
 
 

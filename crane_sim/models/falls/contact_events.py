@@ -31,6 +31,7 @@ from crane_sim.models.contact.surface import (
     slip_speed,
 )
 from crane_sim.models.falls.crane import (
+    body_of,
     body_state,
     contact_index,
     falls_layout,
@@ -40,8 +41,9 @@ from crane_sim.models.falls.crane import (
 )
 from crane_sim.models.guards import BOUNCES, LEAVES, TOUCHES, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_kinematics_at
-from crane_sim.models.suspended.load_dynamics import BodyState, multiply, subtract
+from crane_sim.models.suspended.load_dynamics import coordinate_velocity, multiply, subtract
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.states import replace_field
 
 DEPTH, APPROACH = 1e-10, 1e-8  # m, m/s: beyond both of them a point touches
 AT_REST = 1e-6  # m/s: a load that is given no deeper than NEAR and no faster is closed there
@@ -53,7 +55,7 @@ def load_alone(p, t, x):
     """Return the load's accelerations without contact, see `load_acceleration`."""
     pose, turn, tip, load, _ = kinematics_of(p, x)
     pull = sum_falls(p, x, pose, turn, tip, load)
-    return load_acceleration(p, t, base_kinematics_at(p.base, p.gravity, t), load, pull)
+    return load_acceleration(p, body_of(p, x), t, base_kinematics_at(p.base, p.gravity, t), load, pull)
 
 
 @generic
@@ -83,8 +85,8 @@ def _(contact, p, t, x):
 @generic
 def total_pressure(contact, p, t, x):
     """Return the normal force [N] on the load."""
-    load = body_state(p, x)
-    return add_contact(contact, p.load, t, x, contact_index(p), load, load_alone(p, t, x)).pressures.wrench.force[2]
+    load, free = body_state(p, x), load_alone(p, t, x)
+    return add_contact(contact, body_of(p, x), t, x, contact_index(p), load, free).pressures.wrench.force[2]
 
 
 @total_pressure.register(type(None))
@@ -118,7 +120,7 @@ def _(contact, p, t, x, best):
 def rigid_guard(contact, p, t, x, best):
     """Return the result of `contact_guard` for a rigid contact."""
     first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
-    n, place = len(contact.points), 0
+    n, place, body = len(contact.points), 0, body_of(p, x)
     for i in range(n):
         if not is_closed(x, first, i):
             point = contact_point(contact, i, moved, load)
@@ -128,10 +130,10 @@ def rigid_guard(contact, p, t, x, best):
         return best[0], best[1], 0
     scene, free = (moved, load), load_alone(p, t, x)
     if is_closed(x, first, n):
-        pressures = holding_pressures(contact, p.load, x, first, scene, free)
+        pressures = holding_pressures(contact, body, x, first, scene, free)
         spare = 1.0 - required_friction(contact, x, first, scene, pressures) / contact.surface.friction
     else:
-        pressures = slipping_pressures(contact, p.load, x, first, scene, free)
+        pressures = slipping_pressures(contact, body, x, first, scene, free)
         spare = slip_guard(contact, p, t, x, scene, free)
     best = smaller_guard(best, spare, encode(Guard.CONTACT, n))
     for i in range(n):
@@ -153,7 +155,7 @@ def slip_guard(contact, p, t, x, scene, free):
             fastest = max(fastest, slip_speed(contact_point(contact, i, scene[0], scene[1])))
     if fastest >= surface.slip_velocity:
         return fastest / surface.slip_velocity - 1.0
-    held = holding_pressures(contact, p.load, x, first, scene, free)
+    held = holding_pressures(contact, body_of(p, x), x, first, scene, free)
     needed = required_friction(contact, x, first, scene, held) / surface.friction - GRIP
     needed = max(needed, -least_pressure(contact, x, first, scene, held))
     return max(needed, fastest / surface.slip_velocity - 1.0)
@@ -195,10 +197,10 @@ def _(contact, p, t, x, number):
 @routine
 def stop_slip(p, t, x, y):
     """Give the load in y the velocity of the surface."""
-    before, moved = body_state(p, x), displacement_at(p.contact.surface.motion, t)
-    force = multiple(p.load.mass, subtract(moved.velocity, before.velocity))
-    moment = multiple(-1.0, multiply(before.rows, multiply(p.load.inertia, before.omega)))
-    after = BodyState(before.position, moved.velocity, before.rows, ZERO, before.quaternion)
+    before, body, moved = body_state(p, x), body_of(p, x), displacement_at(p.contact.surface.motion, t)
+    force = multiple(body.mass, subtract(moved.velocity, before.velocity))
+    moment = multiple(-1.0, multiply(before.rows, multiply(body.inertia, before.omega)))
+    after = replace_field(replace_field(before, "velocity", moved.velocity), "omega", ZERO)
     write_jump(p, y, before, after, Wrench(force, moment))
 
 
@@ -206,17 +208,17 @@ def stop_slip(p, t, x, y):
 def strike(contact, p, t, x, y):
     """Give the load in y its velocities after an impact, and its points their modes."""
     first, before, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
-    n = len(contact.points)
+    n, body = len(contact.points), body_of(p, x)
     touching = np.zeros(n)
     for i in range(n):
         if is_closed(x, first, i) or contact_point(contact, i, moved, before).gap <= NEAR:
             touching[i] = 1.0
-    after, impulse = collide(contact, p.load, moved, before, touching)
+    after, impulse = collide(contact, body, moved, before, touching)
     for i in range(n):
         parting = contact_point(contact, i, moved, after).velocity[2] > PARTS * contact.rest_velocity
         y[first + i] = 0.0 if parting else touching[i]
     y[first + n] = 0.0
-    settled, rest = settle(contact, p.load, y, first, moved, after)
+    settled, rest = settle(contact, body, y, first, moved, after)
     write_jump(p, y, before, settled, sum_wrenches(impulse, rest))
 
 
@@ -225,7 +227,7 @@ def write_jump(p, y, before, after, impulse):
     """Write the load's velocities after a jump into state y, and the work of its impulses into the meter."""
     nq, first, modes = falls_layout(p)
     i = nq + first
-    y[i], y[i + 1], y[i + 2] = after.velocity
+    y[i], y[i + 1], y[i + 2] = coordinate_velocity(after)
     y[i + 3], y[i + 4], y[i + 5], y[i + 6] = quaternion_rate(before.quaternion, after.omega)
     if modes > 2 * nq:
         y[2 * nq] += impulse_work(impulse, before, after, ZERO)

@@ -10,8 +10,10 @@ and a slack one with nothing. The rope on the drum is unstretched, so that a win
 each metre: what the rope pulls, and the energy of the strain that goes with it.
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
-mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Those
-of contact stand behind the falls'. The falls' forces are functions of the state: contact concerns the load alone.
+mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. The
+number of exchanges of the load, where it has any, and the modes of contact stand behind the falls'. Loads that are
+exchanged have the coordinates r of the first one's centre of mass, a point that stays fixed in their axes.
+The falls' forces are functions of the state: contact concerns the load alone.
 """
 
 from math import sqrt
@@ -48,10 +50,13 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
+from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
     BodyState,
     add,
     angular_acceleration,
+    coordinate_acceleration,
+    from_centre,
     imposed_load_power,
     multiply,
     subtract,
@@ -67,7 +72,7 @@ class Falls(NamedTuple):
     """Elastic ropes between support and load, arrays of n."""
 
     top: Any  # (n, 3) m, from the tip, in the support's frame
-    bottom: Any  # (n, 3) m, from the load's centre of mass, in its axes
+    bottom: Any  # (n, 3) m, from the first load's centre of mass, in its axes
     length: float  # m, unstretched, where no winch changes it
     offset: Any  # (n,) m, added to that length
     axial_stiffness: Any  # (n,) N, EA of all parts of the fall together
@@ -79,7 +84,7 @@ class FallsCrane(NamedTuple):
 
     support: Any  # of `crane_sim.models.supports`
     falls: Falls
-    load: RigidLoad  # its attachment is not used
+    load: RigidLoad  # its attachment is where loads that are exchanged meet
     hoist: Hoist | None = None
     gravity: float = 9.81  # m/s²
     drag: PayloadDrag | None = None
@@ -89,6 +94,7 @@ class FallsCrane(NamedTuple):
     stops: Stops | None = None
     wind: Wind | None = None
     contact: RigidContact | CompliantContact | None = None
+    exchange: Exchange | None = None  # of the load
 
 
 class Fall(NamedTuple):
@@ -152,11 +158,19 @@ def _(hoist, p, x, nq):
 @lean_kernel
 def body_state(p, x):
     """Return the load's kinematics in state x."""
-    nq, first, _ = falls_layout(p)
+    nq, first, modes = falls_layout(p)
     quaternion, rate = align_quaternion(x, first + 3, nq + first + 3)
     i = nq + first
     position, velocity = (x[first], x[first + 1], x[first + 2]), (x[i], x[i + 1], x[i + 2])
-    return BodyState(position, velocity, rotation_of(quaternion), angular_velocity_of(quaternion, rate), quaternion)
+    omega = angular_velocity_of(quaternion, rate)
+    state = BodyState(position, velocity, rotation_of(quaternion), omega, quaternion)
+    return body_of_coordinates(p.exchange, p.load, x, modes + len(p.falls.offset), state)
+
+
+@lean_kernel
+def body_of(p, x):
+    """Return the parameters of the load in state x."""
+    return current_load(p.exchange, p.load, x, falls_layout(p)[2] + len(p.falls.offset))
 
 
 @lean_kernel
@@ -173,7 +187,7 @@ def fall_state(falls, i, pose, turn, tip, load, length):
     s, c = turn
     top = falls.top[i, 0], falls.top[i, 1], falls.top[i, 2]
     arm = to_base_axes(top, s, c)
-    bottom = falls.bottom[i, 0], falls.bottom[i, 1], falls.bottom[i, 2]
+    bottom = from_centre(load, (falls.bottom[i, 0], falls.bottom[i, 1], falls.bottom[i, 2]))
     lever, moves = multiply(load.rows, bottom), multiply(load.rows, cross(load.omega, bottom))
     dx, dy, dz = subtract(add(tip[0], arm), add(load.position, lever))
     vx, vy, vz = subtract(tip[1], add(load.velocity, moves))
@@ -240,7 +254,7 @@ def solve_dynamics(p, t, x, tau):
     nq, _, _ = falls_layout(p)
     xs = support_state(p.support, x, nq)
     pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
-    (s, c), load = sincos(angle), body_state(p, x)
+    (s, c), load, body = sincos(angle), body_state(p, x), body_of(p, x)
     pull = sum_falls(p, x, pose, (s, c), tip_motion(pose, s, c), load)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
     command, tau = tau, joint_efforts(p.support, tau, pose)
@@ -249,26 +263,26 @@ def solve_dynamics(p, t, x, tau):
     fx, fy, fz = to_turned_axes(pull.force, s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, (-fx, -fy, -fz))
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
-    free, length = load_acceleration(p, t, base, load, pull), bias_acc + inv_mass * pull.paid
-    centre, alpha, pressures = add_contact(p.contact, p.load, t, x, contact_index(p), load, free)
+    free, length = load_acceleration(p, body, t, base, load, pull), bias_acc + inv_mass * pull.paid
+    centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
     return Solved(pose, qdd, length, centre, alpha, load, pull, tau, command, base, pressures)
 
 
 @lean_kernel
-def load_acceleration(p, t, base, load, pull):
+def load_acceleration(p, body, t, base, load, pull):
     """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own)."""
-    given, moment = load_force(p, p.load, t, base, load)
+    given, moment = load_force(p, body, t, base, load)
     ax, ay, az = add(pull.force, given)
-    imposed, m = imposed_acceleration(base, load.position, load.velocity), p.load.mass
+    imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     centre = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
-    alpha = angular_acceleration(p.load, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
+    alpha = angular_acceleration(body, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
     return centre, alpha
 
 
 @lean_kernel
 def contact_index(p):
     """Return the index of the first mode of contact."""
-    return falls_layout(p)[2] + len(p.falls.offset)
+    return falls_layout(p)[2] + len(p.falls.offset) + exchange_modes(p.exchange)
 
 
 @system.rhs_into.register(FallsCrane)
@@ -289,7 +303,7 @@ def write_falls_derivative(p, t, x, u, out):
     if first > ns:
         out[nq + ns] = solved.length
     i = nq + first
-    out[i], out[i + 1], out[i + 2] = solved.centre
+    out[i], out[i + 1], out[i + 2] = coordinate_acceleration(solved.load, solved.centre, solved.alpha)
     second = quaternion_acceleration(solved.load.quaternion, solved.load.omega, solved.alpha)
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
     for i in range(2 * nq, len(out)):
@@ -302,13 +316,13 @@ def write_falls_derivative(p, t, x, u, out):
 @lean_kernel
 def falls_power(p, t, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, _ = falls_layout(p)
+    (nq, _, _), body = falls_layout(p), body_of(p, x)
     load, pull, rate = solved.load, solved.pull, common_length(p.hoist, p, x, nq)[1]
-    given, moment = load_force(p, p.load, t, solved.base, load)
+    given, moment = load_force(p, body, t, solved.base, load)
     reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
     power += play_power(p.support, solved.pose, solved.command)
-    power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, p.load, load)
+    power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, body, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
     return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
 

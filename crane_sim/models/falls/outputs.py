@@ -19,6 +19,7 @@ from crane_sim.models.falls.contact_events import (
 )
 from crane_sim.models.falls.crane import (
     FallsCrane,
+    body_of,
     common_length,
     contact_index,
     fall_state,
@@ -28,6 +29,7 @@ from crane_sim.models.falls.crane import (
     solve_dynamics,
     taut_fall,
 )
+from crane_sim.models.falls.load_exchange import describe_body_exchange, exchange_body, exchange_index
 from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
@@ -54,6 +56,7 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.suspended.crane import support_state, to_base_axes
+from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard, with_exchange_switching
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
 from crane_sim.numerics.elementary import sincos
@@ -88,6 +91,7 @@ def _(p, t, q, v):
     positions, rates = coordinate_order(p.support, q), coordinate_order(p.support, v)
     for i in range(nq):
         x[i], x[nq + i] = positions[i], rates[i]
+    count_exchanges(p.exchange, t, x, exchange_index(p))
     fill_modes(p, x)
     fill_contact(p.contact, p, t, x)
     fill_drive_modes(p.support, x, support_state(p.support, x, nq))
@@ -138,14 +142,15 @@ def falls_energies(p, base, x):
     nq, _, modes = falls_layout(p)
     kinematics = kinematics_of(p, x)
     pose, (s, c), _, load, (length, rate) = kinematics
-    (vx, vy, vz), m = load.velocity, p.load.mass
+    (vx, vy, vz), body = load.velocity, body_of(p, x)
+    m = body.mass
     kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
-    kinetic += 0.5 * m * (vx * vx + vy * vy + vz * vz) + turning_energy(p.load, load)
+    kinetic += 0.5 * m * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
     potential = support_potential(p.support, pose, p.gravity) + m * p.gravity * load.position[2]
     for i in range(len(p.falls.offset)):
         spring, rest = fall_state(p.falls, i, *kinematics).spring, length + p.falls.offset[i]
         potential += x[modes + i] * 0.5 * spring * spring * rest / p.falls.axial_stiffness[i]
-    first, second = support_added_energy(base, p, pose, s, c), load_base_energy(base, p.load, load, p.gravity)
+    first, second = support_added_energy(base, p, pose, s, c), load_base_energy(base, body, load, p.gravity)
     return kinetic, potential, first[0] + second[0], first[1] + second[1]
 
 
@@ -207,7 +212,7 @@ def _(p, u):
 @system.with_meter.register(FallsCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
-    lossy = lossy or p.contact is not None or isinstance(p.support, GearedSupport)
+    lossy = lossy or p.contact is not None or p.exchange is not None or isinstance(p.support, GearedSupport)
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -220,12 +225,13 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    return with_play_switching(p.support, Switching(1000, 0, None))
+    return with_exchange_switching(p.exchange, with_play_switching(p.support, Switching(1000, 0, None)))
 
 
 @system.guard.register(FallsCrane)
 def _(p, t, x, u, work):
-    return contact_guard(p.contact, p, t, x, falls_guard(p, x))
+    best = exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p))
+    return contact_guard(p.contact, p, t, x, best)
 
 
 @lean_routine
@@ -258,6 +264,8 @@ def _(stops, p, x, nq):
 def _(p, t, x, u, number):
     if decode(number)[0] == Guard.CONTACT:
         return switch_contact(p.contact, p, t, x, number)
+    if decode(number)[0] == Guard.PAYLOAD:
+        return exchange_body(p.exchange, p, t, x, number)
     return switch_fall(p, x, number)
 
 
@@ -284,6 +292,8 @@ def _(p, number):
         return f"fall {i + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
     if kind == Guard.CONTACT:
         return describe_contact(p.contact, i, outcome), ""
+    if kind == Guard.PAYLOAD and p.exchange is not None:
+        return describe_body_exchange(p, i, outcome)
     if kind == Guard.LENGTH:
         return describe_length_event(
             "shortest fall" if i == LOWER else "falls' rope", "hoist", i, (p.stops or Stops()).shortest

@@ -73,6 +73,15 @@ from crane_sim.models.suspended.load_dynamics import (
     wind_on_load,
     write_load_acceleration,
 )
+from crane_sim.models.suspended.torsion import (
+    Torsion,
+    add_twist_power,
+    push_nodes,
+    twist_load,
+    twist_of,
+    twist_support,
+    twist_tip,
+)
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
@@ -96,6 +105,7 @@ class SuspendedCrane(NamedTuple):
     stops: Stops | None = None
     wind: Wind | None = None
     exchange: Exchange | None = None  # of the load
+    torsion: Torsion | None = None  # of the rope, above a load that is a body
 
 
 class Work(NamedTuple):
@@ -119,7 +129,8 @@ class Solved(NamedTuple):
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
     base_power: float  # W, that the base supplies to nodes and load
-    moment: tuple[float, float, float]  # N m, of the wind on the load, in its axes
+    moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
+    twist: Any  # `Twist` of the rope, None without torsion
 
 
 @lean_generic
@@ -293,15 +304,18 @@ def solve_dynamics(p, t, x, tau, work):
     load = load_state(body, x, nq, node)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
     links.inv_masses[n - 1] = end_mobility(body, load, last)
-    (fx, fy, fz), moment = load_force(p, body, t, base, load)
+    twist = twist_of(p.torsion, links, load, angle, pose.yaw_rate)
+    push_nodes(twist, links, acc)
+    (fx, fy, fz), moment = twist_load(twist, links, body, load, *load_force(p, body, t, base, load))
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
     turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
     command, tau = tau, joint_efforts(p.support, tau, pose)
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
+    tau = twist_support(twist, p.support, tau)
     first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, (0.0, 0.0, 0.0))
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, twist_tip(twist, links, (s, c), (0.0, 0.0, 0.0)))
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
     at = nq + coordinate_count(p.support), end
     hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
@@ -309,13 +323,14 @@ def solve_dynamics(p, t, x, tau, work):
     solve_tensions(links, top, acc, tension, ratio)
     length_acceleration = hoisted_length_acceleration(links, top, acc, tension)
     pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
+    pull = twist_tip(twist, links, (s, c), pull)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
     across = end_acceleration_across(body, load, last, tension[n - 1])
     for i in range(3):
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return Solved(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment)
+    return Solved(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment, twist)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -361,4 +376,5 @@ def suspended_power(p, t, x, solved, work):
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
     power += winch_power(p.hoist, solved.tau, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
     power += play_power(p.support, solved.pose, solved.command)
+    power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
     return power + dot(force, load.velocity) + moment_power(body, load, moment)

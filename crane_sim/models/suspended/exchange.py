@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import cross, dot, rotate_to_base
-from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.models.suspended.load_dynamics import ChangedBody, add, multiply, subtract
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_field
@@ -119,6 +119,26 @@ def current_load(exchange, load, x, mode):
 @current_load.register(Exchange)
 def _(exchange, load, x, mode):
     return scheduled_load(load, exchange, int(x[mode]))
+
+
+@lean_generic
+def body_of_coordinates(exchange, load, x, mode, state):
+    """Return the kinematics of the load in state x, its coordinates being those of the first load's centre of mass.
+
+    Args:
+        exchange, load, x, mode: as of `current_load`.
+        state: BodyState of the coordinates.
+    """
+    return state
+
+
+@body_of_coordinates.register(Exchange)
+def _(exchange, load, x, mode, state):
+    position, velocity, rows, omega, quaternion = state
+    k = int(x[mode])
+    c = subtract(load.attachment, vector_at(exchange.bodies, k, ATTACHMENT))
+    position, velocity = add(position, multiply(rows, c)), add(velocity, multiply(rows, cross(omega, c)))
+    return ChangedBody(position, velocity, rows, omega, quaternion, c, k)
 
 
 @lean_generic

@@ -51,6 +51,21 @@ class BodyState(NamedTuple):
     quaternion: tuple[float, float, float, float]
 
 
+class ChangedBody(NamedTuple):
+    """Kinematics of a rigid body whose parts are exchanged: coordinates are those of a point that stays the same.
+
+    That point is where the centre of mass of the first load was, so that no coordinate jumps.
+    """
+
+    position: Vector  # m, of the centre of mass
+    velocity: Vector  # m/s
+    rows: tuple[Vector, Vector, Vector]  # of R, which takes vectors of the body to the base
+    omega: Vector  # rad/s, in the body's axes
+    quaternion: tuple[float, float, float, float]
+    centre: Vector  # m, from the point to the centre of mass, in the body's axes
+    number: int  # of the load
+
+
 @lean_kernel
 def multiply(rows, a):
     """Return the product (3,) of a matrix, given by its rows, and a vector."""
@@ -98,6 +113,40 @@ def _(load, x, nq, end):
     rows, omega = rotation_of(quaternion), angular_velocity_of(quaternion, rate)
     lever, moves = multiply(rows, load.attachment), multiply(rows, cross(omega, load.attachment))
     return BodyState(subtract(end[0], lever), subtract(end[1], moves), rows, omega, quaternion)
+
+
+@lean_generic
+def from_centre(state, point):
+    """Return a point (3,) of the load, given from that of its coordinates, from its centre of mass, in its axes."""
+    return point
+
+
+@from_centre.register(ChangedBody)
+def _(state, point):
+    return subtract(point, state.centre)
+
+
+@lean_generic
+def coordinate_velocity(state):
+    """Return the velocity (3,) [m/s] of the load's coordinates, in the axes of the base."""
+    return state.velocity
+
+
+@coordinate_velocity.register(ChangedBody)
+def _(state):
+    return subtract(state.velocity, multiply(state.rows, cross(state.omega, state.centre)))
+
+
+@lean_generic
+def coordinate_acceleration(state, centre, alpha):
+    """Return that of the load's coordinates, from its centre's (3,) [m/s²] and α (3,) in its own axes."""
+    return centre
+
+
+@coordinate_acceleration.register(ChangedBody)
+def _(state, centre, alpha):
+    turning = add(cross(alpha, state.centre), cross(state.omega, cross(state.omega, state.centre)))
+    return subtract(centre, multiply(state.rows, turning))
 
 
 @lean_generic

@@ -51,6 +51,7 @@ from crane_sim.models.suspended.exchange import (
 )
 from crane_sim.models.suspended.impulses import exchange_load
 from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state, turning_energy
+from crane_sim.models.suspended.torsion import MAX_TWIST, ZERO, Torsion, add_twist_energy, twist_motion, twist_of
 from crane_sim.models.suspended.winch import (
     after_winch_guard,
     fall_guard,
@@ -140,6 +141,8 @@ def suspended_energies(p, base, x):
     (vx, vy, vz), more = load.velocity, load_base_energy(base, body, load, p.gravity)
     kinetic += 0.5 * body.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
     potential += body.mass * p.gravity * load.position[2]
+    twist = twist_of(p.torsion, links, load, yaw(p.support, xs), pose.yaw_rate)
+    potential = add_twist_energy(twist, p.torsion, potential)
     return kinetic, potential, added[0] + more[0], added[1] + more[1]
 
 
@@ -274,7 +277,7 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
-    lossy = lossy or isinstance(p.support, GearedSupport)
+    lossy = lossy or isinstance(p.support, GearedSupport) or p.torsion is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
@@ -304,6 +307,7 @@ def suspended_guard(p, t, x, u, work):
     (length, rate), stops, acceleration = first_length(p.hoist, p, x, nq), p.stops, 0.0
     best = exchange_guard(p.exchange, length_guard(stops, length, rate), t, x, end)
     best = support_guard(p.support, best, support_state(p.support, x, nq))
+    best = twist_guard(p.torsion, best, p, x, work.links)
     forces, tau = stops.taut > 0.0 or winch_sticks(p, x), system.effort(u, p, t, x)
     if forces:
         acceleration = solve_dynamics(p, t, x, tau, work).length
@@ -313,6 +317,21 @@ def suspended_guard(p, t, x, u, work):
         best = fall_guard(p.hoist, best, p, x, (length, rate, acceleration), work.tension)
     value, number = suspended_winch_guard(p, best, x, tau, work.tension)
     return value, number, int(forces)
+
+
+@lean_generic
+def twist_guard(torsion, best, p, x, links):
+    """Return the smallest guard, that of the rope's twist counted in; links: to fill."""
+    return best
+
+
+@twist_guard.register(Torsion)
+def _(torsion, best, p, x, links):
+    nq, _, _ = suspended_layout(p)
+    fill_directions(p, x, links)
+    load = load_state(p.load, x, nq, (ZERO, ZERO))
+    twist, _ = twist_motion(links, load, yaw(p.support, support_state(p.support, x, nq)), 0.0)
+    return smaller_guard(best, MAX_TWIST - abs(twist), encode(Guard.TWIST, 0))
 
 
 @system.apply_reset_map.register(SuspendedCrane)
@@ -330,6 +349,8 @@ def _(p, number):
         return describe_drive(p.support, link, outcome), ""
     if kind == Guard.PAYLOAD and p.exchange is not None:
         return describe_exchange(p.exchange, link, outcome)
+    if kind == Guard.TWIST:
+        return "the rope is twisted by almost a turn", "change what turns the payload, or rope.torsion.stiffness"
     if kind == Guard.LINK and link >= len(p.cable.masses):
         return "a fall of the reeving went slack", "change what drives the rope; `rope.reeving: null` leaves it out"
     if kind == Guard.LINK and link > 0:

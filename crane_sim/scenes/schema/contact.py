@@ -36,11 +36,14 @@ class DeckMotion(Group):
         return base
 
 
+Points = Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]
+
+
 class ContactGroup(Group):
     """Contact of the load with the ground or a deck, a plane that is horizontal in the axes of the base."""
 
     kind: Literal["rigid", "compliant"] = "rigid"  # points that do not enter the surface, or on springs and dampers
-    points: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]  # m, points of the load that may touch,
+    points: Points  # m, points of the load that may touch,
     # from the spreader's origin, in its axes; no three of them in a line
     height: Real  # m, of the surface above the base's origin
     motion: DeckMotion | None = None  # of the surface; left out: it rests on the base, and moves with it
@@ -63,8 +66,7 @@ class ContactGroup(Group):
         """
         self._check_kind()
         points = np.array(self.points, dtype=float) + np.array(load.attachment)
-        with np.errstate(all="ignore"):  # points as far as numbers reach
-            _check_points(points)
+        check_points("contact.points", points)
         motion = self.motion.motion() if self.motion is not None else None
         surface = Surface(self.height, self.friction, self.slip_velocity, motion)
         if self.kind == "compliant":
@@ -94,15 +96,16 @@ class ContactGroup(Group):
             )
 
 
-def _check_points(points: Any) -> None:
-    """Raise SceneError for points (n, 3), two of which are the same or three in a line."""
+@np.errstate(all="ignore")  # points as far as numbers reach
+def check_points(key: str, points: Any) -> None:
+    """Raise SceneError for points (n, 3) of a key, two of which are the same or three in a line."""
     near = APART * float(np.ptp(points, axis=0).max())
     for i in range(len(points)):
         for k in range(i):
             along = points[i] - points[k]
             if np.linalg.norm(along) <= near:
-                raise SceneError(f"contact.points: {k + 1} and {i + 1} are the same; each may stand once")
+                raise SceneError(f"{key}: {k + 1} and {i + 1} are the same; each may stand once")
             away = np.linalg.norm(np.cross(points[:k] - points[k], along), axis=1) / np.linalg.norm(along)
             if len(away) and away.min() <= near:
                 three = f"{int(away.argmin()) + 1}, {k + 1} and {i + 1}"
-                raise SceneError(f"contact.points: {three} are in a line; leave out the middle one")
+                raise SceneError(f"{key}: {three} are in a line; leave out the middle one")

@@ -1,6 +1,7 @@
 """The group `events` of cranes whose payload is a body or a point mass: loads that are exchanged in a run."""
 
-from collections.abc import Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -25,30 +26,56 @@ class LoadChange(Group):
     payload: Payload  # all that hangs from then on, in the axes of the payload before
 
 
-class LoadEvent(Group):
-    """An exchange of the payload at a given time: part of it is let go, or something is taken up."""
+class ExchangeEvent(Group):
+    """When the payload is exchanged, and how what is taken up moves."""
 
     at: NonNegative  # s, when it happens
-    set: LoadChange  # what is new from then on
     velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base and in its axes,
     # without turning; `hook`: it moves with the payload, and nothing jumps; left out: it rests
 
+    @property
+    @abstractmethod
+    def payload(self) -> Payload:
+        """All that hangs from then on."""
 
-def windages_of(payload: Payload, events: Sequence[LoadEvent]) -> dict[str, AnyWindage | None]:
+
+class LoadEvent(ExchangeEvent):
+    """An exchange of the payload at a given time: part of it is let go, or something is taken up."""
+
+    set: LoadChange  # what is new from then on
+
+    @property
+    def payload(self) -> Payload:
+        """All that hangs from then on."""
+        return self.set.payload
+
+
+def windages_of(payload: Payload, events: Sequence[ExchangeEvent]) -> dict[str, AnyWindage | None]:
     """Return what all payloads of a run oppose to the wind, by key of the file."""
     windages: dict[str, AnyWindage | None] = {"payload.windage": payload.pressed}
     for i, event in enumerate(events):
-        windages[f"events[{i}].set.payload.windage"] = event.set.payload.pressed
+        windages[f"events[{i}].set.payload.windage"] = event.payload.pressed
     return windages
 
 
-def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoad | RigidLoad, Exchange | None]:
+def at_rest(at: float) -> Vector:
+    """Return the velocity (3,) [m/s] at a time of what rests on the base."""
+    return REST
+
+
+def exchange_of(
+    payload: Payload, events: Sequence[ExchangeEvent], ground: Callable[[float], Vector] = at_rest
+) -> tuple[PointLoad | RigidLoad, Exchange | None]:
     """Return the load at t = 0 and the schedule of its exchanges, None without events.
+
+    Args:
+        payload, events: groups of the file.
+        ground: velocity (3,) [m/s] at a time of what waits to be taken up, where an event does not say it.
 
     Raises:
         SceneError: there is no such load, no body is the difference of two, or a key contradicts another one.
     """
-    first, order = payload.load(), sorted(range(len(events)), key=lambda i: events[i].at)
+    first, order = payload.load(), order_of(events)
     if not events:
         return first, None
     loads = [first]
@@ -57,7 +84,9 @@ def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoa
     windages = [load.windage or NO_WINDAGE for load in loads]
     if any(load.windage is not None for load in loads):
         first = first._replace(windage=windages[0])
-    moves = [_velocity(f"events[{i}]", events[i], a, b) for i, a, b in zip(order, loads, loads[1:], strict=False)]
+    moves = [
+        _velocity(f"events[{i}]", events[i], a, b, ground) for i, a, b in zip(order, loads, loads[1:], strict=False)
+    ]
     exchange = Exchange(
         times=np.array([events[i].at for i in order]),
         velocities=np.array([velocity or REST for velocity in moves], dtype=float),
@@ -69,16 +98,21 @@ def exchange_of(payload: Payload, events: Sequence[LoadEvent]) -> tuple[PointLoa
     return first, exchange
 
 
+def order_of(events: Sequence[ExchangeEvent]) -> list[int]:
+    """Return the numbers of the events in the order of their times."""
+    return sorted(range(len(events)), key=lambda i: events[i].at)
+
+
 def _columns(load: PointLoad | RigidLoad) -> Any:
     if isinstance(load, PointLoad):
         return np.zeros(COLUMNS)
     return np.concatenate([np.ravel(part) for part in (*load[1:4], load.pressure_centre)])
 
 
-def _load_after(key: str, event: LoadEvent, before: PointLoad | RigidLoad) -> PointLoad | RigidLoad:
+def _load_after(key: str, event: ExchangeEvent, before: PointLoad | RigidLoad) -> PointLoad | RigidLoad:
     """Return the load after an event, checked against the one before."""
     try:
-        after = event.set.payload.load()
+        after = event.payload.load()
     except SceneError as error:
         raise SceneError(f"{key}.set.{error}") from None
     if type(after) is not type(before):
@@ -113,10 +147,10 @@ def _check_difference(key: str, less: RigidLoad, more: RigidLoad) -> None:
         )
 
 
-def _velocity(key: str, event: LoadEvent, before: Any, after: Any) -> Vector | None:
+def _velocity(key: str, event: ExchangeEvent, before: Any, after: Any, ground: Any) -> Vector | None:
     """Return the velocity of what is taken up, None where nothing jumps."""
     if after.mass < before.mass:
         if event.velocity is not None:
             raise SceneError(f"{key}.velocity: belongs to what is taken up; what is let go keeps its velocity")
         return None
-    return None if event.velocity == "hook" else event.velocity or REST
+    return None if event.velocity == "hook" else event.velocity or ground(event.at)

@@ -17,6 +17,7 @@ from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.contact import ContactGroup
+from crane_sim.scenes.schema.exchange import exchange_of, windages_of
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
@@ -32,6 +33,7 @@ from crane_sim.scenes.schema.rigging import (
     check_equipment,
 )
 from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.spreader import SpreaderEvent, contact_of, ground_velocity
 from crane_sim.trajectories.inputs import Constant, Inputs
 from crane_sim.trajectories.trajectory import Trajectory
 
@@ -115,6 +117,7 @@ class GantryFile(SceneFile):
     contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is below it
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    events: tuple[SpreaderEvent, ...] = ()  # exchanges of the payload at given times
     backlash: dict[str, JointDrives] = {}  # by joint, trolley or bridge: its drives, one or several side by side, which
     # have play; a joint that is left out has none
     reference: Reference | None = None  # where the crane should go
@@ -196,7 +199,7 @@ class GantryFile(SceneFile):
 
     @property
     def payload_mass(self) -> float:
-        """Mass of the payload [kg]."""
+        """Mass of the payload at t = 0 [kg]."""
         return self.payload.mass
 
     @property
@@ -222,7 +225,7 @@ class GantryFile(SceneFile):
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
         """What the bodies oppose to the wind."""
-        return {"payload.windage": self.payload.pressed}
+        return windages_of(self.payload, self.events)
 
     def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
@@ -231,13 +234,20 @@ class GantryFile(SceneFile):
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
         load, masses = self._load(), (self.trolley.mass, self.trolley.mass + self.bridge.mass, self.hoist.mass)
-        falls, q = self.falls.falls(self.initial.length, load), np.array(self.initial_q)
-        contact = self.contact.model(load, q[3:]) if self.contact is not None else None
-        frequency = stiffest_frequency(falls, load, masses, q, contact)
+        q, contact = np.array(self.initial_q), self._contact(load)
+        loads = [load, *(event.payload.load() for event in self.events)]
+        frequency = max(self._frequency(each, masses, q, contact) for each in loads if isinstance(each, RigidLoad))
         if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
             frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
         frequency = max(frequency, shaft_frequency(self.backlash))
         return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
+
+    def _frequency(self, load: RigidLoad, masses: Any, q: Any, contact: Any) -> float:
+        """Return the largest frequency [rad/s] of a load in place of the first one at joints q (10,)."""
+        return stiffest_frequency(self.falls.falls(self.initial.length, load), load, masses, q, contact)
+
+    def _contact(self, load: RigidLoad) -> Any:
+        return contact_of(self.contact, self.events, load, self.initial_q[3:10])
 
     def model(self) -> FallsCrane:
         """Return the parameters of the crane.
@@ -246,6 +256,7 @@ class GantryFile(SceneFile):
             SceneError: groups contradict each other.
         """
         load, base_motion, force = self._load(), self.base_motion, self.payload_force
+        _, exchange = exchange_of(self.payload, self.events, ground_velocity(self.contact))
         check_equipment(self, self.payload)
         check_ends(self.falls.falls(self.initial.length, load), np.array(self.initial_q))
         return FallsCrane(
@@ -259,7 +270,8 @@ class GantryFile(SceneFile):
             force=force.force() if force is not None else None,
             stops=self._stops(),
             wind=self.airflow(),
-            contact=self.contact.model(load, self.initial_q[3:10]) if self.contact is not None else None,
+            contact=self._contact(load),
+            exchange=exchange,
         )
 
     def _stops(self) -> Stops:

@@ -1,6 +1,7 @@
 """Groups of a scene file for what hangs below a rope: links with nodes between them, and a payload with a body."""
 
 from collections.abc import Sequence
+from math import cos, sin
 from typing import Annotated, Any
 
 import numpy as np
@@ -98,6 +99,14 @@ class RiggingStart(Group):
     direction_rates: tuple[Vector, ...] | None = None  # 1/s, across the directions
     orientation: Quaternion = NO_TURN  # -, unit quaternion (w, x, y, z) from the body's axes to the base's
     angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the body relative to the base, in the body's axes
+
+    def nearest_to(self, yaw: float) -> "RiggingStart":
+        """Return the start with that one of two quaternions of an attitude which is nearer to a yaw angle [rad]."""
+        w, _, _, z = self.orientation
+        if w * cos(0.5 * yaw) + z * sin(0.5 * yaw) >= 0.0:
+            return self
+        a, b, c, d = self.orientation
+        return self.model_copy(update={"orientation": (-a, -b, -c, -d)})
 
 
 def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain:

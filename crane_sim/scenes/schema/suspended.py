@@ -4,6 +4,8 @@ from abc import abstractmethod
 from math import cos, sin
 from typing import Any
 
+import numpy as np
+
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.stops import Stops
@@ -95,6 +97,8 @@ class SuspendedFile(SceneFile):
         yaw, rate = (q[0], v[0]) if self.support_joints[0][0] == "slew" else (0.0, 0.0)
         rope = rope_direction(yaw, rate, q[ns + 1 : ns + 3], v[ns + 1 : ns + 3])
         start = self._start.rigging or RiggingStart()
+        if self.rope.torsion is not None:
+            start = start.nearest_to(yaw)
         return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
 
     @property
@@ -147,13 +151,25 @@ class SuspendedFile(SceneFile):
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        return Demands(
-            shaft_frequency(self.backlash) or None, 0.0, elastic=False, smooth=smooth, duration=self.duration
-        )
+        frequency = max(shaft_frequency(self.backlash), self._twist_frequency())
+        return Demands(frequency or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+
+    def _twist_frequency(self) -> float:
+        """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""
+        if self.rope.torsion is None:
+            return 0.0
+        payloads = [self.payload, *(event.payload for event in self.events)]
+        least = min(float(np.linalg.eigvalsh(payload.inertia)[0]) for payload in payloads if payload.inertia)
+        return (self.rope.torsion.stiffness / least) ** 0.5
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
-        return self.rope.stops(bool(self.limits)) or (Stops() if self.events or self.backlash else None)
+        return self.rope.stops(bool(self.limits)) or (Stops() if self._has_events else None)
+
+    @property
+    def _has_events(self) -> bool:
+        """Whether something other than limits switches the model or ends a run."""
+        return bool(self.events or self.backlash or self.rope.torsion)
 
     def model(self) -> SuspendedCrane:
         """Return the parameters of the crane.
@@ -179,6 +195,7 @@ class SuspendedFile(SceneFile):
             stops=self._stops(),
             wind=self.airflow(),
             exchange=exchange,
+            torsion=self.rope.torsion,
         )
 
     def open_loop(self) -> Inputs | tuple[float, ...]:

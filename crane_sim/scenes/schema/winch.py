@@ -10,6 +10,7 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import MasslessHoist, RateHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Reeving
+from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.motors import motor_of, reflected_inertia
@@ -81,6 +82,7 @@ class ReevedRope(Winch):
     # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
     reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
     friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
+    torsion: Torsion | None = None  # what resists a twist between tip and payload; left out: the payload turns freely
 
     @property
     def takes_motor(self) -> bool:
@@ -109,6 +111,8 @@ class ReevedRope(Winch):
         extra = next((key for key in ("reeving", "friction") if getattr(self, key) is not None), None)
         if extra is not None and self.drive in ("force", "torque") and getattr(file, "events", ()):
             raise SceneError(f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: rate")
+        if self.torsion is not None and file.payload.inertia is None:
+            raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
         if self.drive == "torque" and motor_of(file, "rope") is not None:
             raise SceneError("actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its inertia")
         if file.base_motion is not None and self.reeving is not None and self.reeving.mass_per_length is not None:

@@ -1,0 +1,204 @@
+"""Torsion of a rope between the support's tip and a load that is a body: its twist, and the forces that follow from it.
+
+The tip's frame goes down the links by parallel transport, which turns it at each bend from the direction a to the next
+one b about a × b and nowhere else (R. L. Bishop, Amer. Math. Monthly 82, 1975, 246-251). The first a is the vertical
+of the tip, the last b the load's own one, both downwards. The twist φ is the load's angle about its vertical from the
+frame that arrives there, in the product of unit quaternions
+
+    q = q_swing (cos φ/2, 0, 0, sin φ/2),    φ' = -(ψ' + Σ t · (a' + b') + ω · b_load),    t = a × b / (1 + a · b)
+
+with the tip's yaw ψ and the load's angular velocity ω. The moment M = -(k φ + c φ') does the work M φ', so virtual work
+gives all forces: the couple -M on the support about the vertical, -M (n + b) / (1 + n · b) on the load below the last
+link n, and on each link a pair of forces across it, for which it has to be bent.
+
+Quaternions cover the rotations twice, so φ follows from the positions alone within a whole turn to either side, and a
+run ends shortly before it: the load's quaternion and its opposite are the same attitude, a turn of the rope apart.
+"""
+
+from math import atan2
+from typing import NamedTuple
+
+from crane_sim.files.types import NonNegative, Positive
+from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_axes
+from crane_sim.models.supports import add_yaw_moment
+from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+
+DOWN, ZERO = (0.0, 0.0, -1.0), (0.0, 0.0, 0.0)
+MAX_TWIST = 6.0  # rad, where a run ends: beyond 2π the twist is not known
+
+
+class Torsion(NamedTuple):
+    """The rope's resistance to twist, all of its falls together."""
+
+    stiffness: Positive  # N m/rad, moment on the load by the angle between tip and load
+    damping: NonNegative = 0.0  # N m s/rad, moment on the load by the rate of that angle
+
+
+class Twist(NamedTuple):
+    """The twisted rope at one instant."""
+
+    angle: float  # rad, φ
+    rate: float  # rad/s, of the angle
+    moment: float  # N m, M
+    loss: float  # W, that damping takes
+    vertical: tuple[float, float, float]  # b of the load, in the axes of the base
+
+
+@lean_kernel
+def bend(a, b):
+    """Return t (3,) of the bend from a direction to another one."""
+    x, y, z = cross(a, b)
+    scale = 1.0 / (1.0 + dot(a, b))
+    return scale * x, scale * y, scale * z
+
+
+@lean_kernel
+def turn_by_bend(q, a, b):
+    """Return the quaternion of a frame after the bend from a direction to another one, of any length."""
+    (x, y, z), s = cross(a, b), 1.0 + dot(a, b)
+    w, i, j, k = q
+    return (
+        s * w - x * i - y * j - z * k,
+        s * i + x * w + y * k - z * j,
+        s * j - x * k + y * w + z * i,
+        s * k + x * j - y * i + z * w,
+    )
+
+
+@lean_kernel
+def direction_of(links, k):
+    """Return the unit vector (3,) of link k, the tip's downward vertical above the first."""
+    if k < 0:
+        return DOWN
+    return links.units[k, 0], links.units[k, 1], links.units[k, 2]
+
+
+@lean_kernel
+def rate_of(links, k):
+    """Return the rate (3,) [1/s] of `direction_of`."""
+    if k < 0:
+        return ZERO
+    return links.rates[k, 0], links.rates[k, 1], links.rates[k, 2]
+
+
+@lean_kernel
+def load_vertical(load):
+    """Return the load's own vertical b (3,), downwards, in the axes of the base."""
+    return -load.rows[0][2], -load.rows[1][2], -load.rows[2][2]
+
+
+@lean_routine
+def twist_motion(links, load, angle, rate):
+    """Return (twist [rad] between -2π and 2π, its rate [rad/s]) below a tip with a yaw angle and its rate."""
+    (s, c), n = sincos(0.5 * angle), len(links.squared_rates)
+    frame, turning = (c, 0.0, 0.0, s), rate
+    for k in range(n):
+        a, b = direction_of(links, k - 1), direction_of(links, k)
+        frame = turn_by_bend(frame, a, b)
+        turning += dot(bend(a, b), add(rate_of(links, k - 1), rate_of(links, k)))
+    last, vertical, omega = direction_of(links, n - 1), load_vertical(load), multiply(load.rows, load.omega)
+    w, i, j, k = turn_by_bend(frame, last, vertical)
+    turning += dot(omega, vertical) + dot(bend(last, vertical), add(rate_of(links, n - 1), cross(omega, vertical)))
+    e, x, y, z = load.quaternion
+    across, along = w * z - i * y + j * x - k * e, w * e + i * x + j * y + k * z
+    return 2.0 * atan2(across, along), -turning
+
+
+@lean_generic
+def twist_of(torsion, links, load, angle, rate):
+    """Return the Twist, None without torsion; links, load: Directions, BodyState; arguments of `twist_motion`."""
+    return None
+
+
+@twist_of.register(Torsion)
+def _(torsion, links, load, angle, rate):
+    angle, rate = twist_motion(links, load, angle, rate)
+    moment = -(torsion.stiffness * angle + torsion.damping * rate)
+    return Twist(angle, rate, moment, torsion.damping * rate * rate, load_vertical(load))
+
+
+@lean_kernel
+def link_force(twist, links, k):
+    """Return the force (3,) [N] on the lower end of link k, and the opposite one on its upper end."""
+    n, own = len(links.squared_rates), direction_of(links, k)
+    lower = direction_of(links, k + 1) if k + 1 < n else twist.vertical
+    x, y, z = add(bend(direction_of(links, k - 1), own), bend(own, lower))
+    scale = -twist.moment / links.lengths[k]
+    return scale * x, scale * y, scale * z
+
+
+@lean_generic
+def push_nodes(twist, links, acc):
+    """Add what torsion does to the nodes' accelerations (N + 1, 3) above the load."""
+
+
+@push_nodes.register(Twist)
+def _(twist, links, acc):
+    for k in range(len(links.squared_rates) - 1):
+        x, y, z = subtract(link_force(twist, links, k), link_force(twist, links, k + 1))
+        inverse = links.inv_masses[k]
+        acc[k + 1, 0], acc[k + 1, 1] = acc[k + 1, 0] + inverse * x, acc[k + 1, 1] + inverse * y
+        acc[k + 1, 2] += inverse * z
+
+
+@lean_generic
+def twist_load(twist, links, body, load, force, moment):
+    """Return (force (3,) [N], moment (3,) [N m] in its axes) on the load with those of torsion."""
+    return force, moment
+
+
+@twist_load.register(Twist)
+def _(twist, links, body, load, force, moment):
+    n = len(links.squared_rates)
+    last, push = direction_of(links, n - 1), link_force(twist, links, n - 1)
+    x, y, z = add(last, twist.vertical)
+    scale = -twist.moment / (1.0 + dot(last, twist.vertical))
+    turned = rotate_to_base(load.rows, (scale * x, scale * y, scale * z))
+    pushed = cross(body.attachment, rotate_to_base(load.rows, push))
+    return add(force, push), add(moment, add(turned, pushed))
+
+
+@lean_generic
+def twist_support(twist, support, tau):
+    """Return the joint efforts with the couple of torsion on the support."""
+    return tau
+
+
+@twist_support.register(Twist)
+def _(twist, support, tau):
+    return add_yaw_moment(support, tau, -twist.moment)
+
+
+@lean_generic
+def twist_tip(twist, links, turn, pull):
+    """Return the pull (3,) [N] on the tip with that of torsion, in the support's frame; turn: sine, cosine of yaw."""
+    return pull
+
+
+@twist_tip.register(Twist)
+def _(twist, links, turn, pull):
+    return subtract(pull, to_turned_axes(link_force(twist, links, 0), turn[0], turn[1]))
+
+
+@lean_generic
+def add_twist_power(twist, power, yaw_rate):
+    """Return the power [W] without that of the couple on the support, and less what damping takes."""
+    return power
+
+
+@add_twist_power.register(Twist)
+def _(twist, power, yaw_rate):
+    return power + twist.moment * yaw_rate - twist.loss
+
+
+@lean_generic
+def add_twist_energy(twist, torsion, potential):
+    """Return the potential energy [J] with that of torsion."""
+    return potential
+
+
+@add_twist_energy.register(Twist)
+def _(twist, torsion, potential):
+    return potential + 0.5 * torsion.stiffness * twist.angle * twist.angle
