@@ -29,7 +29,14 @@ SEA = {
 }
 WIND, NO_GUSTS = (9.0, -4.0), (None, None, None)
 LENGTHS, MASSES = (2.5, 1.2), (2.0, 10.0)
-STIFFNESS, DAMPING, INERTIA, JIB, FOOT = (700.0, 900.0), (30.0, 20.0), 150.0, (4.0, 3.0, 12.0), (0.5, 1.2)
+STIFFNESS, REST, DAMPING, INERTIA, JIB, FOOT = (
+    (700.0, 900.0),
+    (-0.01, 0.05),
+    (30.0, 20.0),
+    150.0,
+    (4.0, 3.0, 12.0),
+    (0.5, 1.2),
+)
 OWN = {"tower": (0.4, 6.0), "mobile": (0.4, 0.6, 7.0)}
 BENT = (0.08, -0.11)  # rad
 AXES_THAT_BEND = ((True, True), (True, False), (False, True))
@@ -37,8 +44,8 @@ AXES_THAT_BEND = ((True, True), (True, False), (False, True))
 
 def compliances(which: tuple[bool, bool]) -> tuple[Compliance | None, ...]:
     """Return the compliances of those axes that have one."""
-    pairs = zip(which, STIFFNESS, DAMPING, strict=True)
-    return tuple(Compliance(k, c) if bends else None for bends, k, c in pairs)
+    rows = zip(which, STIFFNESS, REST, DAMPING, strict=True)
+    return tuple(Compliance(*row) if bends else None for bends, *row in rows)
 
 
 def support(name: str, which: tuple[bool, bool]) -> FlexibleSupport:
@@ -50,7 +57,7 @@ def support(name: str, which: tuple[bool, bool]) -> FlexibleSupport:
         inner = TelescopicBoom(
             Superstructure(0.0), BaseSection(-mass * centre / behind, behind, 0.0), TelescopedSection(0.0, 0.0, 0.0)
         )
-        section = BaseSection(mass, centre, inertia, windage=JibWindage(3.0, 1.3, 3.5))  # pyright: ignore
+        section: Any = BaseSection(mass, centre, inertia)._replace(windage=JibWindage(3.0, 1.3, 3.5))
         outer = TelescopicBoom(Superstructure(0.0), section, TelescopedSection(8.0, 0.0, 0.0))
     else:
         first, second = BaseSection(5.0, 2.0, 4.0), TelescopedSection(3.0, 1.5, 2.0)
@@ -136,7 +143,7 @@ class Reference:
 
     def springs(self, q: Any) -> Any:
         """Return the energy of the springs."""
-        return sum(mpf(k) / 2 * a * a for k, a in zip(STIFFNESS, self.angles(q), strict=True))
+        return sum(mpf(k) / 2 * (a - mpf(r)) ** 2 for k, r, a in zip(STIFFNESS, REST, self.angles(q), strict=True))
 
 
 def direction(angles: Any) -> Point:
@@ -145,7 +152,7 @@ def direction(angles: Any) -> Point:
     return s * mpmath.cos(angles[0]), s * mpmath.sin(angles[0]), -mpmath.cos(angles[1])
 
 
-def mapped(reference: Reference, q: Any, v: Any, a: Any) -> tuple[Any, Any, Any]:
+def mapped(reference: Reference, q: Any, v: Any, a: Any) -> Any:
     """Return the crane's joint coordinates with their first and second derivatives."""
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
@@ -160,9 +167,7 @@ def mapped(reference: Reference, q: Any, v: Any, a: Any) -> tuple[Any, Any, Any]
 def crane(name: str, which: tuple[bool, bool], sea: bool) -> SuspendedCrane:
     """Return the crane: at sea it stands in the wind, on a moving base."""
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    plain = SuspendedCrane(
-        support(name, which), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), energy_meter=Meter()
-    )
+    plain = SuspendedCrane(support(name, which), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), energy_meter=Meter())
     if not sea:
         return plain
     steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)

@@ -5,10 +5,10 @@ Each first bending mode is one of a rigid body on a spring (a pseudo-rigid-body 
 about the vertical and δ about the root's transverse axis. Both are a boom of `telescopic_boom`, (α, β, ℓ) and
 (α + ε, β + δ, ℓ), whose equations have no products of different accelerations. So the bodies share none either:
 
-    J_o (α'' + ε'') = Q_o - k ε - c ε',    J_i α'' = τ + Q_i + k ε + c ε',    and alike for β and δ,
+    J_o (α'' + ε'') = Q_o - k (ε - ε₀) - c ε',    J_i α'' = τ + Q_i + k (ε - ε₀) + c ε',    and alike for β and δ,
 
 Q the terms of `telescopic_boom` for either boom, with the cable's force on the outer one. An axis without a compliance
-has the sum of both. The springs are relaxed where the structure is straight: its weight bends it as well.
+has the sum of both. The structure's own weight bends it as well; where a spring is relaxed is its camber.
 
 Efforts stand in the order of the coordinates here: those of the support, [ε], [δ], then the winch's.
 """
@@ -50,11 +50,12 @@ class Compliance(NamedTuple):
     """A bending mode."""
 
     stiffness: float  # N m/rad, k
+    rest: float  # rad, where the spring is relaxed
     damping: float  # N m s/rad, c
 
 
 class FlexibleSupport(NamedTuple):
-    """A support whose structure bends; its coordinates are those of the rigid one, then ε and δ where there are such."""
+    """A support whose structure bends: its coordinates are those of the rigid one, then those of ε and δ that it has."""
 
     support: Any  # the rigid support, whose coordinates are the drives'
     inner: TelescopicBoom  # what turns with the drives; its telescoped section has no mass
@@ -85,6 +86,11 @@ class FlexiblePosture(NamedTuple):
     outer: Any  # of the outer one
     angles: tuple[float, float]  # rad, ε and δ
     rates: tuple[float, float]  # rad/s
+
+
+def rigid_support(support: Any) -> Any:
+    """Return the support as it is without bending."""
+    return support.support if isinstance(support, FlexibleSupport) else support
 
 
 @lean_generic
@@ -136,18 +142,19 @@ def compliance_effort(compliance, angle, rate):
 
 @compliance_effort.register(Compliance)
 def _(compliance, angle, rate):
-    return -compliance.stiffness * angle - compliance.damping * rate
+    return -compliance.stiffness * (angle - compliance.rest) - compliance.damping * rate
 
 
 @lean_generic
-def compliance_stiffness(compliance):
-    """Return the stiffness [N m/rad], 0 of a rigid axis, which does not turn."""
-    return 0.0
+def compliance_energy(compliance, angle):
+    """Return (energy [J], its derivative [N m]) of the spring."""
+    return 0.0, 0.0
 
 
-@compliance_stiffness.register(Compliance)
-def _(compliance):
-    return compliance.stiffness
+@compliance_energy.register(Compliance)
+def _(compliance, angle):
+    moment = compliance.stiffness * (angle - compliance.rest)
+    return 0.5 * moment * (angle - compliance.rest), moment
 
 
 @lean_generic
@@ -336,9 +343,7 @@ def _(support, pose, n):
 def _(support, base, tau, pose):
     nothing = (0.0, 0.0, 0.0)
     inner = add_imposed_efforts(support.inner, turned_about_z(base, -pose.angles[0]), nothing, pose.inner)
-    return add_body_efforts(
-        support, tau, inner, add_imposed_efforts(support.outer, base, nothing, pose.outer)
-    )
+    return add_body_efforts(support, tau, inner, add_imposed_efforts(support.outer, base, nothing, pose.outer))
 
 
 @with_wind.register(FlexibleSupport)
@@ -353,8 +358,8 @@ def _(support, tau, pose, force):
     slew, elevation, length, _ = split_efforts(support.support, tau)
     power = slew * pose.inner.yaw_rate + elevation * pose.inner.luff_rate + length * pose.outer.length_rate
     lateral, vertical = elastic_entries(support, tau, 0)  # with the springs, whose energy is potential
-    power += (lateral + compliance_stiffness(support.lateral) * pose.angles[0]) * pose.rates[0]
-    return power + (vertical + compliance_stiffness(support.vertical) * pose.angles[1]) * pose.rates[1]
+    power += (lateral + compliance_energy(support.lateral, pose.angles[0])[1]) * pose.rates[0]
+    return power + (vertical + compliance_energy(support.vertical, pose.angles[1])[1]) * pose.rates[1]
 
 
 @support_guard.register(FlexibleSupport)
@@ -397,9 +402,9 @@ def _(support, pose):
 @support_potential.register(FlexibleSupport)
 def _(support, pose, gravity):
     inner = support_potential(support.inner, pose.inner, gravity)
-    lateral = compliance_stiffness(support.lateral) * pose.angles[0] * pose.angles[0]
-    vertical = compliance_stiffness(support.vertical) * pose.angles[1] * pose.angles[1]
-    return inner + support_potential(support.outer, pose.outer, gravity) + 0.5 * (lateral + vertical)
+    springs = compliance_energy(support.lateral, pose.angles[0])[0]
+    springs += compliance_energy(support.vertical, pose.angles[1])[0]
+    return inner + support_potential(support.outer, pose.outer, gravity) + springs
 
 
 @support_base_energy.register(FlexibleSupport)
