@@ -10,13 +10,18 @@ from point_masses import Extras, Point, accelerations, mp, mpf, mpmath, on_base,
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.energy_meter import Meter
+from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports.backlash import Drives, GearedSupport
 from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import BoomWindage, JibWindage
+from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
+from crane_sim.scenes.schema.rigging import Payload
 from crane_sim.trajectories.base_motion import AXES, Base
 from crane_sim.trajectories.wind import Wind
 
@@ -222,3 +227,206 @@ def test_accelerations_are_those_of_point_masses(name: str, which: tuple[bool, b
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(p, t, state, (*map(float, drives), -120.0))
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
+@pytest.mark.parametrize("name", OWN)
+def test_the_meter_counts_all_power(name: str, sea: bool) -> None:
+    """The energy of masses, springs and weight changes by the power of drives, dampers, wind and base."""
+    reference, p, t = Reference(name, (True, True)), crane(name, (True, True), sea), 1.3
+    joints, rates, _ = mapped(reference, *posture(name, (True, True)), np.zeros(len(posture(name, (True, True))[0])))
+    x, u = system.state(p, t, joints, rates), (*(5.0, -7.0, 4.0)[: reference.own], -120.0)
+    slope, h = system.rhs(p, t, x, u), 1e-6
+    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * slope, x + h * slope))
+    assert slope[-1] == pytest.approx(system.power(p, t, x, u), rel=1e-15)
+    scale = abs(slope[-1]) + abs(low)
+    assert (high - low) / (2 * h) == pytest.approx(slope[-1], abs=1e-8 * scale)  # h², rounding / h
+
+
+def energy_of_points(reference: Reference, t: float, q: Any, v: Any) -> tuple[float, float]:
+    """Return kinetic and potential energy [J] in the world of points, winch and springs."""
+    with mp.workdps(60):
+        h, exact = mpf(10) ** -18, [mpf(float(a)) for a in q]
+        rows = []
+        for s in (-h, mpf(0), h):
+            moved = [a + s * mpf(float(b)) for a, b in zip(exact, v, strict=True)]
+            rows.append([(m, on_base(SEA, mpf(t) + s, r)) for m, r in reference.places(moved)])
+        potential = sum(m * mpf("9.81") * r[2] for m, r in rows[1]) + reference.springs(exact)
+        kinetic = mpf(1.5) / 2 * mpf(float(v[reference.own + 2])) ** 2
+        for (m, a), (_, b) in zip(rows[0], rows[2], strict=True):
+            kinetic += m / 2 * sum(((y - x) / (2 * h)) ** 2 for x, y in zip(a, b, strict=True))
+        return float(kinetic), float(potential)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", OWN)
+def test_energies_at_sea_are_those_of_point_masses(name: str) -> None:
+    """Energies in the world differ between two states as those of the points do.
+
+    The difference leaves out what a ring that turns with the base has at any slew angle, which no model counts.
+    """
+    reference, p, t = Reference(name, (True, True)), crane(name, (True, True), True), 1.3
+    (q, v), results = posture(name, (True, True)), []
+    for start, rates in ((q, v), (q + 0.1, 0.7 * v)):
+        expected = energy_of_points(reference, t, start, rates)
+        x = system.state(p, t, *mapped(reference, start, rates, np.zeros(len(q)))[:2])
+        more = system.base_energy(p, t, x)
+        results.append((expected, (system.kinetic(p, x) + more[0], system.potential(p, x) + more[1])))
+    (first, got_first), (second, got_second) = np.array(results)
+    np.testing.assert_allclose(got_second - got_first, second - first, rtol=0.0, atol=1e-12 * abs(first).max())
+
+
+def bent_at_rest(p: Any, q: Any, v: Any, u: Any, own: int) -> Any:
+    """Return the joints' accelerations where the springs balance: their angles, the last two, do not accelerate."""
+    q = np.array(q)
+    for _ in range(8):
+        a = system.acceleration(p, 0.0, system.state(p, 0.0, q, v), u)
+        slopes = np.empty((2, 2))
+        for k in range(2):
+            ahead = q.copy()
+            ahead[k - 2] += 1e-6
+            slopes[:, k] = (system.acceleration(p, 0.0, system.state(p, 0.0, ahead, v), u)[-2:] - a[-2:]) / 1e-6
+        q[-2:] -= np.linalg.solve(slopes, a[-2:])
+    return system.acceleration(p, 0.0, system.state(p, 0.0, q, v), u)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", OWN)
+def test_a_stiff_structure_is_rigid(name: str) -> None:
+    """Where springs balance, accelerations approach those of the rigid crane as 1/k."""
+    own, (q, v), u = len(OWN[name]), posture(name, (True, True)), (*(5.0, -7.0, 4.0)[: len(OWN[name])], -120.0)
+    q[own : own + 2], v[own : own + 2] = 0.0, 0.0
+    joints, rates, _ = mapped(Reference(name, (True, True)), q, v, np.zeros(len(q)))
+    p = crane(name, (True, True), False)
+    rigid = p._replace(support=p.support.support)
+    expected = system.acceleration(rigid, 0.0, system.state(rigid, 0.0, joints[:-2], rates[:-2]), u)
+    errors = []
+    for stiffness in (1e7, 1e8):
+        springs = Compliance(stiffness, 0.0, 0.0)
+        stiff = p._replace(support=p.support._replace(lateral=springs, vertical=springs))
+        errors.append(bent_at_rest(stiff, joints, rates, u, own)[:-2] - expected)
+    scale = abs(expected).max()
+    assert abs(errors[0]).max() < 1e-3 * scale
+    np.testing.assert_allclose(errors[1], 0.1 * errors[0], rtol=0.0, atol=1e-3 * abs(errors[0]).max())  # 1/k²
+
+
+def jacobian(p: Any, x: Any, u: Any, rows: list[int], columns: list[int]) -> Any:
+    """Return derivatives of joint accelerations (rows) after joint positions (columns) at the joints x at rest."""
+    out, h, still = np.empty((len(rows), len(columns))), 1e-4, np.zeros(len(x))
+    for k, j in enumerate(columns):
+        ends = []
+        for s in (-h, h):
+            moved = np.array(x)
+            moved[j] += s
+            ends.append(system.acceleration(p, 0.0, system.state(p, 0.0, moved, still), u)[rows])
+        out[:, k] = (ends[1] - ends[0]) / (2.0 * h)
+    return out
+
+
+@pytest.mark.interpreted
+def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> None:
+    """With a free slew, jib on its spring and load on its rope have two frequencies, roots of a quadratic equation.
+
+    With φ = α + ε: ε'' = -k (1/J_i + 1/J_o) ε + m g r / J_o θ, ℓ θ'' = -g θ - r φ''.
+    """
+    mass, radius, length, stiffness, g = 10.0, 6.0, 2.5, STIFFNESS[0], 9.81
+    flexible = support("tower", (True, False))
+    flexible = flexible._replace(lateral=Compliance(stiffness, 0.0, 0.0))
+    chain = Chain(np.array([mass]), np.array([length]))
+    p = SuspendedCrane(flexible, chain, PointLoad(mass), None)
+    outer = JIB[0] * JIB[1] ** 2 + JIB[2] + 8.0 * radius**2
+    inner = INERTIA - (JIB[0] * JIB[1] ** 2 + JIB[2])
+    a, b = stiffness * (1.0 / inner + 1.0 / outer), mass * g * radius / outer
+    c, d = radius * stiffness / outer / length, g / length + radius / length * b
+    expected = np.sort(np.roots([1.0, -(a + d), a * d - b * c]))
+    q = [0.4, radius, length, 0.0, 0.0, 0.0]  # slew, trolley, rope, swing tangential and radial, deflection
+    modes = np.sort(np.linalg.eigvals(-jacobian(p, q, (0.0, 0.0), [5, 3], [5, 3])).real)
+    np.testing.assert_allclose(modes, expected, rtol=1e-7)  # h², rounding / h
+
+
+@pytest.mark.interpreted
+def test_a_jib_bends_upwards_with_its_load_at_the_frequency_of_a_closed_form() -> None:
+    """Without gravity and with a rope that a winch holds, ω² is k over the inertia of jib, trolley and load."""
+    mass, radius, stiffness = 10.0, 6.0, STIFFNESS[1]
+    flexible = support("tower", (False, True))._replace(vertical=Compliance(stiffness, 0.0, 0.0))
+    p = SuspendedCrane(flexible, Chain(np.array([mass]), np.array([2.5])), PointLoad(mass), None, 0.0)
+    inertia = JIB[0] * JIB[1] ** 2 + JIB[2] + (8.0 + mass) * radius**2
+    q = [0.4, radius, 2.5, 0.0, 0.0, 0.0]
+    assert jacobian(p, q, (0.0, 0.0), [5], [5])[0, 0] == pytest.approx(-stiffness / inertia, rel=1e-7)  # h²
+
+
+@pytest.mark.interpreted
+def test_a_boom_without_load_bends_at_the_frequencies_of_two_bodies() -> None:
+    """Drives that move freely leave k (1/I_i + 1/I_o) about either axis of a boom whose load weighs nothing."""
+    chain, (_, elevation, length) = Chain(np.array([1e-9]), np.array([2.5])), OWN["mobile"]
+    free = support("mobile", (True, True))
+    springs = {name: Compliance(k, 0.0, 0.0) for name, k in zip(("lateral", "vertical"), STIFFNESS, strict=True)}
+    p, c = SuspendedCrane(free._replace(**springs), chain, PointLoad(1e-9), None, 0.0), np.cos(elevation)
+    about_z = 30.0 + 5.0 * (FOOT[0] + 2.0 * c) ** 2 + 4.0 * c * c, 3.0 * (FOOT[0] + 5.5 * c) ** 2 + 2.0 * c * c
+    across = 5.0 * 2.0**2 + 4.0, 3.0 * 5.5**2 + 2.0
+    q = [0.4, elevation, length, 2.5, 0.0, 0.0, 0.0, 0.0]
+    got = jacobian(p, q, (0.0, 0.0, 0.0), [6, 7], [6, 7])
+    expected = [k * (1.0 / a + 1.0 / b) for k, (a, b) in zip(STIFFNESS, (about_z, across), strict=True)]
+    np.testing.assert_allclose(got, -np.diag(expected), rtol=1e-6, atol=1e-6)  # h², rounding / h, the load
+
+
+@pytest.mark.interpreted
+def test_an_impact_passes_no_spring() -> None:
+    """A load taken up at rest slows the jib and not its drive; angular momentum about the tower's axis is kept."""
+    events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
+    load, exchange = exchange_of(Payload.model_validate({"mass": MASSES[1]}), events)
+    p = crane("tower", (True, True), False)._replace(load=load, exchange=exchange, stops=Stops())
+    reference, (q, v) = Reference("tower", (True, True)), posture("tower", (True, True))
+    joints, rates, _ = mapped(reference, q, v, np.zeros(len(q)))
+    x = system.state(p, 0.5, joints, rates)
+    y, _, _ = system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))
+    energies = [system.kinetic(p, z) + system.potential(p, z) for z in (x, y)]
+    metered = system.energy_supplied(p, y) - system.energy_supplied(p, x)
+    assert energies[1] - energies[0] == pytest.approx(metered, rel=1e-12)
+    nq = (len(x) - 2) // 2  # meter and exchanges are last
+    jumps = (y - x)[nq : nq + 4]
+    assert jumps[0] == 0.0 and abs(jumps[1:]).min() > 1e-5  # slew, trolley, deflections
+    before, after = (momentum(p, z, mass) for z, mass in ((x, 10.0), (y, 30.0)))
+    assert after == pytest.approx(before, rel=1e-12)
+
+
+def momentum(p: Any, x: Any, mass: float) -> float:
+    """Return the angular momentum [kg m²/s] about the tower's axis, with a load of this mass."""
+    nq, (slew, radius), inner = (len(x) - 2) // 2, x[:2], p.support.inner.base_section
+    (yaw, bend), (twist, lift) = (slew + x[2], x[3]), (x[nq] + x[nq + 2], x[nq + 3])
+    c, s, rate = np.cos(bend), np.sin(bend), x[nq + 1]
+    along = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    tip, radial = radius * c * along, (rate * c - radius * s * lift) * along
+    node, moves = tip.copy(), radial + twist * radius * c * np.array([-along[1], along[0], 0.0])
+    total = (JIB[0] * JIB[1] ** 2 + JIB[2]) * c * c * twist + inner.mass * inner.centre**2 * x[nq]
+    total += 8.0 * (tip[0] * moves[1] - tip[1] * moves[0])
+    for k, m in enumerate((MASSES[0], mass)):
+        i, span = 5 + 3 * k, x[4] if k == 0 else LENGTHS[1]
+        moves = moves + span * x[nq + i : nq + i + 3] + (x[nq + 4] * x[i : i + 3] if k == 0 else 0.0)
+        node = node + span * x[i : i + 3]
+        total += m * (node[0] * moves[1] - node[1] * moves[0])
+    return float(total)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", OWN)
+def test_play_meets_a_structure_that_bends(name: str) -> None:
+    """A drive with play moves a crane that bends as its shaft's push would without the play."""
+    gear = Drives((0,), (1.5,), (1.0,), (0.02,), (4e3,), (20.0,))
+    plain = crane(name, (True, True), False)._replace(stops=Stops())
+    p, (q, v) = plain._replace(support=GearedSupport(plain.support, gear)), posture(name, (True, True))
+    joints, rates, _ = mapped(Reference(name, (True, True)), q, v, np.zeros(len(q)))
+    x = system.state(p, 0.0, np.array([*joints, q[0] + 0.015]), np.array([*rates, v[0] - 0.05]))
+    push, u = 4e3 * 0.005 - 20.0 * 0.05, (12.0, *(-7.0, 5.0)[: len(OWN[name]) - 1], -60.0)
+    got, y = system.acceleration(p, 0.0, x, u), system.state(plain, 0.0, joints, rates)
+    expected = system.acceleration(plain, 0.0, y, (push, *u[1:]))
+    np.testing.assert_allclose(got, [*expected, (12.0 - push) / 1.5], rtol=0.0, atol=1e-12 * abs(expected).max())
+    read = system.joints(p, x)
+    np.testing.assert_allclose(read[0], [*joints, q[0] + 0.015], rtol=0.0, atol=1e-14)
+    low, high = (
+        system.kinetic(p, z) + system.potential(p, z)
+        for z in (x + s * 1e-6 * system.rhs(p, 0.0, x, u) for s in (-1.0, 1.0))
+    )
+    power = system.power(p, 0.0, x, u)
+    assert (high - low) / 2e-6 == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))  # h², rounding / h
