@@ -55,7 +55,7 @@ class Compliance(NamedTuple):
 
 
 class FlexibleSupport(NamedTuple):
-    """A support whose structure bends: its coordinates are those of the rigid one, then those of ε and δ that it has."""
+    """A support whose structure bends: its coordinates are those of the rigid one, then those of ε and δ it has."""
 
     support: Any  # the rigid support, whose coordinates are the drives'
     inner: TelescopicBoom  # what turns with the drives; its telescoped section has no mass

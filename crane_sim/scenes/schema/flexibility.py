@@ -163,15 +163,15 @@ def _angle_at_rest(outer: TelescopicBoom, mode: Bending, place: Any, gravity: fl
     (elevation, length), first, second = place, outer.base_section, outer.telescope
     moment = first.mass * first.centre + second.mass * (length - second.centre) + hung * length
     angle, step, load = mode.rest, 1.0, gravity * moment / mode.stiffness
-    for _ in range(50):  # Newton's method: the curvature is below 1 where angles are allowed
+    for _ in range(50):  # Newton's method
         step = (angle - mode.rest + load * cos(elevation + angle)) / (1.0 - load * sin(elevation + angle))
         angle -= step
         if abs(step) <= ROUNDING:
             break
-    if not (abs(angle) <= LARGEST and abs(step) <= 1e-12):
-        least = gravity * moment * cos(elevation - LARGEST) / LARGEST
+    stable = 1.0 - load * sin(elevation + angle) > 0.0
+    if not (stable and abs(angle) <= LARGEST and abs(step) <= 1e-12):
         raise SceneError(
             f"flexibility.vertical.stiffness = {mode.stiffness:g}: bends by more than {LARGEST:g} rad at rest; "
-            f"take some {least:.2g} or more, or give flexibility.vertical.deflection"
+            "take more, or give flexibility.vertical.deflection"
         )
     return angle
