@@ -108,7 +108,7 @@ left of it and e_z up, the payload is at rope × (sin θ₂ e_r + cos θ₂ sin 
 force on its length, positive pays out, so that a hanging load is held by a negative one.""",
     "overhead": """Swing angles are absolute: each from the downward vertical, not from the link above. In 3 dimensions
 links are unit vectors, for which no angle is singular.""",
-    "tower": """Of a jib that bends (`flexibility`), `slew` is where its drive is, and swing angles are those in the plane of
+    "tower": """Of a jib that bends (`flexibility`), `slew` is where its drive is, and swing angles are in the plane of
 the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes.""",
     "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower and mobile cranes as
 well, are unit vectors in the axes of the base. A payload with an inertia adds its attitude `payload_qw` ..

@@ -29,7 +29,7 @@ class BoomFlexibility(Group):
     """Bending of the boom about its foot; the base section does not bend."""
 
     lateral: Bending | None = None  # about the slewing axis, positive to where a positive slew goes; left out: rigid
-    vertical: Bending | None = None  # in the boom's plane, positive upwards; left out: rigid
+    vertical: Bending | None = None  # in the plane of jib or boom, positive upwards; left out: rigid
 
     @property
     def modes(self) -> dict[str, Bending]:
