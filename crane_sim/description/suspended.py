@@ -97,10 +97,8 @@ def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene
     end = "rope_end_link"
     ElementTree.SubElement(robot, "link", name=end)
     add_joint(robot, "prismatic", "rope", ("rope_link", end), axis=DOWN)
-    turns = (("swing_radial", RIGHT), ("swing_tangential", FORWARD), ("slew", UP))
-    if "lateral_deflection" in scene.joint_names:
-        turns = (*turns[:2], ("lateral_deflection", UP), *turns[2:])
-    for joint, axis in turns[:2] if isinstance(crane.support, Bridge) else turns:
+    turns = ("swing_radial", RIGHT), ("swing_tangential", FORWARD), ("lateral_deflection", UP), ("slew", UP)
+    for joint, axis in (turn for turn in turns if turn[0] in scene.joint_names):
         level = f"level_{joint}_link"
         ElementTree.SubElement(robot, "link", name=level)
         add_joint(robot, "revolute", f"level_{joint}", (end, level), ORIGIN, axis, mimic=joint)
