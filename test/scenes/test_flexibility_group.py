@@ -1,6 +1,6 @@
 """The group `flexibility`: its start, its drawing, what laws and brakes know of it, and its contradictions."""
 
-from math import asin, cos
+from math import asin, cos, sin
 from typing import Any
 
 import numpy as np
@@ -96,6 +96,17 @@ def test_laws_and_brakes_take_the_crane_for_rigid(name: str) -> None:
         np.testing.assert_array_equal(got, expected)
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
         np.testing.assert_allclose(got, expected, rtol=0.05)  # the weight bends it by 0.03 rad
+
+
+def test_a_law_can_know_that_the_jib_bends() -> None:
+    """With `flexibility` in its nominal crane LQR is stable about the deflection under the load at the target."""
+    weights = {"nominal": {"flexibility": SCENES["tower"][1]["flexibility"]}, "q": None, "r": None}
+    law: Any = load_bent("tower", {f"control.{key}": value for key, value in weights.items()}).law
+    angle = law.target[-1]
+    moment = 9.81 * cos(angle) * (10.5e3 * 30.0 + (550.0 + 4450.0) * 40.0)
+    assert 3.3e8 * angle == pytest.approx(-moment, rel=1e-9)  # accelerations at rest are below 1e-9 rad/s²
+    assert law.rows.tail.effort == pytest.approx(5000.0 * 9.81 * sin(angle), rel=1e-9)  # on the trolley
+    assert abs(law.poles).max() < 1.0
 
 
 def test_a_summary_has_the_largest_deflections() -> None:
