@@ -15,7 +15,8 @@ from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.backlash import Drives, GearedSupport
-from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
+from crane_sim.models.supports.compliance import Compliance
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
