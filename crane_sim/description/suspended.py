@@ -32,6 +32,7 @@ from crane_sim.description.solids import (
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.backlash import without_drives
 from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.supports.tower_crane import TowerCrane
 
@@ -47,7 +48,7 @@ FOOT_HEIGHT = 0.12  # of a mobile crane's size: of the model's origin above the 
 
 def crane_size(scene: Scene) -> float:
     """Return a typical length [m]: the jib to the trolley's furthest point, or the boom's."""
-    support, start = without_drives(scene.model.support), scene.initial_q
+    support, start = rigid_support(without_drives(scene.model.support)), scene.initial_q
     if isinstance(support, Bridge):
         return 1.5 * float(np.sum(scene.model.cable.lengths))
     if isinstance(support, TowerCrane):
@@ -61,7 +62,7 @@ def crane_size(scene: Scene) -> float:
 def ground_height(scene: Scene) -> float:
     """Return the height [m] of the drawn ground, below all that hangs; the model has none."""
     length = float(np.sum(scene.model.cable.lengths))
-    support = without_drives(scene.model.support)
+    support = rigid_support(without_drives(scene.model.support))
     if isinstance(support, Bridge):
         return -1.3 * length
     if isinstance(support, TowerCrane):
@@ -71,31 +72,33 @@ def ground_height(scene: Scene) -> float:
 
 def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: SuspendedCrane = scene.model._replace(support=without_drives(scene.model.support))
+    support = without_drives(scene.model.support)
+    crane: SuspendedCrane = scene.model._replace(support=rigid_support(support))
+    bends = support if isinstance(support, FlexibleSupport) else None
     size = crane_size(scene)
     add_joint(robot, "fixed", "base", ("world", "base_link"))
     if isinstance(crane.support, Bridge):
         tip = _add_bridge(robot, crane, scene, size)
     elif isinstance(crane.support, TowerCrane):
-        tip = _add_tower(robot, crane.support, size, ground_height(scene))
+        tip = _add_tower(robot, crane.support, bends, size, ground_height(scene))
     else:
-        tip = _add_boom(robot, crane.support, size, scene.initial_q[2])
+        tip = _add_boom(robot, crane.support, bends, size, scene.initial_q[2])
     for name in ("swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
     add_joint(robot, "revolute", "swing_tangential", (tip, "swing_link"), axis=FORWARD)
     add_joint(robot, "revolute", "swing_radial", ("swing_link", "rope_link"), axis=RIGHT)
-    _add_rigging(robot, crane, size)
+    _add_rigging(robot, crane, scene, size)
     add_drives(robot, scene)
 
 
-def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, size: float) -> None:
+def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene, size: float) -> None:
     """Add the rope's length, further links and the payload."""
     lengths, masses = crane.cable.lengths.tolist(), [*crane.cable.masses[:-1].tolist(), crane.load.mass]
     end = "rope_end_link"
     ElementTree.SubElement(robot, "link", name=end)
     add_joint(robot, "prismatic", "rope", ("rope_link", end), axis=DOWN)
-    turns = (("swing_radial", RIGHT), ("swing_tangential", FORWARD), ("slew", UP))
-    for joint, axis in turns[:2] if isinstance(crane.support, Bridge) else turns:
+    turns = ("swing_radial", RIGHT), ("swing_tangential", FORWARD), ("lateral_deflection", UP), ("slew", UP)
+    for joint, axis in (turn for turn in turns if turn[0] in scene.joint_names):
         level = f"level_{joint}_link"
         ElementTree.SubElement(robot, "link", name=level)
         add_joint(robot, "revolute", f"level_{joint}", (end, level), ORIGIN, axis, mimic=joint)
@@ -161,24 +164,66 @@ def _hook_block(unit: float) -> list[Shape]:
     ]
 
 
-def _add_tower(robot: ElementTree.Element, support: TowerCrane, size: float, ground: float) -> str:
-    """Add mast, jib and trolley; return the link of the trolley."""
+def _add_tower(robot: ElementTree.Element, support: TowerCrane, bends: Any, size: float, ground: float) -> str:
+    """Add mast, jib and trolley; return the link where the rope begins. `bends`: a FlexibleSupport or None."""
     unit, inertia = 0.02 * size, getattr(support.slew, "inertia", 0.0)
     mast = Shape((1.6 * unit, 1.6 * unit, -ground), (0.0, 0.0, 0.5 * ground), YELLOW)
     foot = Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
     add_link(robot, "base_link", [mast, foot])
+    if bends is not None:
+        return _add_bent_jib(robot, bends, size, unit)
+    shapes = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
     add_comment(robot, "slew_link has no mass: on the slew axis it has no effect, and none is simulated")
-    add_link(robot, "slew_link", _jib(size, unit), Body(0.0, ORIGIN, (0.5 * inertia, 0.5 * inertia, inertia)))
+    add_link(robot, "slew_link", shapes, Body(0.0, ORIGIN, (0.5 * inertia, 0.5 * inertia, inertia)))
     add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
     add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
     add_joint(robot, "prismatic", "trolley", ("slew_link", "trolley_link"), axis=FORWARD)
     return "trolley_link"
 
 
-def _jib(size: float, unit: float) -> list[Shape]:
+def _add_bent_jib(robot: ElementTree.Element, bends: FlexibleSupport, size: float, unit: float) -> str:
+    """Add counter-jib, jib and trolley; return the link where the rope begins, whose axes are level."""
+    held, rod, trolley = bends.inner.base_section, bends.outer.base_section, bends.outer.telescope.mass
+    shapes = [_truss(-COUNTER_JIB * size, 0.0, unit), *_tower_head(size, unit)]
+    add_link(robot, "slew_link", shapes, Body(held.mass, (held.centre, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    thin = (0.0, rod.inertia, rod.inertia)
+    add_link(robot, "jib_link", [_truss(0.0, size, unit)], Body(rod.mass, (rod.centre, 0.0, 0.0), thin))
+    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(trolley))
+    add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
+    _add_bending(robot, bends, "slew_link", "jib_link")
+    add_joint(robot, "prismatic", "trolley", ("jib_link", "trolley_link"), axis=FORWARD)
+    return _level_bending(robot, bends, "trolley_link")
+
+
+def _add_bending(robot: ElementTree.Element, bends: FlexibleSupport, parent: str, child: str) -> None:
+    """Add the joints of the modes of bending between two links that have the same origin."""
+    if bends.lateral is not None:
+        last = child if bends.vertical is None else "bent_link"
+        add_joint(robot, "revolute", "lateral_deflection", (parent, last), axis=UP)
+        if bends.vertical is not None:
+            ElementTree.SubElement(robot, "link", name=last)
+        parent = last
+    if bends.vertical is not None:
+        add_joint(robot, "revolute", "vertical_deflection", (parent, child), axis=RIGHT)
+
+
+def _level_bending(robot: ElementTree.Element, bends: FlexibleSupport, parent: str) -> str:
+    """Return the link of the parent's origin that bending in the structure's plane does not turn."""
+    if bends.vertical is None:
+        return parent
+    ElementTree.SubElement(robot, "link", name="level_link")
+    pair = (parent, "level_link")
+    add_joint(robot, "revolute", "level_deflection", pair, ORIGIN, RIGHT, mimic="vertical_deflection")
+    return "level_link"
+
+
+def _truss(start: float, end: float, unit: float) -> Shape:
+    return Shape((end - start, unit, 1.2 * unit), (0.5 * (start + end), 0.0, 1.2 * unit), YELLOW)
+
+
+def _tower_head(size: float, unit: float) -> list[Shape]:
     back, top = COUNTER_JIB * size, 0.14 * size
     return [
-        Shape((size + back, unit, 1.2 * unit), (0.5 * (size - back), 0.0, 1.2 * unit), YELLOW),
         Shape((1.2 * unit, 1.2 * unit, top), (0.0, 0.0, 0.5 * top + unit), YELLOW),
         Shape((3.0 * unit, 2.0 * unit, 3.5 * unit), (1.5 * unit - back, 0.0, -0.2 * unit), DARK),
         Shape((1.6 * unit, 1.5 * unit, 2.0 * unit), (1.8 * unit, 1.6 * unit, 0.0), GLASS),
@@ -207,7 +252,7 @@ def _add_bridge(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene,
     return "trolley_link"
 
 
-def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, size: float, length: float) -> str:
+def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, bends: Any, size: float, length: float) -> str:
     """Add carrier, superstructure and boom; return the link at the boom's tip, whose axes are level."""
     unit, parts, (ahead, above) = 0.02 * size, support.superstructure, support.superstructure.foot
     first, second = support.base_section, support.telescope
@@ -224,9 +269,26 @@ def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, size: float, 
     ElementTree.SubElement(robot, "link", name="tip_link")
     add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
     add_joint(robot, "revolute", "boom", ("slew_link", "boom_link"), (ahead, 0.0, above), RIGHT)
-    add_joint(robot, "prismatic", "telescope", ("boom_link", "telescope_link"), axis=FORWARD)
+    root = "boom_link" if bends is None else _add_bent_boom(robot, bends, (ahead, 0.0, above))
+    add_joint(robot, "prismatic", "telescope", (root, "telescope_link"), axis=FORWARD)
     add_joint(robot, "revolute", "boom_level", ("telescope_link", "tip_link"), ORIGIN, RIGHT, mimic="boom")
-    return "tip_link"
+    return "tip_link" if bends is None else _level_bending(robot, bends, "tip_link")
+
+
+def _add_bent_boom(robot: ElementTree.Element, bends: FlexibleSupport, foot: tuple[float, float, float]) -> str:
+    """Add the joints about which the telescoped section bends; return the link that it is on."""
+    parent = "boom_link"
+    if bends.lateral is not None:
+        for name in ("bent_slew_link", "bent_boom_link"):
+            ElementTree.SubElement(robot, "link", name=name)
+        add_joint(robot, "revolute", "lateral_deflection", ("slew_link", "bent_slew_link"), axis=UP)
+        pair, parent = ("bent_slew_link", "bent_boom_link"), "bent_boom_link"
+        add_joint(robot, "revolute", "bent_boom", pair, foot, RIGHT, mimic="boom", multiplier=1.0)
+    if bends.vertical is None:
+        return parent
+    ElementTree.SubElement(robot, "link", name="bent_link")
+    add_joint(robot, "revolute", "vertical_deflection", (parent, "bent_link"), axis=RIGHT)
+    return "bent_link"
 
 
 def _boom_section(length: float, start: float, width: float) -> list[Shape]:

@@ -166,6 +166,13 @@ def _(base, angle):
     return BaseKinematics(velocity, imposed, w, w_dot)
 
 
+@turned_about_z.register(BaseState)
+def _(base, angle):
+    s, c = sincos(angle)
+    velocity, w = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
+    return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
+
+
 @lean_kernel
 def to_turned_axes(a, s, c):
     """Return the vector a (3,) in axes turned about z by an angle whose sine and cosine are s and c."""

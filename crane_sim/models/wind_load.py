@@ -84,6 +84,19 @@ def _(wind, base, t, angle):
     return Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density)
 
 
+@lean_generic
+def turned_flow(flow, angle):
+    """Return the Airflow in axes that are turned by an angle [rad] about the z of its own; None without wind."""
+    return None
+
+
+@turned_flow.register(Airflow)
+def _(flow, angle):
+    s, c = sincos(angle)
+    mean, gust, up = to_turned_axes(flow.mean, s, c), to_turned_axes(flow.gust, s, c), to_turned_axes(flow.up, s, c)
+    return Airflow(mean, gust, up, flow.height, flow.reference, flow.profile, flow.density)
+
+
 @lean_kernel
 def relative_flow(flow, r, velocity):
     """Return the velocity (3,) [m/s] of the wind at r [m] less that of a body, `velocity` through still air [m/s]."""

@@ -1,4 +1,4 @@
-"""Extreme values of a run's joints: margins to travel limits, tilt of a load that is a body."""
+"""Extreme values of a run's joints: margins to travel limits, tilt of a load that is a body, bending."""
 
 from typing import Any, NamedTuple
 
@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.schema.flexibility import DEFLECTION
 from crane_sim.scenes.schema.rigging import ATTITUDE
 
 Array = npt.NDArray[np.float64]
@@ -43,12 +44,15 @@ class Extremes:
         self._attitude = names.index(ATTITUDE[0]) if ATTITUDE[0] in names else None
         self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a load that slews is meant to turn
         self._peaks = np.zeros(len(self._angles))
+        self._bending = {name: i for i, name in enumerate(names) if name.endswith(DEFLECTION)}
+        self._bent = np.zeros(len(self._bending))
 
     def extend(self, q: Array) -> None:
         """Take joint positions (K, nq)."""
         for k, (i, limit) in enumerate(self._limits):
             margin = min(q[:, i].min() - limit.low, limit.high - q[:, i].max())
             self._margins[k] = min(self._margins[k], margin)
+        self._bent = np.maximum(self._bent, np.abs(q[:, [*self._bending.values()]]).max(axis=0))
         if self._attitude is not None:
             angles = tilt_of(q[:, self._attitude : self._attitude + 4])
             largest = [np.abs(getattr(angles, name)).max() for name in self._angles]
@@ -59,10 +63,12 @@ class Extremes:
 
         `limit_margin` is the least distance of each joint to its travel limits, negative beyond them;
         `peak_tilt_deg` the largest angle of the load's z axis from the base's, and `peak_skew_deg`, `peak_trim_deg`,
-        `peak_list_deg` its largest rotations about z, y and x of a support that does not slew.
+        `peak_list_deg` its largest rotations about z, y and x of a support that does not slew;
+        `peak_lateral_deflection_deg` and `peak_vertical_deflection_deg` the largest angles by which a structure bends.
         """
         self.extend(np.array([q]))
         margins = {limit.joint: float(margin) for (_, limit), margin in zip(self._limits, self._margins, strict=True)}
         peaks = np.degrees(self._peaks) if self._attitude is not None else ()
         angles = {f"peak_{name}_deg": float(peak) for name, peak in zip(self._angles, peaks, strict=False)}
+        angles |= {f"peak_{n}_deg": float(a) for n, a in zip(self._bending, np.degrees(self._bent), strict=True)}
         return ({"limit_margin": margins} if margins else {}) | angles

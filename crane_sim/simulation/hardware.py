@@ -16,6 +16,7 @@ from crane_sim.hardware.random import seed_to_uint64
 from crane_sim.hardware.records import COUNTERS, make_records
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
 from crane_sim.models.supports.backlash import GearedSupport
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
@@ -71,12 +72,14 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
         drives.capacity = spring * settings.capacity
 
 
-def without_play(model: Any, q: Array) -> tuple[Any, Array]:
-    """Return (model, positions) without drives that have play, which would hide their joints' inertia; else both."""
-    support = getattr(model, "support", None)
-    if not isinstance(support, GearedSupport):
-        return model, q
-    return model._replace(support=support.support), q[: len(q) - len(support.drives.inertia)]
+def stiffened(model: Any, q: Array) -> tuple[Any, Array]:
+    """Return (model, positions) without play of drives and bending, which would hide joints' inertia; else both."""
+    support, further = getattr(model, "support", None), 0
+    if isinstance(support, GearedSupport):
+        further, support = len(support.drives.inertia), support.support
+    if isinstance(support, FlexibleSupport):
+        further, support = further + sum(mode is not None for mode in support[-2:]), support.support
+    return (model._replace(support=support), q[:-further]) if further else (model, q)
 
 
 def joint_mechanics(scene: Scene) -> JointMechanics:
@@ -85,7 +88,7 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     q, v = np.array(scene.initial_q), np.zeros(len(scene.joint_names))
     v[actuated] = _BREAKAWAY_VELOCITY
-    model, places = without_play(average_scene(scene).model, q)
+    model, places = stiffened(average_scene(scene).model, q)
 
     def accelerations(u: Any) -> Array:
         return np.array(joint_acceleration(model, 0.0, places, v[: len(places)], tuple(map(float, u))))[actuated]

@@ -26,7 +26,29 @@ DRIVEN = {
     "chain of rods": load_scene(TROLLEY | {"cable": LINKS | {"inertia": [0.1, 0.02, 0.01]}}),
 }
 SPATIAL = TROLLEY | {"dimensions": 3, "bridge": {"mass": 9.0}, "cable": LINKS}
-MOVING = {"pendulum": load_scene("pendulum_free"), "spatial chain": load_scene(SPATIAL)}
+SPRINGS = {"lateral": {"stiffness": 7e3, "deflection": 0.1}, "vertical": {"stiffness": 7e3}}
+BELOW = {"duration": 1.0, "payload": {"mass": 5.0}, "links": [{"mass": 2.0, "length": 1.5}]}
+BENT_JIB = BELOW | {
+    "crane": "tower",
+    "slew": {"drive": "force", "inertia": 150.0},
+    "trolley": {"mass": 8.0},
+    "flexibility": SPRINGS | {"jib": {"mass": 4.0, "centre": 3.0, "inertia": 12.0}},
+    "initial": {"q": [0.4, 6.0, 2.5, 0.2, -0.3]},
+}
+BENT_BOOM = BELOW | {
+    "crane": "mobile",
+    "superstructure": {"inertia": 30.0, "foot": [0.5, 1.2]},
+    "boom": {"mass": 5.0, "centre": 2.0, "inertia": 4.0},
+    "telescope": {"mass": 3.0, "centre": 1.5, "inertia": 2.0},
+    "flexibility": SPRINGS,
+    "initial": {"q": [0.4, 0.6, 7.0, 2.5, 0.2, -0.3]},
+}
+MOVING = {
+    "pendulum": load_scene("pendulum_free"),
+    "spatial chain": load_scene(SPATIAL),
+    "jib that bends": load_scene(BENT_JIB),
+    "boom that bends": load_scene(BENT_BOOM),
+}
 
 Frame = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

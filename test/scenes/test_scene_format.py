@@ -101,13 +101,14 @@ POSTURES = {
     "pendulum": (0.0, 0.0, 0.0, 0.6, 0.0, -0.8),
 }
 X, Y, Z = np.eye(3)
+SPRING, BENDING = {"stiffness": 3e8}, {"lateral_deflection": Y, "vertical_deflection": Z}
 LINK = {"link_2_x": X, "link_2_y": Y, "link_2_z": Z}
 UNMOVED = {("gantry", "trolley"), ("gantry", "bridge"), ("gantry", "hoist"), ("bridge", "bridge_drive_k")}
 """Joints that leave the load where it is."""
 DIRECTIONS = {  # of the payload, for a small positive change of the joint
     "knuckle": {"slew": Y, "boom": Z, "jib": Z, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
-    "tower": {"slew": Y, "trolley": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
-    "mobile": {"slew": Y, "boom": Z, "telescope": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
+    "tower": {"slew": Y, "trolley": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
+    "mobile": {"slew": Y, "boom": Z, "telescope": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
     "bridge": {"trolley": X, "bridge": Y, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **LINK},
     "gantry": {"payload_x": X, "payload_y": Y, "payload_z": Z},
     "pendulum": {"tip_x": X, "tip_y": Y, "tip_z": Z, "link_1_x": X, "link_1_y": Y, "link_1_z": Z},
@@ -117,8 +118,8 @@ DIRECTIONS = {  # of the payload, for a small positive change of the joint
 }
 SCENES = {
     "knuckle": load_scene("knuckle_setpoint"),
-    "tower": load_scene("tower_gust"),
-    "mobile": load_scene("mobile_lift"),
+    "tower": load_scene("tower_flexible_jib"),
+    "mobile": load_scene("mobile_lift", {"flexibility": {"lateral": SPRING, "vertical": SPRING}}),
     "bridge": load_scene("bridge_hook_and_sling"),
     "gantry": load_scene("port_sts_container"),
     "pendulum": load_scene("pendulum_free"),

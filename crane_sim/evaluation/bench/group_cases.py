@@ -84,6 +84,8 @@ _FALLS = {"top": _FOUR, "bottom": [[0.6 * x, 0.8 * y, z] for x, y, z in _FOUR], 
 _DRIVE = {"inertia": 2e3, "play": 2e-3, "stiffness": 1e7, "damping": 1.4e4}
 _DECK = {"points": [[x, y, -2.0] for x, y, _ in _FOUR], "height": -60.0, "friction": 0.1, "restitution": 0.1}
 _CONTAINER = {"mass": 58.48e3, "inertia": [655e3, 52e3, 655e3], "attachment": [0.0, 0.0, 2.2]}
+_MODE = {"stiffness": 3e8, "damping_ratio": 0.01}
+_BENDING, _JIB = {"lateral": _MODE, "vertical": _MODE}, {"mass": 1.05e4, "centre": 30.0, "inertia": 3.15e6}
 _PAYLOAD_CHANGE = [{"at": 1.0, "set": {"payload": {"mass": 5.0}}}]
 
 SINGLE = (
@@ -141,8 +143,10 @@ SINGLE = (
     Case(TOWER, "force on the payload", _PUSH),
     Case(TOWER, "slack ends the run", {"rope.slack": "stop"}),
     Case(TOWER, "limits of the trolley", {"trolley.limits": [3.0, 60.0]}),
+    Case(TOWER, "jib that bends", {"flexibility": _BENDING | {"jib": _JIB}}),
     Case(MOBILE, "hook block and sling", _LINK),
     Case(MOBILE, "payload with a body", _BODY),
+    Case(MOBILE, "boom that bends", {"flexibility": _BENDING}),
     Case(BRIDGE, "hook block and sling", _LINK),
     Case(BRIDGE, "payload with a body", _BODY),
     Case(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),

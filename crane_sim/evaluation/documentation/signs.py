@@ -49,12 +49,16 @@ SIGNS = (
     Sign("tower", "rope", "m", "the hook at the trolley", "longer"),
     Sign("tower", "swing_tangential", "rad", "the rope in the jib's plane", "to where a positive slew goes"),
     Sign("tower", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
+    Sign("tower", "lateral_deflection", "rad", "the jib straight; `flexibility`", "to where a positive slew goes"),
+    Sign("tower", "vertical_deflection", "rad", "the jib level; `flexibility`", "upwards"),
     Sign("mobile", "slew", "rad", "the boom in the plane of x and z, towards x", "counter-clockwise from above"),
     Sign("mobile", "boom", "rad", "horizontal", "upwards: its elevation"),
     Sign("mobile", "telescope", "m", "no boom", "longer: from the foot pin to the tip"),
     Sign("mobile", "rope", "m", "the hook at the boom's tip", "longer"),
     Sign("mobile", "swing_tangential", "rad", "the rope in the boom's plane", "to where a positive slew goes"),
     Sign("mobile", "swing_radial", "rad", "the rope leans neither way", "away from the slewing axis"),
+    Sign("mobile", "lateral_deflection", "rad", "the boom straight; `flexibility`", "to where a positive slew goes"),
+    Sign("mobile", "vertical_deflection", "rad", "the boom straight; `flexibility`", "upwards"),
     Sign("bridge", "trolley", "m", "the origin", "along x"),
     Sign("bridge", "bridge", "m", "the origin", "along y"),
     Sign("bridge", "rope", "m", "the hook at the trolley", "longer"),
@@ -104,6 +108,8 @@ left of it and e_z up, the payload is at rope × (sin θ₂ e_r + cos θ₂ sin 
 force on its length, positive pays out, so that a hanging load is held by a negative one.""",
     "overhead": """Swing angles are absolute: each from the downward vertical, not from the link above. In 3 dimensions
 links are unit vectors, for which no angle is singular.""",
+    "tower": """Of a jib that bends (`flexibility`), `slew` is where its drive is, and swing angles are in the plane of
+the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes.""",
     "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower and mobile cranes as
 well, are unit vectors in the axes of the base. A payload with an inertia adds its attitude `payload_qw` ..
 `payload_qz`, the unit quaternion from its axes to those of the base. A drive with play (`backlash`) adds its position,

@@ -9,7 +9,7 @@ change of the tip's coordinates in it.
 """
 
 from crane_sim.models.moving_base import BaseKinematics
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic, kernel, lean_generic
 
 _COORDINATES = 3  # of most supports
 
@@ -134,6 +134,18 @@ def support_base_energy(support, base, pose, gravity):
 def coordinate_count(support):
     """Return the number of the support's coordinates, 3 by default."""
     return _COORDINATES
+
+
+@lean_generic
+def trailing_count(support):
+    """Return the number of coordinates that stand behind the load's in the order of joints; the support's last ones."""
+    return 0
+
+
+@lean_generic
+def joint_motion(support, xs, i):
+    """Return (position, rate) of coordinate i in the support's state."""
+    return xs[i], xs[coordinate_count(support) + i]
 
 
 @generic

@@ -28,6 +28,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_motion,
     support_acceleration,
     support_base_energy,
     support_guard,
@@ -37,6 +38,7 @@ from crane_sim.models.supports import (
     support_potential,
     tip_acceleration,
     tip_mobility,
+    trailing_count,
     with_wind,
     yaw,
 )
@@ -148,9 +150,9 @@ def _(support, row):
 @lean_kernel
 def shaft_state(support, xs, i):
     """Return the Shaft of drive i in state xs."""
-    drives, joint = support.drives, support.drives.joint[i]
-    ahead, rate, mode = xs.position[i] - xs.inner[joint], xs.rate[i], xs.mode[i]
-    joint_rate = xs.inner[coordinate_count(support.support) + joint]
+    drives = support.drives
+    place, joint_rate = joint_motion(support.support, xs.inner, drives.joint[i])
+    ahead, rate, mode = xs.position[i] - place, xs.rate[i], xs.mode[i]
     side = 1.0 if mode > 0.0 or (mode == 0.0 and ahead >= 0.0) else -1.0
     p, moves = side * ahead - 0.5 * drives.play[i], side * (rate - joint_rate)
     return Shaft(side, p, moves, drives.stiffness[i] * p + drives.damping[i] * moves, (rate, joint_rate))
@@ -177,8 +179,13 @@ def joint_push(support, xs, i):
 
 @lean_generic
 def joint_efforts(support, tau, pose):
-    """Return efforts tau with those of drives with play replaced by what they push; tau itself without."""
+    """Return the efforts on the support's coordinates at commands tau: what drives with play push, and of springs."""
     return tau
+
+
+@trailing_count.register(GearedSupport)
+def _(support):
+    return trailing_count(support.support) + len(support.drives.inertia)
 
 
 @joint_efforts.register(GearedSupport)
@@ -188,7 +195,7 @@ def _(support, tau, pose):
     for i in range(len(support.drives.inertia)):
         j = support.drives.joint[i]
         tau = replace_entry(tau, j, tau[j] + joint_push(support, pose.xs, i))
-    return tau
+    return joint_efforts(support.support, tau, pose.inner)
 
 
 @lean_generic

@@ -117,7 +117,7 @@ def _(flow, support, tau, base, pose):
 def telescoped_wind(windage, support, flow, base, pose):
     """Return the wind's moments (2,) [N m] about the vertical and the foot pin, of pressure halfway up the boom.
 
-    The pressure is across the boom, so that none is along it, on the telescope.
+    The pressure is across the boom, so that none is along it, on the telescope. That of a jib is at its own centre.
     """
     return 0.0, 0.0
 
@@ -128,3 +128,10 @@ def _(windage, support, flow, base, pose):
     at, moves = centre_motion(support, pose, reach, 0.0)
     x, y, z = rod_drag(whole, flow, (pose.cb, 0.0, pose.sb), at, airspeed(base, at, moves))
     return y * at[0], reach * (pose.cb * z - pose.sb * x)
+
+
+@telescoped_wind.register(JibWindage)
+def _(windage, support, flow, base, pose):
+    at, moves = centre_motion(support, pose, windage.centre, 0.0)
+    x, y, z = rod_drag(windage, flow, (pose.cb, 0.0, pose.sb), at, airspeed(base, at, moves))
+    return y * at[0], windage.centre * (pose.cb * z - pose.sb * x)

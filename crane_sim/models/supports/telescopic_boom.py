@@ -123,8 +123,9 @@ def _(support, xs):
     )
 
 
-@support_acceleration.register(TelescopicBoom)
-def _(support, pose, gravity, tau, force):
+@lean_kernel
+def net_efforts(support, pose, gravity, tau, force):
+    """Return the efforts (3,) [N m, N m, N] that accelerate α, β and ℓ, but for m₂ s₂ β'² of the last one."""
     first, second = support.base_section, support.telescope
     w, luff, rate = pose.yaw_rate, pose.luff_rate, pose.length_rate
     slew = tau[0] + pose.tip[0] * force[1] - 2.0 * w * (pose.j_luff * luff + pose.j_length * rate)
@@ -132,7 +133,14 @@ def _(support, pose, gravity, tau, force):
     weight = gravity * pose.cb * (first.mass * first.centre + second.mass * pose.s2)
     boom = tau[1] + pose.length * across - weight - 2.0 * second.mass * pose.s2 * rate * luff + pose.j_luff * w * w
     along = tau[2] + pose.cb * force[0] + pose.sb * force[2] - second.mass * gravity * pose.sb + pose.j_length * w * w
-    return slew / pose.slew_inertia, boom / pose.luff_inertia, along / second.mass + pose.s2 * luff * luff
+    return slew, boom, along
+
+
+@support_acceleration.register(TelescopicBoom)
+def _(support, pose, gravity, tau, force):
+    slew, boom, along = net_efforts(support, pose, gravity, tau, force)
+    centripetal = pose.s2 * pose.luff_rate * pose.luff_rate
+    return slew / pose.slew_inertia, boom / pose.luff_inertia, along / support.telescope.mass + centripetal
 
 
 @tip_acceleration.register(TelescopicBoom)

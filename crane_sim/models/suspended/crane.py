@@ -57,6 +57,7 @@ from crane_sim.models.supports.backlash import (
     write_drive_accelerations,
 )
 from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.flexible import FlexibleState, FlexibleSupport, elastic_entries
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.tower_crane import TowerCrane
@@ -143,6 +144,12 @@ def support_state(support, x, nq):
 @support_state.register(Bridge)
 def _(support, x, nq):
     return x[0], x[1], x[nq], x[nq + 1]
+
+
+@support_state.register(FlexibleSupport)
+def _(support, x, nq):
+    inner = support_state(support.support, x, nq)
+    return FlexibleState(inner, elastic_entries(support, x, 0), elastic_entries(support, x, nq))
 
 
 @support_state.register(GearedSupport)

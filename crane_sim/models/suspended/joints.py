@@ -16,10 +16,11 @@ import numpy as np
 from crane_sim import system
 from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.joint_coordinates import POLE
-from crane_sim.models.supports import coordinate_count, yaw
-from crane_sim.models.supports.backlash import GearedSupport, drive_count, fill_drive_modes
+from crane_sim.models.supports import coordinate_count, trailing_count, yaw
+from crane_sim.models.supports.backlash import GearedSupport, fill_drive_modes
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.flexible import FlexibleSupport, elastic_entries
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
 from crane_sim.models.suspended.crane import (
     SuspendedCrane,
@@ -94,6 +95,11 @@ def yaw_entry(support, rates, i):
     return rates[i]
 
 
+@yaw_entry.register(FlexibleSupport)
+def _(support, rates, i):
+    return yaw_entry(support.support, rates, i) + elastic_entries(support, rates, i)[0]
+
+
 @yaw_entry.register(GearedSupport)
 def _(support, rates, i):
     return yaw_entry(support.support, rates, i)
@@ -114,7 +120,7 @@ def _(p, x):
 def joint_arrays(p, x):
     """Return (q, v), arrays (nj,)."""
     nq, first, _ = suspended_layout(p)
-    nd = drive_count(p.support)
+    nd = trailing_count(p.support)
     ns, count = coordinate_count(p.support) - nd, joint_count(p)
     q, v = np.empty(count), np.empty(count)
     for i in range(ns):
@@ -136,7 +142,7 @@ def joint_arrays(p, x):
 @system.state.register(SuspendedCrane)
 def _(p, t, q, v):
     nq, first, end = suspended_layout(p)
-    x, nd = np.zeros(end + mode_count(p)), drive_count(p.support)
+    x, nd = np.zeros(end + mode_count(p)), trailing_count(p.support)
     ns, n = coordinate_count(p.support) - nd, len(q) - nd
     for i in range(ns):
         x[i], x[nq + i] = q[i], v[i]
@@ -148,7 +154,7 @@ def _(p, t, q, v):
             x[ns + nd], x[nq + ns + nd] = q[ns], v[ns]
         direction, rates = vector_of((q[ns + 1], q[ns + 2]), (v[ns + 1], v[ns + 2]))
         s, c = sincos(yaw(p.support, support_state(p.support, x, nq)))
-        w = yaw_entry(p.support, v, 0)
+        w = yaw_entry(p.support, x, nq)
         rates = (rates[0] - w * direction[1], rates[1] + w * direction[0], rates[2])
         (x[first], x[first + 1], x[first + 2]) = to_base_axes(direction, s, c)
         (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_base_axes(rates, s, c)
@@ -171,7 +177,7 @@ def _(p, t, x, u):
 def accelerations_of_joints(p, x, rates):
     """Return the second derivatives (nj,) of the joint coordinates; rates: derivative of the state x."""
     nq, first, _ = suspended_layout(p)
-    nd, out = drive_count(p.support), np.empty(joint_count(p))
+    nd, out = trailing_count(p.support), np.empty(joint_count(p))
     ns, count = coordinate_count(p.support) - nd, len(out) - nd
     for i in range(ns):
         out[i] = rates[nq + i]

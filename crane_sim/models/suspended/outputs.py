@@ -28,6 +28,7 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.tower_crane import TowerCrane
@@ -235,6 +236,11 @@ def _(support, row, i):
     return row[i], row[i + 1]
 
 
+@support_entries.register(FlexibleSupport)
+def _(support, row, i):
+    return support_entries(support.support, row, i)
+
+
 @support_entries.register(GearedSupport)
 def _(support, row, i):
     return mean_of_drives(support, row, i, support_entries(support.support, row, i))
@@ -251,6 +257,7 @@ def _(support, row):
     return driven_components(support.lift, row)
 
 
+@effort_entries.register(FlexibleSupport)
 @effort_entries.register(GearedSupport)
 def _(support, row):
     return effort_entries(support.support, row)
@@ -277,7 +284,7 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
-    lossy = lossy or isinstance(p.support, GearedSupport) or p.torsion is not None
+    lossy = lossy or isinstance(p.support, GearedSupport | FlexibleSupport) or p.torsion is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p

@@ -5,8 +5,10 @@ from typing import Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.flexibility import BoomFlexibility, flexible_boom
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -47,6 +49,7 @@ class MobileFile(SuspendedFile):
     superstructure: Superstructure  # what slews besides the boom
     boom: BaseSection  # the boom's base section
     telescope: TelescopedSection  # the section that is telescoped out
+    flexibility: BoomFlexibility | None = None  # how the boom bends; left out: it is rigid
     initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
@@ -76,11 +79,16 @@ class MobileFile(SuspendedFile):
         """What the bodies oppose to the wind."""
         return super().windages | {"boom.windage": self.boom.windage}
 
-    def support(self) -> TelescopicBoom:
+    @property
+    def _place(self) -> tuple[float, float]:
+        """(elevation [rad], length [m]) of the structure that carries the rope, at t = 0."""
+        return self.initial.q[1], self.initial.q[2]
+
+    def support(self) -> TelescopicBoom | FlexibleSupport:
         """Return the parameters of the support.
 
         Raises:
-            SceneError: the telescoped section is longer than the boom.
+            SceneError: the telescoped section is longer than the boom, or nothing can bend.
         """
         shortest = min(self.initial.q[2], *(self.telescope.limits or (self.initial.q[2],))[:1])
         if shortest < self.telescope.centre:
@@ -88,4 +96,5 @@ class MobileFile(SuspendedFile):
                 f"telescope.centre = {self.telescope.centre}: longer than the boom, {shortest:g} m at initial.q[2] or "
                 "telescope.limits[0]: the centre of the telescoped section would be behind the foot pin"
             )
-        return TelescopicBoom(self.superstructure, self.boom, self.telescope)
+        rigid = TelescopicBoom(self.superstructure, self.boom, self.telescope)
+        return flexible_boom(rigid, self.flexibility, self.initial.q)

@@ -1,6 +1,7 @@
 """Base class of scene files of cranes whose support turns: a rope below it, further links, a payload with a body."""
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from math import cos, sin
 from typing import Any
 
@@ -13,6 +14,7 @@ from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
+from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
 from crane_sim.scenes.schema.groups import PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
@@ -73,28 +75,58 @@ class SuspendedFile(SceneFile):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: the support's, the rope, two angles of its swing, further links, the payload's attitude, drives."""
+        """Joints: the support's, rope, two angles of swing, further links, the payload's attitude, bending, drives."""
         own = tuple(name for name, _, _ in self.support_joints)
         body = ATTITUDE if self.payload.inertia is not None else ()
         drives = drive_names(self.backlash, self.support_joints)
-        return (*own, "rope", "swing_tangential", "swing_radial", *link_names(len(self.links)), *body, *drives)
+        rope = "rope", "swing_tangential", "swing_radial"
+        return (*own, *rope, *link_names(len(self.links)), *body, *self._bending, *drives)
 
     @property
     def joint_units(self) -> tuple[str, ...]:
         """Units of the joints' positions."""
         own, drives = [unit for _, unit, _ in self.support_joints], drive_units(self.backlash, self.support_joints)
-        further = len(self.joint_names) - len(own) - 3 - len(drives)
-        return (*own, "m", "rad", "rad", *("1",) * further, *drives)
+        bends = ("rad",) * len(self._bending)
+        further = len(self.joint_names) - len(own) - 3 - len(bends) - len(drives)
+        return (*own, "m", "rad", "rad", *("1",) * further, *bends, *drives)
 
     @property
     def effort_units(self) -> tuple[str, ...]:
         """Units of the commands, of the actuated joints only."""
         return (*(unit for _, _, unit in self.support_joints), *self.rope.effort_unit)
 
+    @property
+    def _bending(self) -> Mapping[str, Bending]:
+        """Modes of the structure by the name of their joint."""
+        return modes_of(getattr(self, "flexibility", None))
+
+    @property
+    def _place(self) -> tuple[float, float]:
+        """(elevation [rad], length [m]) of the structure that carries the rope, at t = 0; of those that can bend."""
+        raise NotImplementedError
+
+    @property
+    def _deflections(self) -> tuple[float, ...]:
+        """Angles [rad] of the structure's modes at t = 0."""
+        if not self._bending:
+            return ()
+        hung = self.payload.mass + sum(link.mass for link in self.links)
+        group = getattr(self, "flexibility", None)
+        return deflections(self.support(), group, self._place, self.gravity, hung)
+
+    @property
+    def _rise(self) -> float:
+        """Height [m] by which the tip is above that of a rigid structure at t = 0."""
+        if "vertical_deflection" not in self._bending:
+            return 0.0
+        elevation, length = self._place
+        return length * (sin(elevation + self._deflections[-1]) - sin(elevation))
+
     def _rigging(self) -> tuple[Any, Any]:
         """Return (q, v) of further links and attitude."""
         ns, q, v = len(self.support_joints), self._start.q, self._start.v
         yaw, rate = (q[0], v[0]) if self.support_joints[0][0] == "slew" else (0.0, 0.0)
+        yaw += self._deflections[0] if "lateral_deflection" in self._bending else 0.0
         rope = rope_direction(yaw, rate, q[ns + 1 : ns + 3], v[ns + 1 : ns + 3])
         start = self._start.rigging or RiggingStart()
         if self.rope.torsion is not None:
@@ -109,12 +141,12 @@ class SuspendedFile(SceneFile):
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._rigging()[0], *self._drives[0])
+        return (*self._start.q, *self._rigging()[0], *self._deflections, *self._drives[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""
-        return (*self._start.v, *self._rigging()[1], *self._drives[1])
+        return (*self._start.v, *self._rigging()[1], *(0.0,) * len(self._bending), *self._drives[1])
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -137,7 +169,7 @@ class SuspendedFile(SceneFile):
         """Height of the payload's attachment above the base's origin at t = 0 [m]."""
         q, ns = self._start.q, len(self.support_joints)
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
-        return self.tip_height - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
+        return self.tip_height + self._rise - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
@@ -151,8 +183,10 @@ class SuspendedFile(SceneFile):
     def demands(self, sampled: bool) -> Demands:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        frequency = max(shaft_frequency(self.backlash), self._twist_frequency())
-        return Demands(frequency or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+        stiffest = max(shaft_frequency(self.backlash), self._twist_frequency())
+        if self._bending:
+            stiffest = max(stiffest, structure_frequency(self.support(), self._place))
+        return Demands(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _twist_frequency(self) -> float:
         """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""

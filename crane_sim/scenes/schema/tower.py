@@ -4,8 +4,10 @@ from typing import Annotated, Any, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.flexibility import JibFlexibility, flexible_jib
 from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validator
 from crane_sim.scenes.schema.limits import Limit, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -43,6 +45,7 @@ class TowerFile(SuspendedFile):
     crane: Literal["tower"]  # which form the file has
     slew: Annotated[Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})]  # jib and counter-jib
     trolley: JibTrolley  # on the jib
+    flexibility: JibFlexibility | None = None  # how the jib bends; left out: it is rigid
     initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
@@ -67,11 +70,16 @@ class TowerFile(SuspendedFile):
         own = {f"slew.{key}": getattr(self.slew, key, None) for key in ("jib_windage", "counter_jib_windage")}
         return super().windages | own
 
-    def support(self) -> TowerCrane:
+    @property
+    def _place(self) -> tuple[float, float]:
+        """(elevation [rad], length [m]) of the structure that carries the rope, at t = 0."""
+        return 0.0, self.initial.q[1]
+
+    def support(self) -> TowerCrane | FlexibleSupport:
         """Return the parameters of the support.
 
         Raises:
-            SceneError: a locked slew turns, or should.
+            SceneError: a locked slew turns, or should, or nothing can bend.
         """
         if isinstance(self.slew, LockedSlew):
             goal = self.reference.q[0] if self.reference is not None and self.reference.q is not None else None
@@ -81,4 +89,4 @@ class TowerFile(SuspendedFile):
                 raise SceneError(
                     f"reference.q[0] = {goal}: slew.drive: locked stays at initial.q[0] = {self.initial.q[0]}"
                 )
-        return TowerCrane(self.slew, self.trolley)
+        return flexible_jib(TowerCrane(self.slew, self.trolley), self.flexibility, self.initial.q)
