@@ -9,7 +9,7 @@ change of the tip's coordinates in it.
 """
 
 from crane_sim.models.moving_base import BaseKinematics
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic, kernel, lean_generic
 
 _COORDINATES = 3  # of most supports
 
@@ -45,6 +45,33 @@ def tip_acceleration(support, pose, qdd):
 def tip_mobility(support, pose, n):
     """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
     raise NotImplementedError
+
+
+@generic
+def joint_mobilities(support, pose):
+    """Return the acceleration of each joint [1/kg or 1/(kg m²)] for a unit effort on it, a tuple: no other one moves.
+
+    For supports whose mass matrix is diagonal; those that have it can be an `ActuatedSupport`.
+    """
+    raise NotImplementedError
+
+
+@generic
+def tip_levers(support, pose, n):
+    """Return the tip's velocity along the unit vector n for a unit rate of each joint, a tuple: Jᵀ n."""
+    raise NotImplementedError
+
+
+@lean_generic
+def joint_motion(support, xs, i):
+    """Return (position, rate) of coordinate i in the support's state xs."""
+    return xs[i], xs[coordinate_count(support) + i]
+
+
+@lean_generic
+def contact_count(support):
+    """Return the number of floats of the joints' friction at the end of the state, 0 by default."""
+    return 0
 
 
 @generic

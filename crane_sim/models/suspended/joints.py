@@ -17,7 +17,8 @@ from crane_sim import system
 from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports import coordinate_count, yaw
-from crane_sim.models.supports.backlash import GearedSupport, drive_count, fill_drive_modes
+from crane_sim.models.supports.actuated_support import ActuatedSupport
+from crane_sim.models.supports.backlash import GearedSupport, drive_count, fill_support_modes
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
@@ -94,6 +95,7 @@ def yaw_entry(support, rates, i):
     return rates[i]
 
 
+@yaw_entry.register(ActuatedSupport)
 @yaw_entry.register(GearedSupport)
 def _(support, rates, i):
     return yaw_entry(support.support, rates, i)
@@ -158,7 +160,7 @@ def _(p, t, q, v):
     if hoist_modes(p.hoist) > 0:
         x[end] = np.sign(x[nq + ns + nd])
     count_exchanges(p.exchange, t, x, end)
-    fill_drive_modes(p.support, x, support_state(p.support, x, nq))
+    fill_support_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 

@@ -13,8 +13,11 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.actuated import actuated
 from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
@@ -115,6 +118,8 @@ class GantryFile(SceneFile):
     contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is below it
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    friction: dict[str, Friction] = {}  # by joint, trolley or bridge: its dry friction
+    lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
     backlash: dict[str, JointDrives] = {}  # by joint, trolley or bridge: its drives, one or several side by side, which
     # have play; a joint that is left out has none
     reference: Reference | None = None  # where the crane should go
@@ -246,10 +251,11 @@ class GantryFile(SceneFile):
             SceneError: groups contradict each other.
         """
         load, base_motion, force = self._load(), self.base_motion, self.payload_force
-        check_equipment(self, self.payload)
+        support = Bridge(self.trolley, self.bridge)
+        check_equipment(self, self.payload, ("trolley", "bridge"))
         check_ends(self.falls.falls(self.initial.length, load), np.array(self.initial_q))
         return FallsCrane(
-            geared(Bridge(self.trolley, self.bridge), self.backlash, SUPPORT_JOINTS),
+            geared(actuated(support, self, SUPPORT_JOINTS), self.backlash, SUPPORT_JOINTS),
             self.falls.falls(self.initial.length, load),
             load,
             self.hoist.model(),
