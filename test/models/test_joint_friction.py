@@ -345,3 +345,18 @@ def test_friction_without_strength_is_none() -> None:
     model = load_scene(BRIDGE, {"friction": dict.fromkeys(BRISTLES, none), "actuators": motor}).model
     plain = load_scene(BRIDGE).model
     assert model.support == plain.support and model.stops is plain.stops is None
+
+
+@pytest.mark.parametrize("group", ["friction", "lugre"])
+def test_lqr_believes_in_viscous_friction_alone(group: str) -> None:
+    """LQR has the same gains with dry friction and with bristles as with their viscous part; energy is kept."""
+    keys = ("coulomb", "static", "viscous", *(BRISTLES["trolley"] if group == "lugre" else ()))
+    rubbing = {name: {key: part[key] for key in keys if key in part} for name, part in BRISTLES.items()}
+    viscous = {"bridge": {"coulomb": 0.0, "static": 0.0, "viscous": 30.0}}
+    law = {"control": {"law": "lqr", "period": 0.02}, "reference": {"q": [0.05, 0.02, 5.0]}, "rope": {"drive": "rate"}}
+    rubs, plain = load_scene(BRIDGE | law | {group: rubbing}), load_scene(BRIDGE | law | {"friction": viscous})
+    for lqr, other in ((rubs.law.rows, plain.law.rows), (rubs.law.rows.tail, plain.law.rows.tail)):
+        assert lqr.effort == other.effort
+        np.testing.assert_array_equal(lqr.gain, other.gain)
+    run = crane_sim.simulate(load_scene(rubs, {"duration": 0.2}))
+    assert run.summary["energy_audit_max"] < 1e-9
