@@ -18,6 +18,15 @@ def sines(waves: dict[str, tuple[float, float, float]]) -> dict[str, Any]:
     return {name: {"kind": "sine", "amplitude": a, "frequency": w, "offset": b} for name, (a, w, b) in waves.items()}
 
 
+def bristle_forces(bristles: Rubbing, v: Vector, z: Vector) -> tuple[Vector, Vector]:
+    """Return (friction (n,), rates of the bristles' deflections (n,)) of joints, by the paper on LuGre friction."""
+    keys = ("coulomb", "static", "stribeck", "stiffness", "damping", "viscous")
+    f = {key: np.array([group.get(key, 0.0) for group in bristles.values()]) for key in keys}
+    g = f["coulomb"] + (f["static"] - f["coulomb"]) * np.exp(-((v / f["stribeck"]) ** 2))
+    rates = v - f["stiffness"] * np.abs(v) * z / g
+    return f["stiffness"] * z + f["damping"] * rates + f["viscous"] * v, rates
+
+
 class Reference(NamedTuple):
     """An independent solution in coordinates whose first ones are joints: a constraint for each one that sticks."""
 

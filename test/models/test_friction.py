@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from friction_events import Reference, Rubbing, Vector, check_events, sines
+from friction_events import Reference, Rubbing, Vector, bristle_forces, check_events, sines
 from knuckle_derivation import mass_and_force
 from scipy.integrate import solve_ivp
 
@@ -45,6 +45,9 @@ BRISTLES: Rubbing = {
     "slew": {"coulomb": 12.0, "static": 16.0, "stribeck": 0.05, "stiffness": 3e3, "damping": 30.0},
     "boom": {"coulomb": 25.0, "static": 35.0, "stribeck": 0.1, "stiffness": 5e3, "damping": 50.0, "viscous": 5.0},
     "rope": {"coulomb": 1.5, "static": 2.5, "stribeck": 0.05, "stiffness": 500.0, "damping": 5.0},
+}
+RAIL_BRISTLES: Rubbing = {
+    "trolley": {"coulomb": 14.0, "static": 24.0, "viscous": 1.0, "stribeck": 0.1, "stiffness": 4e3, "damping": 60.0}
 }
 KNUCKLE: dict[str, Any] = {
     "crane": "knuckle",
@@ -122,6 +125,12 @@ IMPOSSIBLE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "no drum": (TROLLEY, {"hoist": {"drive": "force"}}, "friction.hoist: .* hoist.inertia"),
     "both": (KNUCKLE, {"friction": BOOM, "lugre": {"boom": BRISTLES["boom"]}}, "lugre.boom: .* friction.boom"),
     "elastic": (TROLLEY, {"cable": SPRING}, "friction.hoist: .* cable.model is 'elastic'"),
+    "both on a rail": (TROLLEY, {"lugre": RAIL_BRISTLES}, "lugre.trolley: stands beside friction.trolley"),
+    "bristles": (
+        TROLLEY,
+        {"friction": None, "cable": SPRING, "lugre": RAIL_BRISTLES},
+        "lugre.trolley: .* cable.model is 'elastic'",
+    ),
 }
 
 
@@ -131,14 +140,6 @@ def test_friction_that_is_impossible_is_named(case: str) -> None:
     scene, changes, line = IMPOSSIBLE[case]
     with pytest.raises(crane_sim.SceneError, match=line):
         load_scene(scene, changes)
-
-
-def bristle_forces(v: Vector, z: Vector) -> tuple[Vector, Vector]:
-    """Return (friction (3,), rates of the bristles' deflections (3,)) of slew, boom and rope, by the paper's eqs."""
-    f = {key: np.array([group.get(key, 0.0) for group in BRISTLES.values()]) for key in (*BRISTLES["slew"], "viscous")}
-    g = f["coulomb"] + (f["static"] - f["coulomb"]) * np.exp(-((v / f["stribeck"]) ** 2))
-    rates = v - f["stiffness"] * np.abs(v) * z / g
-    return f["stiffness"] * z + f["damping"] * rates + f["viscous"] * v, rates
 
 
 def test_bristles_move_as_the_paper_says() -> None:
@@ -151,7 +152,7 @@ def test_bristles_move_as_the_paper_says() -> None:
     def rates(t: float, y: Vector) -> Vector:
         q, v, z = np.split(y, [6, 12])
         u = np.array([b + a * sin(w * t) for a, w, b in BOOM_WAVES.values()])
-        force, bending = bristle_forces(v[joints], z)
+        force, bending = bristle_forces(BRISTLES, v[joints], z)
         u[joints] -= force
         mass, total = mass_and_force(frictionless, q, v, u)
         free = [0, 1, 3, 4, 5]
@@ -165,4 +166,24 @@ def test_bristles_move_as_the_paper_says() -> None:
     assert run.events == [] and np.ptp(run.q[:, 0]) > 0.1
     # |v| bends the equations where a joint turns round, which costs both solutions an order there
     assert np.max(np.abs(np.concatenate([run.q[-1], run.v[-1]]) - expected[:12])) < 1e-9
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_bristles_of_a_trolley_bend_as_the_paper_says(model: str) -> None:
+    """A trolley with LuGre friction moves as Lagrange's equations with the bristles do, in all rigid models."""
+
+    def rates(t: float, y: Vector) -> Vector:
+        q, v, z = np.split(y, [3, 6])
+        u = np.array([b + a * sin(w * t) for a, w, b in RAIL_WAVES.values()])
+        force, bending = bristle_forces(RAIL_BRISTLES, v[:1], z)
+        matrix, total = trolley_equations(q, v, u - [force[0], 0.0])
+        return np.concatenate([v, np.linalg.solve(matrix, total), bending])
+
+    start, end = np.array([0.0, 2.0, 0.4, 0.0, 0.0, 0.0, 0.0]), 2.0
+    expected = solve_ivp(rates, (0.0, end), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    run = crane_sim.simulate(TROLLEY | MODELS[model] | {"duration": end, "friction": None, "lugre": RAIL_BRISTLES})
+    trolley = [run.q[-1, 0], run.v[-1, 0]]
+    # |v| bends the equations where a joint turns round, which costs both solutions an order there
+    assert run.events == [] and np.max(np.abs(trolley - expected[[0, 3]])) < 1e-9
     assert run.summary["energy_audit_max"] < 1e-9

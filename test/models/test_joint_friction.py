@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from friction_events import Reference, Rubbing, Vector, check_events, sines
+from friction_events import Reference, Rubbing, Vector, bristle_forces, check_events, sines
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
@@ -143,16 +143,6 @@ BRISTLES: Rubbing = {
 }
 
 
-def bristle_forces(v: Vector, z: Vector) -> tuple[Vector, Vector]:
-    """Return (friction (2,), rates of the bristles' deflections (2,)) of trolley and bridge, by the paper."""
-    f = {
-        key: np.array([group.get(key, 0.0) for group in BRISTLES.values()]) for key in (*BRISTLES["trolley"], "viscous")
-    }
-    g = f["coulomb"] + (f["static"] - f["coulomb"]) * np.exp(-((v / f["stribeck"]) ** 2))
-    rates = v - f["stiffness"] * np.abs(v) * z / g
-    return f["stiffness"] * z + f["damping"] * rates + f["viscous"] * v, rates
-
-
 def bridge_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return (mass matrix, generalised force) of (trolley, bridge, two swing angles): virtual work of the load."""
     (s1, c1), (s2, c2), (w1, w2), length, m = *((np.sin(a), np.cos(a)) for a in q[2:]), v[2:], 5.0, 800.0
@@ -170,7 +160,7 @@ def test_bristles_of_a_bridge_crane_bend_as_the_paper_says() -> None:
 
     def rates(_: float, y: Vector) -> Vector:
         q, v, z = y[:4], y[4:8], y[8:]
-        force, bending = bristle_forces(v[:2], z)
+        force, bending = bristle_forces(BRISTLES, v[:2], z)
         matrix, total = bridge_equations(q, v, -force)
         return np.concatenate([v, np.linalg.solve(matrix, total), bending])
 

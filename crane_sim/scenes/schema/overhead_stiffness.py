@@ -54,7 +54,18 @@ def _friction_rate(file: OverheadCrane) -> float:
         rate = max(rate, steepest_slope(friction.bridge) / ((file.bridge.mass or 0.0) + carried))
     if friction is not None and friction.hoist is not None and file.hoist is not None and file.hoist.inertia:
         rate = max(rate, steepest_slope(friction.hoist) / file.hoist.inertia)
-    return rate
+    return max(rate, _bristle_rate(file))
+
+
+def _bristle_rate(file: OverheadCrane) -> float:
+    """Return the largest frequency or rate [1/s] of axes on their bristles."""
+    trolley, own = file.trolley.mass or 0.0, (file.bridge.mass if file.bridge is not None else None) or 0.0
+    rates = [0.0]
+    for name, mass in (("trolley", trolley), ("bridge", trolley + own)):
+        part = getattr(file.lugre, name, None)
+        if part is not None and mass > 0.0:
+            rates += [(part.stiffness / mass) ** 0.5, (part.damping + steepest_slope(part)) / mass]
+    return max(rates)
 
 
 def _least(shape: Shape, duration: float) -> float:
