@@ -328,6 +328,16 @@ def test_friction_and_motors_that_cannot_be_are_named(case: str) -> None:
     assert "\n" not in str(error.value)
 
 
+def test_a_fixed_step_is_judged_by_the_bristles() -> None:
+    """A step that a trolley of 27 t on bristles of 1e12 N/m cannot bear is refused, by the frequency of both."""
+    stiff = BRISTLES["trolley"] | {"stiffness": 1e12}
+    changes = {"lugre": {"trolley": stiff}, "integrator": {"method": "rk4", "step": 0.001}}
+    with pytest.raises(
+        crane_sim.SceneError, match="integrator.step = 0.001: too large for the stiffest motion, 6086 rad"
+    ):
+        load_scene("spreader_skew", changes)
+
+
 def test_friction_without_strength_is_none() -> None:
     """Joints whose friction is zero have none in the model, and motors without inertia neither: no state, no cost."""
     none = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.1}

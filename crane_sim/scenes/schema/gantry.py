@@ -21,6 +21,7 @@ from crane_sim.scenes.schema.actuated import actuated
 from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
+from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
@@ -241,7 +242,9 @@ class GantryFile(SceneFile):
         frequency = stiffest_frequency(falls, load, masses, q, contact)
         if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
             frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
-        frequency = max(frequency, shaft_frequency(self.backlash))
+        moved = dict(zip(("trolley", "bridge"), masses[:2], strict=True))
+        rates = [friction_rate(group.get(name), moved[name]) for group in (self.friction, self.lugre) for name in moved]
+        frequency = max(frequency, shaft_frequency(self.backlash), *rates)
         return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
 
     def model(self) -> FallsCrane:

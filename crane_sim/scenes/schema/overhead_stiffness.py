@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.friction import steepest_slope
+from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
@@ -60,12 +61,8 @@ def _friction_rate(file: OverheadCrane) -> float:
 def _bristle_rate(file: OverheadCrane) -> float:
     """Return the largest frequency or rate [1/s] of axes on their bristles."""
     trolley, own = file.trolley.mass or 0.0, (file.bridge.mass if file.bridge is not None else None) or 0.0
-    rates = [0.0]
-    for name, mass in (("trolley", trolley), ("bridge", trolley + own)):
-        part = getattr(file.lugre, name, None)
-        if part is not None and mass > 0.0:
-            rates += [(part.stiffness / mass) ** 0.5, (part.damping + steepest_slope(part)) / mass]
-    return max(rates)
+    masses = {"trolley": trolley, "bridge": trolley + own}
+    return max(friction_rate(getattr(file.lugre, name, None), mass) for name, mass in masses.items())
 
 
 def _least(shape: Shape, duration: float) -> float:
