@@ -1,7 +1,8 @@
 """Supports, which carry the upper end of the rope, one file each; here the functions that every support registers.
 
 A support registers all of `MANDATORY`; one that `single_rope` puts together with a rope also `SINGLE_ROPE`, in
-`single_rope.joint_coordinates`. Everything else has a default, which its docstring says.
+`single_rope.joint_coordinates`; one whose joints can have friction and motors `ACTUATED`. Everything else has a
+default, which its docstring says.
 
 A support works in a frame of its own: origin at its base, z up, turned about z by its yaw angle (a trolley's is 0).
 Its state is a tuple (positions..., velocities...). All vectors below are in that frame; `tip_velocity` is the rate of
@@ -212,3 +213,5 @@ MANDATORY = (
 """Functions that every support registers."""
 SINGLE_ROPE = joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row
 """Functions of `single_rope`, all registered or none: a support without them carries a `suspended` cable."""
+ACTUATED = joint_mobilities, tip_levers
+"""Functions of `actuated_support`, all registered or none: joints of a support without them have no friction there."""
