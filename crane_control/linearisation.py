@@ -28,18 +28,20 @@ STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as 
 def without_dry_friction(scene: Scene) -> Scene:
     """Return the scene with viscous friction only: dry friction jumps where the equations are to be linearised.
 
-    A winch below a support loses all of its friction, and sheaves their loss.
+    So does that of bristles. A winch below a support loses all of its friction, and sheaves their loss.
     """
     document = scene.to_dict()
     friction, rope = document.get("friction") or {}, document.get("rope") or {}
+    bristles = document.pop("lugre", None) or {}
     sheaves = (rope.get("reeving") or {}).get("sheaves") or {}
     removed = rope.pop("friction", None), sheaves.pop("loss", None)
-    if not friction and not any(removed):
+    if not friction and not bristles and not any(removed):
         return scene
-    if friction:
-        document["friction"] = {
-            axis: group | {"coulomb": 0.0, "static": 0.0} for axis, group in friction.items() if group
-        }
+    none, viscous = {"coulomb": 0.0, "static": 0.0}, {"viscous": 0.0}
+    rubbing = {joint: group | none for joint, group in friction.items() if group}
+    creeping = {joint: none | {"viscous": (viscous | group)["viscous"]} for joint, group in bristles.items() if group}
+    if rubbing or creeping:
+        document["friction"] = rubbing | creeping
     return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, UP, add_joint, add_link
 from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Body, Shape, point_mass
 from crane_sim.description.suspended import ATTITUDE_JOINT, add_drives, box_edges, products_of
-from crane_sim.models.supports.backlash import without_drives
+from crane_sim.models.supports.actuated_support import bare_support
 
 if TYPE_CHECKING:
     from crane_sim.models.falls.crane import Falls, FallsCrane
@@ -33,7 +33,7 @@ def depth_of(scene: Scene) -> float:
 
 def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: FallsCrane = scene.model._replace(support=without_drives(scene.model.support))
+    crane: FallsCrane = scene.model._replace(support=bare_support(scene.model.support))
     depth = depth_of(scene)
     reach = _reach(scene, depth)
     add_joint(robot, "fixed", "base", ("world", "base_link"))
@@ -73,7 +73,7 @@ def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
 
 def _reach(scene: Scene, depth: float) -> tuple[float, float]:
     """Return the ends [m] of the drawn rail of the trolley."""
-    limits = without_drives(scene.model.support).trolley.limits
+    limits = bare_support(scene.model.support).trolley.limits
     places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]
     return min(places) - 0.4 * depth, max(places) + 0.4 * depth
 

@@ -30,7 +30,7 @@ from crane_sim.description.solids import (
     point_mass,
 )
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.supports.backlash import without_drives
+from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
@@ -48,7 +48,7 @@ FOOT_HEIGHT = 0.12  # of a mobile crane's size: of the model's origin above the 
 
 def crane_size(scene: Scene) -> float:
     """Return a typical length [m]: the jib to the trolley's furthest point, or the boom's."""
-    support, start = rigid_support(without_drives(scene.model.support)), scene.initial_q
+    support, start = rigid_support(bare_support(scene.model.support)), scene.initial_q
     if isinstance(support, Bridge):
         return 1.5 * float(np.sum(scene.model.cable.lengths))
     if isinstance(support, TowerCrane):
@@ -62,7 +62,7 @@ def crane_size(scene: Scene) -> float:
 def ground_height(scene: Scene) -> float:
     """Return the height [m] of the drawn ground, below all that hangs; the model has none."""
     length = float(np.sum(scene.model.cable.lengths))
-    support = rigid_support(without_drives(scene.model.support))
+    support = rigid_support(bare_support(scene.model.support))
     if isinstance(support, Bridge):
         return -1.3 * length
     if isinstance(support, TowerCrane):
@@ -72,7 +72,7 @@ def ground_height(scene: Scene) -> float:
 
 def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    support = without_drives(scene.model.support)
+    support = bare_support(scene.model.support)
     crane: SuspendedCrane = scene.model._replace(support=rigid_support(support))
     bends = support if isinstance(support, FlexibleSupport) else None
     size = crane_size(scene)

@@ -10,7 +10,7 @@ import numpy as np
 from crane_sim.description.falls import depth_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.suspended import crane_size, ground_height
-from crane_sim.models.supports.backlash import without_drives
+from crane_sim.models.supports.actuated_support import bare_support
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
@@ -104,7 +104,7 @@ def heaviest_load(crane: Any) -> float:
 def gantry_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
     crane = scene.model
-    weight, portal = crane.gravity * heaviest_load(crane), without_drives(crane.support).bridge.mass
+    weight, portal = crane.gravity * heaviest_load(crane), bare_support(crane.support).bridge.mass
     hoist = weight if scene.effort_units[2] == "N" else 1.0
     return 0.1 * weight, 0.05 * portal, hoist
 

@@ -48,9 +48,10 @@ def test_every_model_answers_what_it_must(model: type) -> None:
 
 @pytest.mark.parametrize("support", SUPPORTS, ids=name_of)
 def test_every_support_answers_what_it_must(support: type) -> None:
-    """A support has all that is mandatory, all or nothing for a single rope, and names its coordinates."""
+    """A support has all that is mandatory, all or nothing for a rope and for friction, and names its coordinates."""
     assert not missing_functions(support, supports.MANDATORY)
-    assert missing_functions(support, supports.SINGLE_ROPE) in ([], list(map(name_of, supports.SINGLE_ROPE)))
+    for group in (supports.SINGLE_ROPE, supports.ACTUATED):
+        assert missing_functions(support, group) in ([], list(map(name_of, group)))
     assert callable(getattr(support, "coordinate", None))
 
 
@@ -59,11 +60,13 @@ def test_models_and_supports_are_found() -> None:
     overhead = {"RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"}
     assert {model.__name__ for model in MODELS} == {"Crane", "SuspendedCrane", "FallsCrane", *overhead}
     single = {"Bridge", "Knuckle", "Point", "TelescopicBoom", "TowerCrane"}
-    assert {support.__name__ for support in SUPPORTS} == {"GearedSupport", *single}
+    assert {support.__name__ for support in SUPPORTS} == {"GearedSupport", "ActuatedSupport", *single}
 
 
 @pytest.mark.parametrize(
-    "function", [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY, *supports.SINGLE_ROPE], ids=name_of
+    "function",
+    [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY, *supports.SINGLE_ROPE, *supports.ACTUATED],
+    ids=name_of,
 )
 def test_what_is_mandatory_has_no_default(function: Any) -> None:
     """A model that lacks something fails there, not with numbers of another one."""

@@ -1,12 +1,12 @@
 """Dry friction by events: when joints stick and slip, what they hold, and what the energy says."""
 
-from collections.abc import Callable, Sequence
 from functools import cache
-from math import copysign, cos, exp, sin
-from typing import Any, NamedTuple
+from math import cos, sin
+from typing import Any
 
 import numpy as np
 import pytest
+from friction_events import Reference, Rubbing, Vector, bristle_forces, check_events, sines
 from knuckle_derivation import mass_and_force
 from scipy.integrate import solve_ivp
 
@@ -16,18 +16,7 @@ from crane_sim import load_scene
 pytestmark = pytest.mark.interpreted
 
 G = 9.81
-EVENT_TIME = 1e-9  # s, what is promised; both solutions are good to some 1e-11
 ACCURATE = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
-Vector = np.ndarray
-Rubbing = dict[str, dict[str, float]]
-"""Keys of friction by joint, in the order of the joints."""
-
-
-def sines(waves: dict[str, tuple[float, float, float]]) -> dict[str, Any]:
-    """Return inputs of a scene: (amplitude, frequency, offset) by joint."""
-    return {name: {"kind": "sine", "amplitude": a, "frequency": w, "offset": b} for name, (a, w, b) in waves.items()}
-
-
 M, PAYLOAD, DRUM = 10.0, 5.0, 3.0
 RAIL: Rubbing = {
     "trolley": {"coulomb": 14.0, "static": 24.0, "viscous": 1.0, "stribeck": 0.1},
@@ -57,6 +46,9 @@ BRISTLES: Rubbing = {
     "boom": {"coulomb": 25.0, "static": 35.0, "stribeck": 0.1, "stiffness": 5e3, "damping": 50.0, "viscous": 5.0},
     "rope": {"coulomb": 1.5, "static": 2.5, "stribeck": 0.05, "stiffness": 500.0, "damping": 5.0},
 }
+RAIL_BRISTLES: Rubbing = {
+    "trolley": {"coulomb": 14.0, "static": 24.0, "viscous": 1.0, "stribeck": 0.1, "stiffness": 4e3, "damping": 60.0}
+}
 KNUCKLE: dict[str, Any] = {
     "crane": "knuckle",
     "duration": 4.0,
@@ -77,79 +69,6 @@ def trolley_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
     mass = np.array([[M + m, m * s, m * length * c], [m * s, m + DRUM, 0.0], [m * length * c, 0.0, m * length**2]])
     turning = [m * length * w * w * s - 2.0 * m * rate * w * c, m * length * w * w + m * G * c]
     return mass, np.array([u[0] + turning[0], u[1] + turning[1], -m * length * (2.0 * rate * w + G * s)])
-
-
-class Reference(NamedTuple):
-    """An independent solution in coordinates whose first ones are joints: a constraint for each one that sticks."""
-
-    equations: Callable[[Vector, Vector, Vector], tuple[Vector, Vector]]  # of (q, v, u): mass matrix and force
-    waves: dict[str, tuple[float, float, float]]
-    friction: Rubbing
-
-    def slip(self, name: str, mode: float, v: float) -> float:
-        """Return the friction [N or N m] of a joint that slips with `mode` at velocity v."""
-        f = self.friction[name]
-        fall = exp(-((v / f["stribeck"]) ** 2)) if "stribeck" in f else 0.0
-        return mode * (f["coulomb"] + (f["static"] - f["coulomb"]) * fall) + f.get("viscous", 0.0) * v
-
-    def motion(self, t: float, y: Vector, modes: Vector) -> tuple[Vector, Vector]:
-        """Return accelerations, and what constraints have to supply."""
-        q, v = np.split(y, 2)
-        u = np.array([b + a * sin(w * t) for a, w, b in self.waves.values()])
-        at = zip(self.friction, modes, v[: len(modes)], strict=True)
-        u -= [self.slip(*joint) if joint[1] else 0.0 for joint in at]
-        mass, force = self.equations(q, v, u)
-        free = np.array([*(modes != 0.0), *[True] * (len(q) - len(modes))])
-        qdd = np.zeros(len(q))
-        qdd[free] = np.linalg.solve(mass[np.ix_(free, free)], force[free])
-        return qdd, (force - mass @ qdd)[: len(modes)]
-
-    def margins(self, t: float, y: Vector, modes: Vector) -> Vector:
-        """Return what is left of the modes: of the speeds, or of the static friction."""
-        static = np.array([f["static"] for f in self.friction.values()])
-        v = y[len(y) // 2 :][: len(modes)]
-        return np.where(modes != 0.0, modes * v, static - np.abs(self.motion(t, y, modes)[1]))
-
-    def events(self, y: Vector, end: float) -> list[tuple[float, int, float]]:
-        """Return (time, joint, its mode from then on) of all events from rest on, 0 sticks."""
-        t, modes, found = 0.0, np.zeros(len(self.friction)), []
-
-        def lowest(t: float, y: Vector) -> float:
-            return min(self.margins(t, y, modes))
-
-        def rates(t: float, y: Vector) -> list[float]:
-            return [*y[len(y) // 2 :], *self.motion(t, y, modes)[0]]
-
-        event: Any = lowest
-        event.terminal, event.direction = True, -1.0
-
-        def solve(t: float, y: Vector, max_step: float) -> Any:
-            steps: dict[str, Any] = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "max_step": max_step}
-            return solve_ivp(rates, (t, end), y, events=event, **steps)
-
-        while True:
-            solution = solve(t, y, 0.05)
-            if not len(solution.t_events[0]):
-                return found
-            before = solution.t[-2]  # once more in short steps: events are located by interpolation of lower order
-            solution = solve(before, solution.y[:, -2], (solution.t[-1] - before) / 20.0)
-            t, y = solution.t[-1], solution.y[:, -1]
-            joint = int(np.argmin(self.margins(t, y, modes)))
-            failed, modes[joint] = modes[joint], 0.0
-            y[len(y) // 2 + joint] = 0.0
-            load, static = self.motion(t, y, modes)[1][joint], [*self.friction.values()][joint]["static"]
-            modes[joint] = 0.0 if failed and abs(load) <= static else copysign(1.0, load)
-            found.append((t, joint, modes[joint]))
-
-
-OUTCOMES = {0.0: "sticks", 1.0: "slips forwards", -1.0: "slips backwards"}
-
-
-def check_events(run: Any, expected: Any, names: Sequence[str]) -> None:
-    """Assert that a run's events are those of a reference, at the same instants, and that its energy adds up."""
-    assert [text for _, text in run.events] == [f"the {names[joint]} {OUTCOMES[mode]}" for _, joint, mode in expected]
-    assert np.max(np.abs([a - b for (a, _), (b, _, _) in zip(run.events, expected, strict=True)])) < EVENT_TIME
-    assert run.summary["energy_audit_max"] < 1e-9
 
 
 @cache
@@ -206,6 +125,12 @@ IMPOSSIBLE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "no drum": (TROLLEY, {"hoist": {"drive": "force"}}, "friction.hoist: .* hoist.inertia"),
     "both": (KNUCKLE, {"friction": BOOM, "lugre": {"boom": BRISTLES["boom"]}}, "lugre.boom: .* friction.boom"),
     "elastic": (TROLLEY, {"cable": SPRING}, "friction.hoist: .* cable.model is 'elastic'"),
+    "both on a rail": (TROLLEY, {"lugre": RAIL_BRISTLES}, "lugre.trolley: stands beside friction.trolley"),
+    "bristles": (
+        TROLLEY,
+        {"friction": None, "cable": SPRING, "lugre": RAIL_BRISTLES},
+        "lugre.trolley: .* cable.model is 'elastic'",
+    ),
 }
 
 
@@ -215,14 +140,6 @@ def test_friction_that_is_impossible_is_named(case: str) -> None:
     scene, changes, line = IMPOSSIBLE[case]
     with pytest.raises(crane_sim.SceneError, match=line):
         load_scene(scene, changes)
-
-
-def bristle_forces(v: Vector, z: Vector) -> tuple[Vector, Vector]:
-    """Return (friction (3,), rates of the bristles' deflections (3,)) of slew, boom and rope, by the paper's eqs."""
-    f = {key: np.array([group.get(key, 0.0) for group in BRISTLES.values()]) for key in (*BRISTLES["slew"], "viscous")}
-    g = f["coulomb"] + (f["static"] - f["coulomb"]) * np.exp(-((v / f["stribeck"]) ** 2))
-    rates = v - f["stiffness"] * np.abs(v) * z / g
-    return f["stiffness"] * z + f["damping"] * rates + f["viscous"] * v, rates
 
 
 def test_bristles_move_as_the_paper_says() -> None:
@@ -235,7 +152,7 @@ def test_bristles_move_as_the_paper_says() -> None:
     def rates(t: float, y: Vector) -> Vector:
         q, v, z = np.split(y, [6, 12])
         u = np.array([b + a * sin(w * t) for a, w, b in BOOM_WAVES.values()])
-        force, bending = bristle_forces(v[joints], z)
+        force, bending = bristle_forces(BRISTLES, v[joints], z)
         u[joints] -= force
         mass, total = mass_and_force(frictionless, q, v, u)
         free = [0, 1, 3, 4, 5]
@@ -249,4 +166,24 @@ def test_bristles_move_as_the_paper_says() -> None:
     assert run.events == [] and np.ptp(run.q[:, 0]) > 0.1
     # |v| bends the equations where a joint turns round, which costs both solutions an order there
     assert np.max(np.abs(np.concatenate([run.q[-1], run.v[-1]]) - expected[:12])) < 1e-9
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_bristles_of_a_trolley_bend_as_the_paper_says(model: str) -> None:
+    """A trolley with LuGre friction moves as Lagrange's equations with the bristles do, in all rigid models."""
+
+    def rates(t: float, y: Vector) -> Vector:
+        q, v, z = np.split(y, [3, 6])
+        u = np.array([b + a * sin(w * t) for a, w, b in RAIL_WAVES.values()])
+        force, bending = bristle_forces(RAIL_BRISTLES, v[:1], z)
+        matrix, total = trolley_equations(q, v, u - [force[0], 0.0])
+        return np.concatenate([v, np.linalg.solve(matrix, total), bending])
+
+    start, end = np.array([0.0, 2.0, 0.4, 0.0, 0.0, 0.0, 0.0]), 2.0
+    expected = solve_ivp(rates, (0.0, end), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    run = crane_sim.simulate(TROLLEY | MODELS[model] | {"duration": end, "friction": None, "lugre": RAIL_BRISTLES})
+    trolley = [run.q[-1, 0], run.v[-1, 0]]
+    # |v| bends the equations where a joint turns round, which costs both solutions an order there
+    assert run.events == [] and np.max(np.abs(trolley - expected[[0, 3]])) < 1e-9
     assert run.summary["energy_audit_max"] < 1e-9

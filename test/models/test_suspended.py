@@ -27,12 +27,15 @@ from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.supports.actuated_support import ActuatedSupport, held_loads
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.joint_contacts import JointContacts
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.rails import FixedAxis, ForceAxis
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
-from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.models.suspended.crane import SuspendedCrane, solve_dynamics
 from crane_sim.models.wind_load import Windage
 from crane_sim.trajectories.base_motion import AXES, Base
 from crane_sim.trajectories.wind import Wind
@@ -255,3 +258,71 @@ def test_a_locked_slew_makes_a_bridge_crane() -> None:
     x, y = system.state(bridge, 0.7, q, v), np.array([0.0, 2.0, *q[2:], 0.0, 0.3, *v[2:]])
     expected, got = system.rhs(bridge, 0.7, x, forces), system.rhs(crane, 0.7, y, (0.0, *forces))
     np.testing.assert_allclose(got[12:], [0.0, expected[12], *expected[14:]], rtol=1e-12, atol=1e-12)  # rounding
+
+
+DRY = Friction(3.0, 5.0, 0.7)
+STUCK = {"slew": ("tower", (0,)), "trolley": ("tower", (1,)), "boom": ("mobile", (1,)), "two": ("mobile", (0, 2))}
+MOTORS = (40.0, 7.0, 9.0)
+
+
+@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
+@pytest.mark.parametrize("case", STUCK)
+def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool) -> None:
+    """With joints that friction holds, motors and friction on the others, all accelerations are those of point masses.
+
+    The reference leaves the coordinates of the joints that stick out. What these hold is the effort that keeps them
+    from accelerating where nothing holds them.
+    """
+    (name, held), t, rng = STUCK[case], 1.3, np.random.default_rng(8)
+    ns = len(START[name])
+    q = np.array([*START[name], LENGTHS[0], 0.7, 0.4, -1.1, 0.5, 2.0, 0.3])
+    v = rng.uniform(-0.6, 0.6, len(q))
+    v[list(held)] = 0.0
+    drives, motors, winch = rng.uniform(-20.0, 20.0, ns), np.array(MOTORS[:ns]), -120.0
+    slips = np.sign(v[:ns])
+    free = [i for i in range(len(q)) if i not in held]
+    efforts = np.array([*(drives - slips * 3.0 - 0.7 * v[:ns]), winch, *np.zeros(len(q) - ns - 1)])
+    added = np.array([*motors, 1.5, *np.zeros(len(q) - ns - 1)])
+
+    def places(t: Any, part: Any) -> Any:
+        whole = [mpf(float(x)) for x in q]
+        for i, x in zip(free, part, strict=True):
+            whole[i] = x
+        return crane_places(name, False, sea)(t, whole)
+
+    expected = np.zeros(len(q))
+    expected[free] = accelerations(places, t, q[free], v[free], efforts[free], Extras(added[free]))
+    contacts = None
+    for i in reversed(range(ns)):
+        contacts = JointContacts(i, DRY, contacts)
+    support = ActuatedSupport(SUPPORTS[name], tuple(motors.tolist()), contacts)
+    cable, sea_base = Chain(np.array(MASSES), np.array(LENGTHS)), base() if sea else None
+    crane = SuspendedCrane(support, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=sea_base)
+    joints, rates, second = mapped(name, q, v, expected)
+    x, u = system.state(crane, t, joints, rates), (*map(float, drives), winch)
+    assert list(x[-ns:]) == list(slips)
+    got = system.acceleration(crane, t, x, u)
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+    assert not got[list(held)].any()
+    loose, forces = crane._replace(support=support._replace(contacts=None)), np.array([*efforts[:ns], winch])
+    forces[list(held)] -= [held_load(crane, t, x, u, i) for i in held]
+    freed = system.acceleration(loose, t, x[:-ns], tuple(map(float, forces)))
+    np.testing.assert_allclose(freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # as above
+
+
+def held_load(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
+    """Return the effort that friction holds on a joint that sticks."""
+    work = system.workspace(crane)
+    solved = solve_dynamics(crane, t, x, u, work)
+    return float(held_loads(crane.support, solved.pose, crane.gravity, solved.tau, solved.tip_force)[joint])
+
+
+def test_a_slew_that_sticks_is_a_locked_one() -> None:
+    """A tower crane whose slew friction holds, on a moving base, has the accelerations of one whose slew is locked."""
+    q, v = np.array([0.4, 6.0, 2.5, 0.4, -0.3]), np.array([0.0, 0.2, 0.1, -0.5, 0.4])
+    cable, u, results = Chain(np.array([14.0]), np.array([2.5])), (3.0, -7.0, -110.0), []
+    sticks = ActuatedSupport(SUPPORTS["tower"], None, JointContacts(0, DRY))
+    for support in (sticks, TowerCrane(LockedSlew(), JibTrolley(8.0))):
+        crane = SuspendedCrane(support, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
+        results.append(system.acceleration(crane, 0.7, system.state(crane, 0.7, q, v), u))
+    np.testing.assert_allclose(*results, rtol=0.0, atol=1e-12)  # rounding of some 50 terms

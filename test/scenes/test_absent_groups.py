@@ -166,6 +166,9 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
     if crane == "mobile":
         mode = {"stiffness": 3e8}
         documents.append(read("mobile_lift") | {"flexibility": {"lateral": mode, "vertical": mode}})
+    if crane == "overhead":
+        rail = {"coulomb": 1.0, "static": 1.0, "stribeck": 0.1, "stiffness": 1e3, "damping": 1.0}
+        documents.append(read("overhead_spatial") | {"lugre": {"trolley": rail}})
     motor = {"ratio": 9.0, "torque": 1.0, "no_load_speed": 100.0}
     return [*documents, documents[0] | {"actuators": {"all": {"motor": motor}}}]
 

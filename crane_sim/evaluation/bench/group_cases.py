@@ -74,6 +74,9 @@ _JOINTS = ("slew", "boom", "jib", "rope")
 _DRY = {"coulomb": 1.0, "static": 1.4, "viscous": 0.5, "stribeck": 0.05}
 _BRISTLES = _DRY | {"stiffness": 1e3, "damping": 10.0}
 _SPEEDS = {"initial.v": [0.2, 0.1, 0.1, 0.1, 0.0, 0.0]}  # no joint sticks
+_RAILS, _TRAVELS = ("trolley", "bridge"), {"initial.v": [0.5, 0.5, 0.0, 0.0, 0.0]}
+_RUBS = {"coulomb": 600.0, "static": 800.0, "viscous": 50.0, "stribeck": 0.01}
+_BENDS = _RUBS | {"stiffness": 1e6, "damping": 1e4}
 _WIDE = ["-80 deg", "80 deg"]
 _MOTOR = {"motor": {"ratio": 50.0, "inertia": 1e-3}}
 _LINK = {"links": [{"mass": 450.0, "length": 3.0}]}
@@ -151,6 +154,9 @@ SINGLE = (
     Case(BRIDGE, "payload with a body", _BODY),
     Case(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),
     Case(BRIDGE, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
+    Case(BRIDGE, "friction of the joints", {"friction": dict.fromkeys(_RAILS, _RUBS)}, _TRAVELS),
+    Case(BRIDGE, "friction by bristles", {"lugre": dict.fromkeys(_RAILS, _BENDS)}, _TRAVELS),
+    Case(BRIDGE, "motors", {"actuators": dict.fromkeys(_RAILS, _MOTOR)}),
     Case(BRIDGE, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": {"mass": 9000.0}}}]}),
     Case(GANTRY, "four falls", {"falls": _FALLS}),
     Case(GANTRY, "damping of the fall", {"falls.relaxation": 0.02}),
@@ -193,6 +199,6 @@ CASES = (
         "limits of the trolley",
     ),
     join_groups(MOBILE, "hook block and sling", "payload with a body"),
-    join_groups(BRIDGE, "hook block and sling", "payload with a body"),
+    join_groups(BRIDGE, "hook block and sling", "payload with a body", "friction of the joints", "motors"),
     join_groups(GANTRY, "four falls", "damping of the fall", "wind with gusts", "hoist, force-driven"),
 )

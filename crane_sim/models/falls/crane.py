@@ -47,6 +47,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
+from crane_sim.models.supports.actuated_support import write_contact_rates
 from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
@@ -129,6 +130,7 @@ class Solved(NamedTuple):
     alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
     load: BodyState
     pull: Pull
+    tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the support's frame
     tau: Any  # efforts on the joints, with those that base and falls add
     command: Any  # efforts of the drives
     base: Any
@@ -261,11 +263,12 @@ def solve_dynamics(p, t, x, tau):
     tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
     tau = add_yaw_moment(p.support, tau, pull.couple)
     fx, fy, fz = to_turned_axes(pull.force, s, c)
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, (-fx, -fy, -fz))
+    tip_force = -fx, -fy, -fz
+    qdd = support_acceleration(p.support, pose, p.gravity, tau, tip_force)
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
     free, length = load_acceleration(p, body, t, base, load, pull), bias_acc + inv_mass * pull.paid
     centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    return Solved(pose, qdd, length, centre, alpha, load, pull, tau, command, base, pressures)
+    return Solved(pose, qdd, length, centre, alpha, load, pull, tip_force, tau, command, base, pressures)
 
 
 @lean_kernel
@@ -309,6 +312,7 @@ def write_falls_derivative(p, t, x, u, out):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
+    write_contact_rates(p.support, solved.pose, out)
     if modes > 2 * nq:
         out[2 * nq] = falls_power(p, t, x, solved)
 

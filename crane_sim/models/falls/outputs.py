@@ -30,10 +30,11 @@ from crane_sim.models.falls.crane import (
     taut_fall,
 )
 from crane_sim.models.falls.load_exchange import describe_body_exchange, exchange_body, exchange_index
-from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
+from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
 from crane_sim.models.supports import (
+    contact_count,
     coordinate_count,
     support_guard,
     support_kinetic,
@@ -42,16 +43,22 @@ from crane_sim.models.supports import (
     support_potential,
     yaw,
 )
+from crane_sim.models.supports.actuated_support import (
+    any_joint_held,
+    held_guard,
+    mode_after_guard,
+    place_of_contact,
+    takes_energy,
+)
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (
-    GearedSupport,
     coordinate_order,
     describe_drive,
     drive_count,
-    fill_drive_modes,
+    fill_support_modes,
     joint_order,
     switch_drive,
-    with_play_switching,
+    with_support_switching,
 )
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
@@ -87,14 +94,14 @@ def _(p, x):
 @system.state.register(FallsCrane)
 def _(p, t, q, v):
     nq, _, _ = falls_layout(p)
-    x = np.zeros(contact_index(p) + contact_modes(p.contact) + drive_count(p.support))
+    x = np.zeros(contact_index(p) + contact_modes(p.contact) + drive_count(p.support) + contact_count(p.support))
     positions, rates = coordinate_order(p.support, q), coordinate_order(p.support, v)
     for i in range(nq):
         x[i], x[nq + i] = positions[i], rates[i]
     count_exchanges(p.exchange, t, x, exchange_index(p))
     fill_modes(p, x)
     fill_contact(p.contact, p, t, x)
-    fill_drive_modes(p.support, x, support_state(p.support, x, nq))
+    fill_support_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 
@@ -212,7 +219,7 @@ def _(p, u):
 @system.with_meter.register(FallsCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
-    lossy = lossy or p.contact is not None or p.exchange is not None or isinstance(p.support, GearedSupport)
+    lossy = lossy or p.contact is not None or p.exchange is not None or takes_energy(p.support)
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -225,13 +232,24 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    return with_exchange_switching(p.exchange, with_play_switching(p.support, Switching(1000, 0, None)))
+    return with_exchange_switching(p.exchange, with_support_switching(p.support, Switching(1000, 0, None)))
 
 
 @system.guard.register(FallsCrane)
 def _(p, t, x, u, work):
     best = exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p))
-    return contact_guard(p.contact, p, t, x, best)
+    best, n = held_joints_guard(p, t, x, u, best)
+    value, number, more = contact_guard(p.contact, p, t, x, best)
+    return value, number, n + more
+
+
+@lean_routine
+def held_joints_guard(p, t, x, u, best):
+    """Return ((the smallest guard, its number), evaluations), joints that friction holds counted in; best: others'."""
+    if not any_joint_held(p.support, support_state(p.support, x, falls_layout(p)[0])):
+        return best, 0
+    solved = solve_dynamics(p, t, x, system.effort(u, p, t, x))
+    return held_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force), 1
 
 
 @lean_routine
@@ -262,10 +280,14 @@ def _(stops, p, x, nq):
 
 @system.apply_reset_map.register(FallsCrane)
 def _(p, t, x, u, number):
-    if decode(number)[0] == Guard.CONTACT:
+    kind, joint, _ = decode(number)
+    if kind == Guard.CONTACT:
         return switch_contact(p.contact, p, t, x, number)
-    if decode(number)[0] == Guard.PAYLOAD:
+    if kind == Guard.PAYLOAD:
         return exchange_body(p.exchange, p, t, x, number)
+    if kind == Guard.FRICTION:
+        x, number = after_joint_guard(p, t, x, system.effort(u, p, t, x), joint)
+        return x, number, True
     return switch_fall(p, x, number)
 
 
@@ -281,6 +303,18 @@ def switch_fall(p, x, number):
     if modes > 2 * nq:  # a slack rope loses what its spring held against the damper
         y[2 * nq] += falls_energies(p, None, y)[1] - falls_energies(p, None, x)[1]
     return y, encode(Guard.LINK, i, int(y[modes + i])), True
+
+
+@routine
+def after_joint_guard(p, t, x, tau, joint):
+    """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
+    nq, _, _ = falls_layout(p)
+    x, k = x.copy(), len(x) - place_of_contact(p.support, joint)
+    failed = x[k]
+    x[nq + joint], x[k] = (0.0 if failed != 0.0 else x[nq + joint]), 0.0
+    solved = solve_dynamics(p, t, x, tau)
+    x[k] = mode_after_guard(p.support, joint, failed, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    return x, friction_event(joint, x[k])
 
 
 @system.describe_event.register(FallsCrane)

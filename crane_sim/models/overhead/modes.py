@@ -1,13 +1,15 @@
 """Switching and terminal events of an overhead crane: friction, limits, a slack link, changes of the payload.
 
-Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping), then
-one for that of the hoist, where it has some, then the number of payload changes up to then.
+Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping; or the
+deflection of its bristles, which has a derivative), then one for that of the hoist, where it has some, then the number
+of payload changes up to then.
 """
 
 from typing import Any, NamedTuple
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
 from crane_sim.models.stops import describe_length_event
+from crane_sim.models.supports.rails import mode_rate
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.system import Switching
 
@@ -51,6 +53,16 @@ def mode_of(switches, x, first, i):
 @mode_of.register(Switches)
 def _(switches, x, first, i):
     return x[first + i]
+
+
+@lean_generic
+def write_mode_rate(switches, axis, v, x, i, out):
+    """Write the derivative of the mode x[i] of an axis at velocity v into `out`, where the crane has modes."""
+
+
+@write_mode_rate.register(Switches)
+def _(switches, axis, v, x, i, out):
+    out[i] = mode_rate(axis, v, x[i])
 
 
 @lean_generic

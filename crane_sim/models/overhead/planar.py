@@ -48,6 +48,7 @@ from crane_sim.models.overhead.modes import (
     payload_guard,
     payload_mass,
     slack_guard,
+    write_mode_rate,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, force_power
 from crane_sim.models.overhead.payload_wind import add_links_wind
@@ -65,11 +66,13 @@ from crane_sim.models.supports.hoist import (
 )
 from crane_sim.models.supports.rails import (
     Axis,
+    add_bristle_power,
     axis_guard,
     axis_mass,
     axis_power,
     axis_response,
     has_friction,
+    initial_mode,
     mode_after_stop,
 )
 from crane_sim.models.wind_load import Windage
@@ -201,14 +204,16 @@ def write_derivative(p, t, x, u, out, work):
         out[i] = 0.0
     if modes > 2 * nq:
         out[2 * nq] = chain_power(p, t, x, tau, solved, work)
+    write_mode_rate(p.switches, p.trolley, x[nq], x, modes, out)
 
 
 @lean_kernel
 def chain_power(p, t, x, tau, solved, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, first, _ = layout_of(p)
+    nq, first, modes = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
+    power = add_bristle_power(p.trolley, power, x[nq], mode_of(p.switches, x, modes, 0))
     power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.outside_power
     return power + node_forces_power(p.forces, p, t, x, w, rate)
 
@@ -245,7 +250,7 @@ def _(p, t, q, v):
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
-        x[modes], x[len(x) - 1] = np.sign(v[0]), changes_before(p.switches, t)
+        x[modes], x[len(x) - 1] = initial_mode(p.trolley, v[0]), changes_before(p.switches, t)
         if hoist_modes(p.hoist):
             x[len(x) - 2] = np.sign(v[1])
     return x

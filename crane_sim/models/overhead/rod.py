@@ -45,12 +45,15 @@ from crane_sim.models.supports.hoist import (
 )
 from crane_sim.models.supports.rails import (
     Axis,
+    add_bristle_power,
     axis_guard,
     axis_mass,
     axis_power,
     axis_response,
     has_friction,
+    initial_mode,
     mode_after_stop,
+    mode_rate,
 )
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel
@@ -183,14 +186,15 @@ def _(hoist, x, paid):
 
 
 @generic
-def mode_rates(switches, hoist):
-    """Return the derivatives of the modes, zeros."""
+def mode_rates(switches, p, x):
+    """Return the derivatives of the modes, zeros but those of bristles."""
     return ()
 
 
 @mode_rates.register(Switches)
-def _(switches, hoist):
-    return (0.0, *drum_modes(hoist, 0.0), 0.0)
+def _(switches, p, x):
+    nq, _, modes = layout_of(p)
+    return (mode_rate(p.trolley, x[nq], x[modes]), *drum_modes(p.hoist, 0.0), 0.0)
 
 
 @generic
@@ -216,15 +220,16 @@ def _(p, t, x, u):
     swing = solve_swing(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, swing.paid)
     power = meter_entry(p.energy_meter, supplied_power(p, x, tau, swing))
-    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches, p.hoist))
+    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches, p, x))
 
 
 @kernel
 def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
-    nq, _, _ = layout_of(p)
+    nq, _, modes = layout_of(p)
     _, rate = hoisted_rod(p.hoist, p.cable, x)
-    return axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
+    power = axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
+    return add_bristle_power(p.trolley, power, x[nq], mode_of(p.switches, x, modes, 0))
 
 
 @generic
@@ -239,19 +244,19 @@ def _(hoist, x, i):
 
 
 @generic
-def initial_modes(switches, hoist, t, v):
+def initial_modes(switches, p, t, v):
     """Return the modes that a crane with joint velocities v starts in at time t."""
     return ()
 
 
 @initial_modes.register(Switches)
-def _(switches, hoist, t, v):
-    return (np.sign(v[0]), *drum_modes(hoist, v[1]), changes_before(switches, t))
+def _(switches, p, t, v):
+    return (initial_mode(p.trolley, v[0]), *drum_modes(p.hoist, v[1]), changes_before(switches, t))
 
 
 @system.state.register(RodCrane)
 def _(p, t, q, v):
-    known = initial_modes(p.switches, p.hoist, t, v)
+    known = initial_modes(p.switches, p, t, v)
     return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.energy_meter, 0.0), *known)
 
 

@@ -35,6 +35,7 @@ from crane_sim.models.overhead.modes import (
     payload_mass,
     slack_guard,
     switching_of,
+    write_mode_rate,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
 from crane_sim.models.overhead.payload_wind import add_nodes_wind
@@ -53,11 +54,13 @@ from crane_sim.models.supports.hoist import (
 )
 from crane_sim.models.supports.rails import (
     Axis,
+    add_bristle_power,
     axis_guard,
     axis_mass,
     axis_power,
     axis_response,
     has_friction,
+    initial_mode,
     input_count,
     mode_after_stop,
 )
@@ -211,16 +214,20 @@ def write_derivative(p, t, x, u, out, work):
         out[i] = 0.0
     if modes > 2 * nq:
         out[2 * nq] = chain_power(p, t, x, tau, solved, work)
+    write_mode_rate(p.switches, p.trolley, x[nq], x, modes, out)
+    write_mode_rate(p.switches, p.bridge, x[nq + 1], x, modes + 1, out)
 
 
 @lean_kernel
 def chain_power(p, t, x, tau, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, _ = layout_of(p)
+    nq, _, modes = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull[0])
     power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], solved.pull[1])
     power += hoist_power(p.hoist, tau, rate, work.tension[0])
+    power = add_bristle_power(p.trolley, power, x[nq], mode_of(p.switches, x, modes, 0))
+    power = add_bristle_power(p.bridge, power, x[nq + 1], mode_of(p.switches, x, modes, 1))
     return power + solved.outside_power + node_forces_power(p.forces, p, t, x, work.links, rate)
 
 
@@ -243,7 +250,8 @@ def _(p, t, q, v):
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
-        x[modes], x[modes + 1], x[len(x) - 1] = np.sign(v[0]), np.sign(v[1]), changes_before(p.switches, t)
+        x[modes], x[modes + 1] = initial_mode(p.trolley, v[0]), initial_mode(p.bridge, v[1])
+        x[len(x) - 1] = changes_before(p.switches, t)
         if hoist_modes(p.hoist):
             x[len(x) - 2] = np.sign(v[2])
     return x

@@ -1,7 +1,8 @@
 """Supports, which carry the upper end of the rope, one file each; here the functions that every support registers.
 
 A support registers all of `MANDATORY`; one that `single_rope` puts together with a rope also `SINGLE_ROPE`, in
-`single_rope.joint_coordinates`. Everything else has a default, which its docstring says.
+`single_rope.joint_coordinates`; one whose joints can have friction and motors `ACTUATED`. Everything else has a
+default, which its docstring says.
 
 A support works in a frame of its own: origin at its base, z up, turned about z by its yaw angle (a trolley's is 0).
 Its state is a tuple (positions..., velocities...). All vectors below are in that frame; `tip_velocity` is the rate of
@@ -45,6 +46,33 @@ def tip_acceleration(support, pose, qdd):
 def tip_mobility(support, pose, n):
     """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
     raise NotImplementedError
+
+
+@generic
+def joint_mobilities(support, pose):
+    """Return the acceleration of each joint [1/kg or 1/(kg m²)] for a unit effort on it, a tuple: no other one moves.
+
+    For supports whose mass matrix is diagonal; those that have it can be an `ActuatedSupport`.
+    """
+    raise NotImplementedError
+
+
+@generic
+def tip_levers(support, pose, n):
+    """Return the tip's velocity along the unit vector n for a unit rate of each joint, a tuple: Jᵀ n."""
+    raise NotImplementedError
+
+
+@lean_generic
+def joint_motion(support, xs, i):
+    """Return (position, rate) of coordinate i in the support's state xs."""
+    return xs[i], xs[coordinate_count(support) + i]
+
+
+@lean_generic
+def contact_count(support):
+    """Return the number of floats of the joints' friction at the end of the state, 0 by default."""
+    return 0
 
 
 @generic
@@ -142,12 +170,6 @@ def trailing_count(support):
     return 0
 
 
-@lean_generic
-def joint_motion(support, xs, i):
-    """Return (position, rate) of coordinate i in the support's state."""
-    return xs[i], xs[coordinate_count(support) + i]
-
-
 @generic
 def support_guard(support, best, xs):
     """Return the smallest guard of `crane_sim.models.guards`, the travel limits of the support counted in."""
@@ -197,3 +219,5 @@ MANDATORY = (
 """Functions that every support registers."""
 SINGLE_ROPE = joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row
 """Functions of `single_rope`, all registered or none: a support without them carries a `suspended` cable."""
+ACTUATED = joint_mobilities, tip_levers
+"""Functions of `actuated_support`, all registered or none: joints of a support without them have no friction there."""

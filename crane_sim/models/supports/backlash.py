@@ -14,7 +14,8 @@ have it relax with the time c/k). A mode is σ while the shaft pushes, 2σ while
 state says which, and each ends as an event.
 
 `GearedSupport` is any support with such drives, whose reflected inertias a base's motion does not accelerate. Its state
-has the drives' coordinates behind its own, and their modes at the end of the crane's.
+has the drives' coordinates behind its own, and their modes at the end of the crane's, before those of joints with
+friction (`actuated_support`), which is that of the joints.
 """
 
 from typing import Any, NamedTuple
@@ -25,6 +26,7 @@ from crane_sim.models.guards import BACKWARDS, FORWARDS, Guard, decode, encode, 
 from crane_sim.models.supports import (
     add_imposed_efforts,
     add_yaw_moment,
+    contact_count,
     coordinate_count,
     drive_power,
     forward_kinematics,
@@ -150,12 +152,18 @@ def _(support, row):
 @lean_kernel
 def shaft_state(support, xs, i):
     """Return the Shaft of drive i in state xs."""
-    drives = support.drives
-    place, joint_rate = joint_motion(support.support, xs.inner, drives.joint[i])
+    drives, joint = support.drives, support.drives.joint[i]
+    place, joint_rate = joint_motion(support.support, xs.inner, joint)
     ahead, rate, mode = xs.position[i] - place, xs.rate[i], xs.mode[i]
     side = 1.0 if mode > 0.0 or (mode == 0.0 and ahead >= 0.0) else -1.0
     p, moves = side * ahead - 0.5 * drives.play[i], side * (rate - joint_rate)
     return Shaft(side, p, moves, drives.stiffness[i] * p + drives.damping[i] * moves, (rate, joint_rate))
+
+
+@lean_kernel
+def first_drive_mode(support, x):
+    """Return the index of the first drive's mode in a crane's state x; friction of joints stands behind them."""
+    return len(x) - len(support.drives.inertia) - contact_count(support.support)
 
 
 @lean_kernel
@@ -166,7 +174,7 @@ def with_drive_states(support, inner, x, nq):
     for i in range(len(drives.inertia)):
         position = replace_entry(position, i, x[own + i])
         rate = replace_entry(rate, i, x[nq + own + i])
-        mode = replace_entry(mode, i, x[len(x) - len(drives.inertia) + i])
+        mode = replace_entry(mode, i, x[first_drive_mode(support, x) + i])
     return GearedState(inner, position, rate, mode)
 
 
@@ -179,7 +187,7 @@ def joint_push(support, xs, i):
 
 @lean_generic
 def joint_efforts(support, tau, pose):
-    """Return the efforts on the support's coordinates at commands tau: what drives with play push, and of springs."""
+    """Return the efforts on the support's coordinates at commands tau: of drives with play, springs, friction."""
     return tau
 
 
@@ -236,15 +244,15 @@ def mode_of(shaft):
 
 
 @generic
-def fill_drive_modes(support, x, xs):
-    """Write the modes of the drives, of the support's state xs without modes, into the end of state x."""
+def fill_support_modes(support, x, xs):
+    """Write the modes of drives and friction, of the support's state xs without modes, into the end of state x."""
 
 
-@fill_drive_modes.register(GearedSupport)
+@fill_support_modes.register(GearedSupport)
 def _(support, x, xs):
-    n = len(support.drives.inertia)
-    for i in range(n):
-        x[len(x) - n + i] = mode_of(shaft_state(support, xs, i))
+    for i in range(len(support.drives.inertia)):
+        x[first_drive_mode(support, x) + i] = mode_of(shaft_state(support, xs, i))
+    fill_support_modes(support.support, x, xs.inner)
 
 
 @lean_kernel
@@ -265,12 +273,12 @@ def _(support, best, xs):
 
 
 @generic
-def with_play_switching(support, switching):
-    """Return the result of `system.switching`: `switching` without drives that have play."""
+def with_support_switching(support, switching):
+    """Return the result of `system.switching`: `switching` for a support that does not switch."""
     return switching
 
 
-@with_play_switching.register(GearedSupport)
+@with_support_switching.register(GearedSupport)
 def _(support, switching):
     return Switching(1000, 0, Retake())
 
@@ -286,7 +294,7 @@ def _(support, x, xs, number):
     kind, i, _ = decode(number)
     if kind != Guard.BACKLASH:
         return x, number, False
-    y, at = x.copy(), len(x) - len(support.drives.inertia) + i
+    y, at = x.copy(), first_drive_mode(support, x) + i
     y[at] = mode_of(shaft_state(support, xs, i))
     outcome = RELAXES if abs(y[at]) == 2.0 else IN_PLAY if y[at] == 0.0 else FORWARDS if y[at] > 0.0 else BACKWARDS
     return y, encode(Guard.BACKLASH, i, outcome), True
@@ -300,9 +308,9 @@ def describe_drive(support: Any, i: int, outcome: int) -> str:
     return f"drive {number} of the {support.coordinate(int(joint[i]))[0]} {what}"
 
 
-def without_drives(support: Any) -> Any:
-    """Return the support without its drives with play."""
-    return support.support if isinstance(support, GearedSupport) else support
+@contact_count.register(GearedSupport)
+def _(support):
+    return contact_count(support.support)
 
 
 @coordinate_count.register(GearedSupport)

@@ -17,6 +17,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_mobilities,
     support_acceleration,
     support_base_energy,
     support_guard,
@@ -25,6 +26,7 @@ from crane_sim.models.supports import (
     support_polyline_size,
     support_potential,
     tip_acceleration,
+    tip_levers,
     tip_mobility,
     yaw,
 )
@@ -83,6 +85,17 @@ def _(support, pose, qdd):
 def _(support, pose, n):
     mass = support.trolley.mass
     return n[0] * n[0] / mass + n[1] * n[1] / (mass + support.bridge.mass)
+
+
+@joint_mobilities.register(Bridge)
+def _(support, pose):
+    mass = support.trolley.mass
+    return 1.0 / mass, 1.0 / (mass + support.bridge.mass)
+
+
+@tip_levers.register(Bridge)
+def _(support, pose, n):
+    return n[0], n[1]
 
 
 @add_yaw_moment.register(Bridge)

@@ -12,7 +12,7 @@ it jumps.
 """
 
 from math import e, exp, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.numerics.jit import generic, lean_generic
@@ -204,7 +204,7 @@ def _(stribeck, v, otherwise):
     return v - step, v + step, 2.0 * step
 
 
-def steepest_slope(friction: Friction) -> float:
+def steepest_slope(friction: Any) -> float:
     """Return the largest size of dF/dv [effort's unit s/joint's unit]; that of exp(-(v/vs)²) is sqrt(2/e) / vs."""
     falling = 0.0 if friction.stribeck is None else (friction.static - friction.coulomb) / friction.stribeck
     return max(friction.viscous, sqrt(2.0 / e) * falling)

@@ -6,17 +6,23 @@ its motion is imposed or friction holds it) and its bias acceleration: that when
 
 from typing import NamedTuple
 
+import numpy as np
+
 from crane_sim.files.types import Positive
 from crane_sim.models.supports.friction import (
     Friction,
     breakaway_mode,
+    contact_effort,
+    contact_rate,
     friction_force,
     friction_guard,
     friction_response,
     has_friction,
+    initial_contact,
     linear_span,
     retake_of,
 )
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.jit import lean_generic
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
@@ -25,7 +31,7 @@ class ForceAxis(NamedTuple):
     """An axis that takes a force command."""
 
     mass: Positive  # kg, that moves with it
-    friction: Friction | None = None
+    friction: Friction | LuGre | None = None
 
 
 class PrescribedAxis(NamedTuple):
@@ -61,7 +67,7 @@ def axis_response(axis, t, tau, i, v, mode):
         t: time [s].
         tau, i: efforts of all joints, and the index of this axis' own [N].
         v: velocity [m/s].
-        mode: of its friction: 0 sticks, else the direction in which it slips.
+        mode: of its friction: 0 sticks, else the direction in which it slips; or its bristles' deflection.
     """
     return 0.0, 0.0
 
@@ -96,6 +102,54 @@ def axis_power(axis, tau, i, v, pull):
 @axis_power.register(ForceAxis)
 def _(axis, tau, i, v, pull):
     return (tau[i] - friction_force(axis.friction, v)) * v
+
+
+@friction_response.register(LuGre)
+def _(friction, mass, force, v, mode):
+    return 1.0 / mass, (force + contact_effort(friction, v, mode)) / mass
+
+
+@lean_generic
+def add_bristle_power(axis, power, v, mode):
+    """Return the power [W] less what the bristles of an axis take; the friction of events is in `axis_power`."""
+    return power
+
+
+@add_bristle_power.register(ForceAxis)
+def _(axis, power, v, mode):
+    return add_bristle_power(axis.friction, power, v, mode)
+
+
+@add_bristle_power.register(LuGre)
+def _(axis, power, v, mode):
+    return power + contact_effort(axis, v, mode) * v
+
+
+@lean_generic
+def mode_rate(axis, v, mode):
+    """Return the derivative of an axis' float of the state: 0 unless it has bristles."""
+    return 0.0
+
+
+@mode_rate.register(ForceAxis)
+def _(axis, v, mode):
+    return contact_rate(axis.friction, v, mode)
+
+
+@lean_generic
+def initial_mode(axis, v):
+    """Return the float of the state of an axis that begins at velocity v."""
+    return np.sign(v)
+
+
+@initial_mode.register(ForceAxis)
+def _(axis, v):
+    return initial_mode(axis.friction, v)
+
+
+@initial_mode.register(LuGre)
+def _(axis, v):
+    return initial_contact(axis, v)
 
 
 @has_friction.register(ForceAxis)

@@ -24,6 +24,7 @@ from crane_sim.models.supports import (
     add_yaw_moment,
     drive_power,
     forward_kinematics,
+    joint_mobilities,
     support_acceleration,
     support_base_energy,
     support_guard,
@@ -32,6 +33,7 @@ from crane_sim.models.supports import (
     support_polyline_size,
     support_potential,
     tip_acceleration,
+    tip_levers,
     tip_mobility,
     yaw,
 )
@@ -155,6 +157,16 @@ def _(support, pose, n):
     slew, boom = pose.tip[0] * n[1], pose.length * (pose.cb * n[2] - pose.sb * n[0])
     along = pose.cb * n[0] + pose.sb * n[2]
     return slew * slew / pose.slew_inertia + boom * boom / pose.luff_inertia + along * along / support.telescope.mass
+
+
+@joint_mobilities.register(TelescopicBoom)
+def _(support, pose):
+    return 1.0 / pose.slew_inertia, 1.0 / pose.luff_inertia, 1.0 / support.telescope.mass
+
+
+@tip_levers.register(TelescopicBoom)
+def _(support, pose, n):
+    return pose.tip[0] * n[1], pose.length * (pose.cb * n[2] - pose.sb * n[0]), pose.cb * n[0] + pose.sb * n[2]
 
 
 @add_yaw_moment.register(TelescopicBoom)

@@ -19,6 +19,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_mobilities,
     support_acceleration,
     support_base_energy,
     support_guard,
@@ -27,6 +28,7 @@ from crane_sim.models.supports import (
     support_polyline_size,
     support_potential,
     tip_acceleration,
+    tip_levers,
     tip_mobility,
     yaw,
 )
@@ -115,6 +117,16 @@ def _(support, pose, n):
     return n[0] * n[0] / support.trolley.mass + lever * lever * slew_mobility(
         support.slew, support.trolley, pose.tip[0]
     )
+
+
+@joint_mobilities.register(TowerCrane)
+def _(support, pose):
+    return slew_mobility(support.slew, support.trolley, pose.tip[0]), 1.0 / support.trolley.mass
+
+
+@tip_levers.register(TowerCrane)
+def _(support, pose, n):
+    return pose.tip[0] * n[1], n[0]
 
 
 @add_yaw_moment.register(TowerCrane)

@@ -25,12 +25,14 @@ from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_axes
 from crane_sim.models.supports import (
+    contact_count,
     coordinate_count,
     forward_kinematics,
     support_acceleration,
     tip_mobility,
     yaw,
 )
+from crane_sim.models.supports.actuated_support import renew_modes
 from crane_sim.models.supports.backlash import switch_drive
 from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.suspended.crane import (
@@ -86,6 +88,7 @@ def apply_exchange(p, t, x, number):
     else:
         joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
         lost, least = add_jumps(p, after, x, y, state, joined)
+        renew_modes(p.support, y, support_state(p.support, y, nq))
         gained += joined.energy - lost
         least += ROUNDING * after.mass * sqrt(dot(joined.jump, joined.jump))
     if mode > 2 * nq:
@@ -111,9 +114,13 @@ def lower_end(p, x):
 
 @kernel
 def at_rest(support, x, nq):
-    """Return the posture of the support in state x without velocities, and sine and cosine of its yaw."""
+    """Return the posture of the support in state x without velocities, and sine and cosine of its yaw.
+
+    Its joints are free: dry friction, whose forces are finite, holds none against an impulse.
+    """
     still = x.copy()
     still[nq : 2 * nq] = 0.0
+    still[len(x) - contact_count(support) :] = 1.0
     xs = support_state(support, still, nq)
     return forward_kinematics(support, xs), sincos(yaw(support, xs))
 

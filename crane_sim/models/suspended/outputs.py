@@ -4,10 +4,10 @@ from crane_sim import system
 from crane_sim.models.attitude import align_quaternion
 from crane_sim.models.cables.chain_3d import align
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.guards import Guard, decode, encode, smaller_guard
+from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import BaseState, added_energy, base_state, pose_at, to_turned_axes, to_world
-from crane_sim.models.stops import Stops, describe_stop, length_guard
+from crane_sim.models.stops import WINCH, Stops, describe_stop, length_guard
 from crane_sim.models.supports import (
     coordinate_count,
     forward_kinematics,
@@ -19,12 +19,20 @@ from crane_sim.models.supports import (
     support_potential,
     yaw,
 )
+from crane_sim.models.supports.actuated_support import (
+    ActuatedSupport,
+    any_joint_held,
+    held_guard,
+    mode_after_guard,
+    place_of_contact,
+    takes_energy,
+)
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (
     GearedSupport,
     describe_drive,
     mean_of_drives,
-    with_play_switching,
+    with_support_switching,
 )
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
@@ -246,6 +254,11 @@ def _(support, row, i):
     return mean_of_drives(support, row, i, support_entries(support.support, row, i))
 
 
+@support_entries.register(ActuatedSupport)
+def _(support, row, i):
+    return support_entries(support.support, row, i)
+
+
 @generic
 def effort_entries(support, row):
     """Return the support's entries of a row of efforts, as a tuple."""
@@ -258,6 +271,7 @@ def _(support, row):
 
 
 @effort_entries.register(FlexibleSupport)
+@effort_entries.register(ActuatedSupport)
 @effort_entries.register(GearedSupport)
 def _(support, row):
     return effort_entries(support.support, row)
@@ -284,7 +298,7 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
-    lossy = lossy or isinstance(p.support, GearedSupport | FlexibleSupport) or p.torsion is not None
+    lossy = lossy or takes_energy(p.support) or isinstance(p.support, FlexibleSupport) or p.torsion is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
@@ -298,7 +312,7 @@ def _(p, x):
 
 @system.switching.register(SuspendedCrane)
 def _(p):
-    switching = with_play_switching(p.support, winch_switching(p.hoist, p.stops))
+    switching = with_support_switching(p.support, winch_switching(p.hoist, p.stops))
     return with_exchange_switching(p.exchange, switching)
 
 
@@ -313,11 +327,14 @@ def suspended_guard(p, t, x, u, work):
     nq, _, end = suspended_layout(p)
     (length, rate), stops, acceleration = first_length(p.hoist, p, x, nq), p.stops, 0.0
     best = exchange_guard(p.exchange, length_guard(stops, length, rate), t, x, end)
-    best = support_guard(p.support, best, support_state(p.support, x, nq))
+    xs, tau = support_state(p.support, x, nq), system.effort(u, p, t, x)
+    best = support_guard(p.support, best, xs)
     best = twist_guard(p.torsion, best, p, x, work.links)
-    forces, tau = stops.taut > 0.0 or winch_sticks(p, x), system.effort(u, p, t, x)
+    forces = stops.taut > 0.0 or winch_sticks(p, x) or any_joint_held(p.support, xs)
     if forces:
-        acceleration = solve_dynamics(p, t, x, tau, work).length
+        solved = solve_dynamics(p, t, x, tau, work)
+        acceleration = solved.length
+        best = held_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force)
     if stops.taut > 0.0:
         for k in range(len(work.tension)):
             best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))
@@ -343,10 +360,24 @@ def _(torsion, best, p, x, links):
 
 @system.apply_reset_map.register(SuspendedCrane)
 def _(p, t, x, u, number):
-    if decode(number)[0] == Guard.FRICTION:
-        x, number = after_winch_guard(p, t, x, system.effort(u, p, t, x))
+    kind, joint, _ = decode(number)
+    if kind == Guard.FRICTION:
+        tau = system.effort(u, p, t, x)
+        x, number = after_winch_guard(p, t, x, tau) if joint == WINCH else after_joint_guard(p, t, x, tau, joint)
         return x, number, True
     return exchange_load(p.exchange, p, t, x, number)
+
+
+@routine
+def after_joint_guard(p, t, x, tau, joint):
+    """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
+    nq, _, _ = suspended_layout(p)
+    x, k, work = x.copy(), len(x) - place_of_contact(p.support, joint), system.workspace(p)
+    failed = x[k]
+    x[nq + joint], x[k] = (0.0 if failed != 0.0 else x[nq + joint]), 0.0
+    solved = solve_dynamics(p, t, x, tau, work)
+    x[k] = mode_after_guard(p.support, joint, failed, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    return x, friction_event(joint, x[k])
 
 
 @system.describe_event.register(SuspendedCrane)

@@ -1,14 +1,12 @@
-"""Validation of a joint's friction."""
+"""Validation of a joint's friction, and how fast its equations are."""
 
 from typing import TypeVar
 
 from crane_sim.files.errors import SceneError
-from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.friction import Friction, steepest_slope
 from crane_sim.models.supports.lugre import LuGre
 
 MAX_FRICTION = 1e12  # N, N s/m; N m, N m s/rad
-
-
 Kind = TypeVar("Kind", Friction, LuGre)
 
 
@@ -26,3 +24,12 @@ def checked(name: str, friction: Kind | None) -> Kind | None:
     if friction.static < friction.coulomb:
         raise SceneError(f"{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}")
     return friction if friction.static > 0.0 or friction.viscous > 0.0 else None
+
+
+def friction_rate(part: Friction | LuGre | None, mass: float) -> float:
+    """Return the largest frequency [rad/s] or rate [1/s] of a joint with this inertia on its friction, 0 without."""
+    if part is None or not mass > 0.0:
+        return 0.0
+    if isinstance(part, Friction):
+        return steepest_slope(part) / mass
+    return max((part.stiffness / mass) ** 0.5, (part.damping + steepest_slope(part)) / mass)

@@ -13,12 +13,16 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.actuated import actuated
 from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.exchange import exchange_of, windages_of
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
+from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
 from crane_sim.scenes.schema.integrator import Demands
 from crane_sim.scenes.schema.limits import Limit, limits_of
@@ -118,6 +122,8 @@ class GantryFile(SceneFile):
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
     events: tuple[SpreaderEvent, ...] = ()  # exchanges of the payload at given times
+    friction: dict[str, Friction] = {}  # by joint, trolley or bridge: its dry friction
+    lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
     backlash: dict[str, JointDrives] = {}  # by joint, trolley or bridge: its drives, one or several side by side, which
     # have play; a joint that is left out has none
     reference: Reference | None = None  # where the crane should go
@@ -239,7 +245,9 @@ class GantryFile(SceneFile):
         frequency = max(self._frequency(each, masses, q, contact) for each in loads if isinstance(each, RigidLoad))
         if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
             frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
-        frequency = max(frequency, shaft_frequency(self.backlash))
+        moved = dict(zip(("trolley", "bridge"), masses[:2], strict=True))
+        rates = [friction_rate(group.get(name), moved[name]) for group in (self.friction, self.lugre) for name in moved]
+        frequency = max(frequency, shaft_frequency(self.backlash), *rates)
         return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
 
     def _frequency(self, load: RigidLoad, masses: Any, q: Any, contact: Any) -> float:
@@ -256,11 +264,12 @@ class GantryFile(SceneFile):
             SceneError: groups contradict each other.
         """
         load, base_motion, force = self._load(), self.base_motion, self.payload_force
+        support = Bridge(self.trolley, self.bridge)
         _, exchange = exchange_of(self.payload, self.events, ground_velocity(self.contact))
-        check_equipment(self, self.payload)
+        check_equipment(self, self.payload, ("trolley", "bridge"))
         check_ends(self.falls.falls(self.initial.length, load), np.array(self.initial_q))
         return FallsCrane(
-            geared(Bridge(self.trolley, self.bridge), self.backlash, SUPPORT_JOINTS),
+            geared(actuated(support, self, SUPPORT_JOINTS), self.backlash, SUPPORT_JOINTS),
             self.falls.falls(self.initial.length, load),
             load,
             self.hoist.model(),

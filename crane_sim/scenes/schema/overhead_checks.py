@@ -43,8 +43,9 @@ def _check_plane(file: OverheadCrane) -> None:
         return
     if file.bridge is not None:
         raise SceneError("bridge: belongs to 3 dimensions, here are 2")
-    if file.friction is not None and file.friction.bridge is not None:
-        raise SceneError("friction.bridge: belongs to 3 dimensions, here are 2")
+    for key, group in (("friction", file.friction), ("lugre", file.lugre)):
+        if group is not None and group.bridge is not None:
+            raise SceneError(f"{key}.bridge: belongs to 3 dimensions, here are 2")
     if file.inputs is not None and "bridge" in file.inputs.model_fields_set:
         raise SceneError("inputs.bridge: belongs to 3 dimensions, here are 2")
     for name in ("y", "vy"):

@@ -6,6 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.types import NonNegative, Positive, Real, Tilt
 from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.groups import Channel, Group, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -140,6 +141,13 @@ class FrictionGroup(Group):
     hoist: Friction | None = None  # of the drum of a hoist with inertia, in terms of the rope; with rigid links
 
 
+class BristleGroup(Group):
+    """Dry friction of rails by bristles, the smooth alternative to `friction`; with links that are rigid."""
+
+    trolley: LuGre | None = None  # on the rail along x
+    bridge: LuGre | None = None  # on the rails along y
+
+
 class ForceGroup(Group):
     """A given force on a node of the cable, along an axis of the base."""
 
@@ -169,6 +177,7 @@ class OverheadGroups(SceneFile):
     hoist: HoistGroup | None = None  # changes the first link's length; left out: it is fixed
     joints: JointsGroup | None = None  # bending of the cable; also as `cable.joints`
     friction: FrictionGroup | None = None  # of rails and drum
+    lugre: BristleGroup | None = None  # the same by bristles, of rails without `friction`
     forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
     events: tuple[Event, ...] = ()  # changes of the payload at given times
     initial: Start = Start()  # the state at t = 0

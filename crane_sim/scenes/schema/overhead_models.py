@@ -18,12 +18,13 @@ from crane_sim.models.overhead.spring import Spring, SpringCrane
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
 from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.integrator import Demands, implicit, needs_frequency
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
-from crane_sim.scenes.schema.overhead_groups import AxisGroup, FrictionGroup, JointsGroup
+from crane_sim.scenes.schema.overhead_groups import AxisGroup, BristleGroup, FrictionGroup, JointsGroup
 from crane_sim.scenes.schema.overhead_stiffness import stiffest
 from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
 from crane_sim.trajectories.profiles import Shape
@@ -159,28 +160,45 @@ def refuse_springs(file: OverheadCrane) -> None:
 
 def trolley_of(file: OverheadCrane) -> Axis:
     """Return the trolley; raises SceneError as `axis_of` does."""
-    friction = file.friction.trolley if file.friction is not None else None
-    return axis_of("trolley", file.trolley, 0.0, friction, axis_motor(file, "trolley"))
+    return axis_of("trolley", file.trolley, 0.0, rail_friction(file, "trolley"), axis_motor(file, "trolley"))
 
 
 def bridge_of(file: OverheadCrane) -> Axis:
     """Return the bridge, which carries the trolley; raises SceneError as `axis_of` does."""
-    friction = file.friction.bridge if file.friction is not None else None
-    return axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction, axis_motor(file, "bridge"))
+    friction, reflected = rail_friction(file, "bridge"), axis_motor(file, "bridge")
+    return axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction, reflected)
 
 
-def axis_of(name: str, group: AxisGroup | None, carried: float, friction: Friction | None, reflected: float) -> Axis:
+def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
+    """Return the friction of an axis on its rail, None without one.
+
+    Raises:
+        SceneError: the axis has two, or is not driven by force, the cable is elastic, or values do not fit.
+    """
+    by_events, by_bristles = getattr(file.friction, name, None), getattr(file.lugre, name, None)
+    if by_events is None and by_bristles is None:
+        return None
+    if by_events is not None and by_bristles is not None:
+        raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
+    key, drive = "lugre" if by_events is None else "friction", (getattr(file, name) or AxisGroup(drive="fixed")).drive
+    if drive != "force":
+        raise SceneError(f"{key}.{name}: belongs to a drive by force, here it is {drive!r}")
+    if by_bristles is not None and file.cable_model == "elastic":
+        raise SceneError(f"lugre.{name}: belongs to rigid links, here cable.model is 'elastic'")
+    return checked(f"{key}.{name}", by_events or by_bristles)
+
+
+def axis_of(
+    name: str, group: AxisGroup | None, carried: float, friction: Friction | LuGre | None, reflected: float
+) -> Axis:
     """Return an axis that also moves the mass `carried` [kg], and its motor's `reflected` inertia [kg].
 
     Raises:
-        SceneError: mass, motion or friction do not fit the drive.
+        SceneError: mass or motion do not fit the drive.
     """
     group = group or AxisGroup(drive="fixed")
     drive, mass, motion = group.drive, group.mass, group.motion
     _check_shape(f"{name}.motion", motion, drive)
-    if friction is not None and drive != "force":
-        raise SceneError(f"friction.{name}: belongs to a drive by force, here it is {drive!r}")
-    friction = checked(f"friction.{name}", friction)
     if drive == "force":
         if mass is None or not mass + carried > 0.0:
             raise SceneError(
@@ -264,8 +282,8 @@ def switches_of(file: OverheadCrane) -> Switches | None:
     """Return the conditions that switch the model or end the run, None without any."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
-    friction = file.friction or FrictionGroup()
-    has_friction = any(checked(f"friction.{name}", part) for name, part in friction)
+    groups = {"friction": file.friction or FrictionGroup(), "lugre": file.lugre or BristleGroup()}
+    has_friction = any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group)
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
     if not (
         any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only

@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.friction import steepest_slope
+from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
@@ -54,7 +55,14 @@ def _friction_rate(file: OverheadCrane) -> float:
         rate = max(rate, steepest_slope(friction.bridge) / ((file.bridge.mass or 0.0) + carried))
     if friction is not None and friction.hoist is not None and file.hoist is not None and file.hoist.inertia:
         rate = max(rate, steepest_slope(friction.hoist) / file.hoist.inertia)
-    return rate
+    return max(rate, _bristle_rate(file))
+
+
+def _bristle_rate(file: OverheadCrane) -> float:
+    """Return the largest frequency or rate [1/s] of axes on their bristles."""
+    trolley, own = file.trolley.mass or 0.0, (file.bridge.mass if file.bridge is not None else None) or 0.0
+    masses = {"trolley": trolley, "bridge": trolley + own}
+    return max(friction_rate(getattr(file.lugre, name, None), mass) for name, mass in masses.items())
 
 
 def _least(shape: Shape, duration: float) -> float:

@@ -10,8 +10,11 @@ import numpy as np
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.stops import Stops
+from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.actuated import actuated, has_strength
 from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
 from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
@@ -44,6 +47,8 @@ class SuspendedFile(SceneFile):
     payload_drag: PayloadDrag | None = None  # drag of still air on the payload
     payload_force: PayloadForceGroup | None = None  # a given force on the payload
     events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
+    friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch has `rope.friction`
+    lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
     backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
     # have play; a joint that is left out has none
 
@@ -203,7 +208,7 @@ class SuspendedFile(SceneFile):
     @property
     def _has_events(self) -> bool:
         """Whether something other than limits switches the model or ends a run."""
-        return bool(self.events or self.backlash or self.rope.torsion)
+        return bool(self.events or self.backlash or self.rope.torsion or has_strength(self.friction, self.lugre))
 
     def model(self) -> SuspendedCrane:
         """Return the parameters of the crane.
@@ -214,11 +219,12 @@ class SuspendedFile(SceneFile):
         ns, start = len(self.support_joints), self._start
         self.rope.check(start.q[ns], start.v[ns], ns)
         self.rope.check_surroundings(self)
-        check_equipment(self, self.payload, ("rope",) if self.rope.takes_motor else ())
+        names = tuple(name for name, _, _ in self.support_joints)
+        check_equipment(self, self.payload, (*names, "rope") if self.rope.takes_motor else names)
         base_motion, force = self.base_motion, self.payload_force
         load, exchange = exchange_of(self.payload, self.events)
         return SuspendedCrane(
-            geared(self.support(), self.backlash, self.support_joints),
+            geared(actuated(self.support(), self, self.support_joints), self.backlash, self.support_joints),
             chain_of(start.q[ns], self.links, load.mass),
             load,
             self.rope.drive_of(self),

@@ -1,0 +1,401 @@
+"""Friction of a support's joints, and motors whose inertia moves with them.
+
+The mass matrix of these supports is diagonal. With the inertia M_i of a joint (`joint_mobilities`: 1 / M_i), the
+reflected inertia m_i = ratio² × that of the rotor of its motor, and the acceleration a_i that all efforts, friction
+among them, would give it without the motor,
+
+    q_i'' = M_i / (M_i + m_i) a_i,   and 0 where friction holds the joint, as if m_i were infinite,
+
+which holds the load M_i a_i. The tip's mobility has the same ratios. A motor turns relative to the support: a base's
+motion does not accelerate what it reflects, of which the ratio's square, not the ratio, counts.
+"""
+
+from typing import Any, NamedTuple
+
+from crane_sim.models.supports import (
+    add_imposed_efforts,
+    add_yaw_moment,
+    contact_count,
+    coordinate_count,
+    drive_power,
+    forward_kinematics,
+    joint_mobilities,
+    joint_motion,
+    support_acceleration,
+    support_base_energy,
+    support_guard,
+    support_kinetic,
+    support_polyline,
+    support_polyline_size,
+    support_potential,
+    tip_acceleration,
+    tip_levers,
+    tip_mobility,
+    with_wind,
+    yaw,
+)
+from crane_sim.models.supports.backlash import (
+    GearedSupport,
+    fill_support_modes,
+    joint_efforts,
+    with_support_switching,
+)
+from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.joint_contacts import (
+    JointContacts,
+    add_contact_efforts,
+    any_in_list_held,
+    contact_entries,
+    contact_guards,
+    fill_contacts,
+    fill_modes,
+    list_length,
+    mode_of_stopped_joint,
+    place_in_list,
+    without_held,
+    write_list_rates,
+)
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
+from crane_sim.numerics.states import replace_entry
+from crane_sim.system import Switching
+
+
+class ActuatedSupport(NamedTuple):
+    """A support whose joints have friction, motors or both; what is None is not modelled."""
+
+    support: Any  # of `crane_sim.models.supports`, not a `GearedSupport`, which can carry this one
+    motors: tuple[float, ...] | None  # (n,) kg or kg m², reflected to the joints
+    contacts: JointContacts | None
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return self.support.coordinate(i)
+
+
+class ActuatedState(NamedTuple):
+    """State of support and friction."""
+
+    inner: Any  # of the support
+    floats: Any  # of `JointContacts`, a tuple
+
+
+class ActuatedPosture(NamedTuple):
+    """Kinematics of a state."""
+
+    tip: tuple[float, float, float]  # m
+    tip_velocity: tuple[float, float, float]  # m/s
+    yaw_rate: float  # rad/s
+    inner: Any  # posture of the support
+    ratio: Any  # (n,) of accelerations with motors and friction to those without
+    rates: Any  # (n,) of the joints
+    floats: Any  # of `JointContacts`
+
+
+def bare_support(support: Any) -> Any:
+    """Return the support without drives, motors and friction of its joints."""
+    return bare_support(support.support) if isinstance(support, GearedSupport | ActuatedSupport) else support
+
+
+def takes_energy(support: Any) -> bool:
+    """Return whether drives with play or friction take energy."""
+    return isinstance(support, GearedSupport) or (isinstance(support, ActuatedSupport) and support.contacts is not None)
+
+
+@lean_kernel
+def with_contacts(support, inner, x):
+    """Return the ActuatedState of a crane's state x; inner: the support's own."""
+    return ActuatedState(inner, contact_entries(support.contacts, x, len(x) - list_length(support.contacts)))
+
+
+@contact_count.register(ActuatedSupport)
+def _(support):
+    return list_length(support.contacts)
+
+
+@coordinate_count.register(ActuatedSupport)
+def _(support):
+    return coordinate_count(support.support)
+
+
+@joint_motion.register(ActuatedSupport)
+def _(support, xs, i):
+    return joint_motion(support.support, xs.inner, i)
+
+
+@lean_generic
+def motor_ratios(motors, mobilities):
+    """Return M_i / (M_i + m_i) of joints with these mobilities 1 / M_i, a tuple."""
+    for i in range(len(mobilities)):
+        mobilities = replace_entry(mobilities, i, 1.0)
+    return mobilities
+
+
+@motor_ratios.register(tuple)
+def _(motors, mobilities):
+    for i in range(len(mobilities)):
+        mobilities = replace_entry(mobilities, i, 1.0 / (1.0 + motors[i] * mobilities[i]))
+    return mobilities
+
+
+@lean_kernel
+def joint_rates(support, xs, rates):
+    """Return the rates of the joints; `rates` is any tuple of their number."""
+    for i in range(len(rates)):
+        rates = replace_entry(rates, i, joint_motion(support.support, xs.inner, i)[1])
+    return rates
+
+
+@forward_kinematics.register(ActuatedSupport)
+def _(support, xs):
+    pose = forward_kinematics(support.support, xs.inner)
+    mobilities = joint_mobilities(support.support, pose)
+    ratio = without_held(support.contacts, motor_ratios(support.motors, mobilities), xs.floats, 0)
+    rates = joint_rates(support, xs, mobilities)
+    return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.floats)
+
+
+@joint_efforts.register(ActuatedSupport)
+def _(support, tau, pose):
+    return add_contact_efforts(support.contacts, tau, pose.rates, pose.floats, 0)
+
+
+@support_acceleration.register(ActuatedSupport)
+def _(support, pose, gravity, tau, force):
+    qdd = support_acceleration(support.support, pose.inner, gravity, tau, force)
+    for i in range(len(qdd)):
+        qdd = replace_entry(qdd, i, pose.ratio[i] * qdd[i])
+    return qdd
+
+
+@tip_mobility.register(ActuatedSupport)
+def _(support, pose, n):
+    levers, mobilities = tip_levers(support.support, pose.inner, n), joint_mobilities(support.support, pose.inner)
+    total = 0.0
+    for i in range(len(levers)):
+        total += pose.ratio[i] * mobilities[i] * levers[i] * levers[i]
+    return total
+
+
+@lean_generic
+def motor_energy(motors, rates):
+    """Return the kinetic energy [J] of motors whose joints have these rates."""
+    return 0.0
+
+
+@motor_energy.register(tuple)
+def _(motors, rates):
+    energy = 0.0
+    for i in range(len(motors)):
+        energy += 0.5 * motors[i] * rates[i] * rates[i]
+    return energy
+
+
+@support_kinetic.register(ActuatedSupport)
+def _(support, pose):
+    return support_kinetic(support.support, pose.inner) + motor_energy(support.motors, pose.rates)
+
+
+@lean_generic
+def write_contact_rates(support, pose, out):
+    """Write the derivatives of the floats of the joints' friction into the end of `out`."""
+
+
+@write_contact_rates.register(ActuatedSupport)
+def _(support, pose, out):
+    write_list_rates(support.contacts, pose.rates, pose.floats, 0, out)
+
+
+@write_contact_rates.register(GearedSupport)
+def _(support, pose, out):
+    write_contact_rates(support.support, pose.inner, out)
+
+
+@fill_support_modes.register(ActuatedSupport)
+def _(support, x, xs):
+    pose = forward_kinematics(support.support, xs.inner)
+    fill_contacts(support.contacts, joint_rates(support, xs, joint_mobilities(support.support, pose)), x)
+
+
+@generic
+def renew_modes(support, x, xs):
+    """Write the modes of joints that stick or slip into the end of state x, after a jump of their rates."""
+
+
+@renew_modes.register(ActuatedSupport)
+def _(support, x, xs):
+    fill_modes(support.contacts, forward_kinematics(support, xs).rates, x)
+
+
+@renew_modes.register(GearedSupport)
+def _(support, x, xs):
+    renew_modes(support.support, x, xs.inner)
+
+
+@generic
+def any_joint_held(support, xs):
+    """Return whether friction holds a joint."""
+    return False
+
+
+@any_joint_held.register(ActuatedSupport)
+def _(support, xs):
+    return any_in_list_held(support.contacts, xs.floats, 0)
+
+
+@any_joint_held.register(GearedSupport)
+def _(support, xs):
+    return any_joint_held(support.support, xs.inner)
+
+
+@kernel
+def held_loads(support, pose, gravity, tau, force):
+    """Return the efforts (n,) that friction holds where a joint sticks; arguments of `support_acceleration`."""
+    loads = support_acceleration(support.support, pose.inner, gravity, tau, force)
+    mobilities = joint_mobilities(support.support, pose.inner)
+    for i in range(len(mobilities)):
+        if mobilities[i] > 0.0:  # the slew of a tower crane may be locked
+            loads = replace_entry(loads, i, loads[i] / mobilities[i])
+    return loads
+
+
+@generic
+def held_guard(support, best, pose, gravity, tau, force):
+    """Return the smallest guard, those of joints that friction holds counted in, see `support_acceleration`."""
+    return best
+
+
+@held_guard.register(ActuatedSupport)
+def _(support, best, pose, gravity, tau, force):
+    loads = held_loads(support, pose, gravity, tau, force)
+    return contact_guards(support.contacts, best, pose.rates, loads, pose.floats, True, 0)
+
+
+@held_guard.register(GearedSupport)
+def _(support, best, pose, gravity, tau, force):
+    return held_guard(support.support, best, pose.inner, gravity, tau, force)
+
+
+@support_guard.register(ActuatedSupport)
+def _(support, best, xs):
+    best = support_guard(support.support, best, xs.inner)
+    rates = forward_kinematics(support, xs).rates
+    return contact_guards(support.contacts, best, rates, rates, xs.floats, False, 0)
+
+
+@with_support_switching.register(ActuatedSupport)
+def _(support, switching):
+    return with_contact_switching(support.contacts, switching)
+
+
+@generic
+def with_contact_switching(contacts, switching):
+    """Return the result of `system.switching` with this friction of the joints."""
+    return switching
+
+
+@with_contact_switching.register(JointContacts)
+def _(contacts, switching):
+    return Switching(1000, 0, either(retake_of(contacts), retake_within(switching)))
+
+
+@generic
+def retake_within(switching):
+    """Return what a result of `system.switching` has as `retake`, None for None."""
+    return None
+
+
+@retake_within.register(Switching)
+def _(switching):
+    return switching.retake
+
+
+@generic
+def place_of_contact(support, joint):
+    """Return the index, from the end of the state back, of the float of a joint's friction."""
+    return 1
+
+
+@place_of_contact.register(ActuatedSupport)
+def _(support, joint):
+    return list_length(support.contacts) - place_in_list(support.contacts, joint)
+
+
+@place_of_contact.register(GearedSupport)
+def _(support, joint):
+    return place_of_contact(support.support, joint)
+
+
+@generic
+def mode_after_guard(support, joint, failed, solved, gravity, force):
+    """Return the mode of a joint at rest after its guard has failed in mode `failed`.
+
+    Args:
+        support: the support.
+        joint: index of its coordinate.
+        failed: the mode before.
+        solved: (posture, efforts) of a state in which friction holds the joint.
+        gravity, force: arguments of `support_acceleration`.
+    """
+    return failed
+
+
+@mode_after_guard.register(ActuatedSupport)
+def _(support, joint, failed, solved, gravity, force):
+    pose, tau = solved
+    load = held_loads(support, pose, gravity, tau, force)[joint]
+    return mode_of_stopped_joint(support.contacts, joint, failed, load)
+
+
+@mode_after_guard.register(GearedSupport)
+def _(support, joint, failed, solved, gravity, force):
+    return mode_after_guard(support.support, joint, failed, (solved[0].inner, solved[1]), gravity, force)
+
+
+@tip_acceleration.register(ActuatedSupport)
+def _(support, pose, qdd):
+    return tip_acceleration(support.support, pose.inner, qdd)
+
+
+@add_yaw_moment.register(ActuatedSupport)
+def _(support, tau, couple):
+    return add_yaw_moment(support.support, tau, couple)
+
+
+@add_imposed_efforts.register(ActuatedSupport)
+def _(support, base, tau, pose):
+    return add_imposed_efforts(support.support, base, tau, pose.inner)
+
+
+@with_wind.register(ActuatedSupport)
+def _(support, tau, flow, base, pose):
+    return with_wind(support.support, tau, flow, base, pose.inner)
+
+
+@drive_power.register(ActuatedSupport)
+def _(support, tau, pose, force):
+    return drive_power(support.support, tau, pose.inner, force)
+
+
+@yaw.register(ActuatedSupport)
+def _(support, xs):
+    return yaw(support.support, xs.inner)
+
+
+@support_polyline.register(ActuatedSupport)
+def _(support, xs):
+    return support_polyline(support.support, xs.inner)
+
+
+@support_polyline_size.register(ActuatedSupport)
+def _(support):
+    return support_polyline_size(support.support)
+
+
+@support_potential.register(ActuatedSupport)
+def _(support, pose, gravity):
+    return support_potential(support.support, pose.inner, gravity)
+
+
+@support_base_energy.register(ActuatedSupport)
+def _(support, base, pose, gravity):
+    return support_base_energy(support.support, base, pose.inner, gravity)

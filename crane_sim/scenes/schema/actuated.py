@@ -1,0 +1,76 @@
+"""The groups `friction` and `lugre` of a crane with a support, and the motors of its joints."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.models.supports.actuated_support import ActuatedSupport
+from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.joint_contacts import JointContacts
+from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.supports.tower_crane import LockedSlew
+from crane_sim.scenes.schema.friction_checks import checked
+from crane_sim.scenes.schema.motors import reflected_inertia
+
+
+def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -> bool:
+    """Return whether any joint's friction has some strength; raises SceneError as `checked` does."""
+    groups = {"friction": friction, "lugre": lugre}
+    return any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
+
+
+def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
+    """Return the support with friction and motors of its joints, as it is without any.
+
+    Args:
+        support: of the crane.
+        file: the scene's, with `friction`, `lugre` and `backlash` by joint.
+        joints: of the support, each (name, unit of its position, unit of its effort).
+
+    Raises:
+        SceneError: there is no such joint, it is locked or belongs to a structure that bends, or its friction or motor
+            is given twice.
+    """
+    names = [name for name, _, _ in joints]
+    contacts = None
+    for i in reversed(range(len(names))):
+        friction = _friction_of(names[i], file)
+        contacts = JointContacts(i, friction, contacts) if friction is not None else contacts
+    _check_joints(support, file, names)
+    motors = tuple(_motor_of(name, file) for name in names)
+    if contacts is None and not any(motors):
+        return support
+    if isinstance(support, FlexibleSupport):
+        key = "friction and lugre" if contacts is not None else "actuators: a motor's inertia"
+        raise SceneError(f"flexibility: stands beside {key}; possible: flexibility, or friction and inertia of joints")
+    return ActuatedSupport(support, motors if any(motors) else None, contacts)
+
+
+def _check_joints(support: Any, file: Any, names: Sequence[str]) -> None:
+    """Reject friction and motors of joints that there are not, or that are locked."""
+    locked = isinstance(getattr(support, "slew", None), LockedSlew)
+    for key in ("friction", "lugre"):
+        for name in getattr(file, key):
+            if name not in names:
+                raise SceneError(f"{key}: {unknown_key(name, names, 'joint')}")
+            if name == "slew" and locked:
+                raise SceneError(f"{key}.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
+    if locked and reflected_inertia(file, "slew") > 0.0:
+        raise SceneError("actuators.slew.motor.inertia: belongs to a joint that it moves, slew.drive is 'locked'")
+
+
+def _friction_of(name: str, file: Any) -> Friction | LuGre | None:
+    """Return the friction of a joint, None where it has none or it has no strength."""
+    by_events, by_bristles = file.friction.get(name), file.lugre.get(name)
+    if by_events is not None and by_bristles is not None:
+        raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
+    return checked(f"friction.{name}", by_events) or checked(f"lugre.{name}", by_bristles)
+
+
+def _motor_of(name: str, file: Any) -> float:
+    """Return the inertia [kg or kg m²] that a joint's motor reflects to it."""
+    inertia = reflected_inertia(file, name)
+    if inertia > 0.0 and name in file.backlash:
+        raise SceneError(f"actuators.{name}.motor.inertia: stands beside backlash.{name}; give its drives the inertia")
+    return inertia

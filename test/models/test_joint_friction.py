@@ -1,0 +1,362 @@
+"""Friction of joints of tower, mobile, bridge and gantry cranes: events, bristles, motors, and what they meet."""
+
+from functools import cache
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from friction_events import Reference, Rubbing, Vector, bristle_forces, check_events, sines
+from mpmath import mp, mpf
+from scipy.integrate import solve_ivp
+
+import crane_sim
+from crane_sim import load_scene, system
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.guards import Guard, encode
+from crane_sim.models.supports.actuated_support import ActuatedSupport
+
+pytestmark = pytest.mark.interpreted
+
+ACCURATE = {"method": "dop853", "rtol": 1e-12, "atol": 1e-12}
+BRIDGE: dict[str, Any] = {
+    "crane": "bridge",
+    "duration": 2.0,
+    "trolley": {"mass": 1000.0},
+    "bridge": {"mass": 3000.0},
+    "payload": {"mass": 800.0},
+    "rope": {"drive": "locked"},
+    "initial": {"q": [0.0, 0.0, 5.0, 0.1, 0.05]},
+    "integrator": ACCURATE,
+}
+AMPLITUDE, FREQUENCY, COULOMB, STATIC = 900.0, 3.0, 500.0, 700.0
+
+
+def bridge_events(end: float) -> list[tuple[float, str]]:
+    """Return the events of a mass on a rail under a sinusoidal force, from the roots of its speed in 30 digits."""
+    with mp.workdps(30):
+        a, w, fc, breaks = mpf(AMPLITUDE), mpf(FREQUENCY), mpf(COULOMB), mpmath.asin(mpf(STATIC) / mpf(AMPLITUDE))
+        t, k, events = breaks / w, 0, []
+        while t < end:
+            sign, begin = (-1) ** k, t
+            events.append((t, "the bridge slips forwards" if sign > 0 else "the bridge slips backwards"))
+
+            def momentum(at: Any, begin: Any = begin, sign: int = sign) -> Any:
+                return sign * a / w * (mpmath.cos(w * begin) - mpmath.cos(w * at)) - fc * (at - begin)
+
+            t = mpmath.findroot(momentum, (begin + mpf("0.7"), begin + mpf("1.0")), solver="anderson")
+            assert abs(a * mpmath.sin(w * t)) < STATIC and t - begin > mpf("0.7")
+            events.append((t, "the bridge sticks"))
+            k += 1
+            t = (breaks + k * mp.pi) / w
+        return [(float(at), what) for at, what in events if at < end]
+
+
+def test_a_bridge_sticks_and_slips_at_the_instants_of_the_closed_form() -> None:
+    """Under a sinusoidal force with its trolley held, a bridge sticks and slips at the roots of its speed."""
+    sine = {"kind": "sine", "amplitude": AMPLITUDE, "frequency": FREQUENCY}
+    group = {"bridge": {"coulomb": COULOMB, "static": STATIC}, "trolley": {"coulomb": 1.0, "static": 1.0}}
+    light = {"payload": {"mass": 1e-9}, "initial": {"q": [0.0, 0.0, 5.0, 0.0, 0.0]}}  # kg: a part of 1e-13
+    run = crane_sim.simulate(BRIDGE | light | {"duration": 4.0, "friction": group, "inputs": {"bridge": sine}})
+    expected = bridge_events(4.0)
+    assert len(expected) == 7 and [what for _, what in run.events] == [what for _, what in expected]
+    np.testing.assert_allclose([t for t, _ in run.events], [t for t, _ in expected], rtol=0.0, atol=1e-12)
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+SECTIONS = (5.0, 2.0, 4.0), (3.0, 1.5, 2.0)  # mass, centre, inertia of the base section and of the telescoped one
+FOOT, SUPERSTRUCTURE, LOAD, ROPE = (0.5, 1.2), 30.0, 10.0, 2.5
+DRY: Rubbing = {
+    "slew": {"coulomb": 18.0, "static": 24.0, "stribeck": 0.05},
+    "boom": {"coulomb": 95.0, "static": 110.0, "viscous": 5.0},
+    "telescope": {"coulomb": 25.0, "static": 32.0, "stribeck": 0.1, "viscous": 2.0},
+}
+WAVES = {"slew": (30.0, 4.0, 0.0), "boom": (160.0, 7.0, 781.0), "telescope": (60.0, 5.0, 74.0)}
+MOBILE: dict[str, Any] = {
+    "crane": "mobile",
+    "duration": 2.0,
+    "superstructure": {"inertia": SUPERSTRUCTURE, "foot": list(FOOT)},
+    "boom": dict(zip(("mass", "centre", "inertia"), SECTIONS[0], strict=True)),
+    "telescope": dict(zip(("mass", "centre", "inertia"), SECTIONS[1], strict=True)),
+    "rope": {"drive": "locked"},
+    "payload": {"mass": LOAD},
+    "initial": {"q": [0.0, 0.6, 7.0, ROPE, 0.01, 0.05]},
+    "inputs": sines(WAVES),
+    "integrator": ACCURATE,
+}
+
+
+@cache
+def mobile_functions() -> tuple[Any, Any, Any]:
+    """Return (masses, Jacobians of places, their rates) of the mobile crane's points, functions of (q, v).
+
+    Each section is two points on the boom; the superstructure is apart.
+    """
+    q, v = sympy.symbols("q0:5"), sympy.symbols("v0:5")
+    a, boom, out, first, second = q
+    radial = sympy.Matrix([sympy.cos(a), sympy.sin(a), 0])
+    across, up = sympy.Matrix([-sympy.sin(a), sympy.cos(a), 0]), sympy.Matrix([0, 0, 1])
+    along = radial * sympy.cos(boom) + up * sympy.sin(boom)
+    foot = radial * FOOT[0] + up * FOOT[1]
+    points, masses = [], []
+    for (mass, _, inertia), middle in zip(SECTIONS, (SECTIONS[0][1], out - SECTIONS[1][1]), strict=True):
+        half = (inertia / mass) ** 0.5
+        points += [foot + along * (middle + side * half) for side in (1, -1)]
+        masses += [mass / 2, mass / 2]
+    hangs = radial * sympy.sin(second) + sympy.cos(second) * (across * sympy.sin(first) - up * sympy.cos(first))
+    points.append(foot + along * out + hangs * ROPE)
+    places = sympy.Matrix([x for point in points for x in point])
+    jacobian = places.jacobian(q)
+    rates = sum((jacobian.diff(x) * w for x, w in zip(q, v, strict=True)), sympy.zeros(*jacobian.shape))
+    both = sympy.lambdify([q, v], [jacobian, rates * sympy.Matrix(v)], cse=True)
+    return np.repeat([*masses, LOAD], 3), both, None
+
+
+def mobile_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Return (mass matrix, generalised force) of (slew, boom, telescope, two swing angles): virtual work of points."""
+    masses, both, _ = mobile_functions()
+    jacobian, bias = both(q, v)
+    gravity = np.tile([0.0, 0.0, -9.81], len(masses) // 3)
+    matrix = jacobian.T @ (masses[:, None] * jacobian)
+    matrix[0, 0] += SUPERSTRUCTURE
+    return matrix, np.array([*u, 0.0, 0.0]) + jacobian.T @ (masses * (gravity - np.ravel(bias)))
+
+
+@cache
+def mobile_events(end: float) -> list[tuple[float, int, float]]:
+    """Return the events of the scene MOBILE by the reference."""
+    start = np.array([0.0, 0.6, 7.0, 0.01, 0.05, *np.zeros(5)])
+    return Reference(mobile_equations, WAVES, DRY).events(start, end)
+
+
+def test_three_joints_of_a_mobile_crane_stick_and_slip() -> None:
+    """Slew, boom and telescope stick and slip at the times of virtual work with a constraint for each that sticks."""
+    expected = mobile_events(2.0)
+    assert len(expected) > 12 and {(0, 0.0), (1, 0.0), (2, 0.0)} <= {(j, mode) for _, j, mode in expected}
+    check_events(crane_sim.simulate(MOBILE | {"friction": DRY}), expected, list(DRY))
+
+
+BRISTLES: Rubbing = {
+    "trolley": {"coulomb": 60.0, "static": 90.0, "stribeck": 0.05, "stiffness": 4e4, "damping": 300.0},
+    "bridge": {"coulomb": 90.0, "static": 120.0, "stribeck": 0.1, "stiffness": 9e4, "damping": 900.0, "viscous": 30.0},
+}
+
+
+def bridge_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Return (mass matrix, generalised force) of (trolley, bridge, two swing angles): virtual work of the load."""
+    (s1, c1), (s2, c2), (w1, w2), length, m = *((np.sin(a), np.cos(a)) for a in q[2:]), v[2:], 5.0, 800.0
+    first, second = length * np.array([0.0, c2 * c1, c2 * s1]), length * np.array([c2, -s2 * s1, s2 * c1])
+    jacobian = np.column_stack([np.eye(3)[:, :2], first, second])
+    bias = w1 * w1 * np.array([0.0, -c2 * s1, c2 * c1]) + 2.0 * w1 * w2 * np.array([0.0, -s2 * c1, -s2 * s1])
+    bias = length * (bias + w2 * w2 * np.array([-s2, -c2 * s1, c2 * c1]))
+    matrix = m * jacobian.T @ jacobian + np.diag([1000.0, 4000.0, 0.0, 0.0])
+    return matrix, np.array([*u, 0.0, 0.0]) + m * jacobian.T @ (np.array([0.0, 0.0, -9.81]) - bias)
+
+
+def test_bristles_of_a_bridge_crane_bend_as_the_paper_says() -> None:
+    """Trolley and bridge with LuGre friction move as virtual work with the bristles says, and the energy adds up."""
+    end = 2.0
+
+    def rates(_: float, y: Vector) -> Vector:
+        q, v, z = y[:4], y[4:8], y[8:]
+        force, bending = bristle_forces(BRISTLES, v[:2], z)
+        matrix, total = bridge_equations(q, v, -force)
+        return np.concatenate([v, np.linalg.solve(matrix, total), bending])
+
+    start = np.array([0.0, 0.0, 0.1, 0.05, *np.zeros(6)])
+    expected = solve_ivp(rates, (0.0, end), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    run = crane_sim.simulate(BRIDGE | {"duration": end, "lugre": BRISTLES})
+    got = np.delete(np.concatenate([run.q[-1], run.v[-1]]), [2, 7])  # the rope keeps its length
+    assert run.events == [] and np.ptp(run.q[:, 0]) > 0.01
+    # |v| bends the equations where a joint turns round, which costs both solutions an order there
+    assert np.max(np.abs(got - expected[:8])) < 1e-9
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+SEA = {"roll": {"amplitude": 0.1, "frequency": 0.9, "phase": 1.0}, "heave": {"amplitude": 0.8, "frequency": 1.1}}
+MOVES = {"initial": {"q": [0.2, 0.6, 7.0, ROPE, 0.1, 0.2], "v": [0.3, 0.0, -0.2, 0.0, 0.4, -0.3]}}
+DRAGS = {name: group | {"stribeck": 0.1, "stiffness": 900.0, "damping": 30.0} for name, group in DRY.items()}
+METERED: dict[str, dict[str, Any]] = {
+    "by events": {"friction": DRY},
+    "by bristles at sea": {"lugre": DRAGS, "base_motion": SEA},
+    "motors at sea": {
+        "friction": DRY,
+        "base_motion": SEA,
+        "actuators": {"slew": {"motor": {"ratio": 9, "inertia": 0.2}}},
+    },
+}
+
+
+@pytest.mark.parametrize("case", METERED)
+def test_the_meter_counts_what_friction_takes(case: str) -> None:
+    """The energy of the crane changes by the power that the meter counts, friction's losses among it."""
+    p = load_scene(MOBILE | MOVES, METERED[case]).model
+    assert isinstance(p.support, ActuatedSupport)
+    q, v = (np.array(MOVES["initial"][key]) for key in ("q", "v"))
+    x, u, t, h = system.state(p, 0.7, q, v), (30.0, 700.0, 50.0), 0.7, 1e-6
+    rates = system.rhs(p, t, x, u)
+    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * rates, x + h * rates))
+    metered = system.power(p, t, x, u)
+    assert (high - low) / (2.0 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))  # h², rounding / h
+    assert metered in rates
+
+
+def test_motors_are_mass_of_the_joints_on_a_base_at_rest() -> None:
+    """The motor of a bridge moves like as much mass on it; on a moving base it does not weigh, which mass does."""
+    motor = {"actuators": {"bridge": {"motor": {"ratio": 50.0, "inertia": 0.2}}}}  # 500 kg
+    for base, same in (({}, True), ({"base_motion": {"sway": {"amplitude": 0.5, "frequency": 1.0}}}, False)):
+        geared, heavy = load_scene(BRIDGE | base, motor), load_scene(BRIDGE | base, {"bridge.mass": 3500.0})
+        results = []
+        for scene in (geared, heavy):
+            x = system.state(scene.model, 0.7, np.array(scene.initial_q), np.zeros(5))
+            results.append(system.acceleration(scene.model, 0.7, x, (100.0, -300.0)))
+        assert np.allclose(*results, rtol=0.0, atol=1e-13) == same
+
+
+FULL = {
+    "friction": {"trolley": {"coulomb": 90.0, "static": 120.0}, "bridge": {"coulomb": 150.0, "static": 250.0}},
+    "backlash": {"bridge": [{"inertia": 500.0, "play": 0.01, "stiffness": 1e6, "damping": 2e3}]},
+    "rope": {"slack": "stop", "friction": {"coulomb": 40.0, "static": 60.0}, "reeving": {"falls": 2, "length": 40.0}},
+}
+
+
+def test_friction_plays_and_reeved_winches_meet() -> None:
+    """Joints with friction behind drives with play above a winch that sticks: modes have places, energy is kept."""
+    efforts = {"bridge": {"kind": "constant", "value": 900.0}, "rope": {"kind": "constant", "value": -7848.0}}
+    scene = load_scene(BRIDGE | FULL, {"duration": 0.6, "inputs": efforts})
+    p, q = scene.model, np.array(scene.initial_q)
+    x = system.state(p, 0.0, q, np.array([0.1, -0.2, 0.0, 0.0, 0.0, 0.3]))
+    assert list(x[-4:]) == [0.0, 0.0, 1.0, -1.0]  # winch, drive in its play, trolley, bridge
+    run = crane_sim.simulate(scene)
+    texts = [text for _, text in run.events]
+    assert {"the trolley slips forwards", "the bridge slips forwards", "drive 1 of the bridge pushes forwards"} <= {
+        *texts
+    }
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+def test_an_impact_breaks_joints_loose() -> None:
+    """A load that is taken up moves a trolley that sticks as a free one: finite forces do not hold an impulse."""
+    taken: dict[str, Any] = {
+        "events": [{"at": 0.1, "set": {"payload": {"mass": 1600.0}}, "velocity": [2.0, -1.0, 0.0]}]
+    }
+    taken["initial"] = {"q": [0.0, 0.0, 5.0, 0.4, 0.3]}
+    group, results = {"friction": dict.fromkeys(BRISTLES, {"coulomb": 90.0, "static": 5e3})}, []
+    for extra in (group, {"lugre": BRISTLES}, {}):
+        scene = load_scene(BRIDGE | taken | extra)
+        x = system.state(scene.model, 0.1, np.array(scene.initial_q), np.array([0.0, 0.0, 0.0, 0.3, -0.2]))
+        y, _, continues = system.apply_reset_map(scene.model, 0.1, x, (0.0, 0.0), encode(Guard.PAYLOAD, 0))
+        assert continues
+        results.append((system.joints(scene.model, y)[1], y[-2:]))
+    (sticks, modes), (bends, bristles), (free, _) = results
+    np.testing.assert_allclose([sticks, bends], [free, free], rtol=0.0, atol=1e-14)  # rounding
+    assert abs(free[:2]).min() > 1e-3
+    assert list(modes) == list(np.sign(free[:2])) and list(bristles) == [0.0, 0.0]
+
+
+DRAGGED: dict[str, dict[str, Any]] = {
+    "sticks": {"friction": {"bridge": {"coulomb": 4e3, "static": 9e4}, "trolley": {"coulomb": 900.0, "static": 1e3}}},
+    "bristles": {"lugre": {"bridge": BRISTLES["bridge"] | {"coulomb": 4e3, "static": 6e3}}},
+}
+
+
+@pytest.mark.parametrize("case", DRAGGED)
+def test_a_gantry_with_friction_moves_as_one_under_its_forces(case: str) -> None:
+    """Below falls: accelerations are those of a crane without friction under its forces, and the meter counts them."""
+    plain, scene = load_scene("spreader_skew"), load_scene("spreader_skew", DRAGGED[case])
+    q, v, u = np.array(plain.initial_q), np.zeros(len(plain.initial_q)), (300.0, 500.0, 0.1)
+    v[:7] = 0.1, 0.0 if case == "sticks" else 0.2, -0.1, 0.05, 0.1, 0.02, 0.0
+    p, free = scene.model._replace(energy_meter=Meter()), plain.model
+    x, y = system.state(p, 0.0, q, v), system.state(free, 0.0, q, v)
+    got = system.acceleration(p, 0.0, x, u)
+    if case == "sticks":
+        load = (free.support.trolley.mass + free.support.bridge.mass) * system.acceleration(free, 0.0, y, u)[1]
+        forces = 300.0 - 900.0, 500.0 - load, 0.1
+        slides, breaks = (
+            system.guard(p, 0.0, x, u, None),
+            system.guard(p, 0.0, x, (300.0, 9e4 - load + 501.0, 0.1), None),
+        )
+        assert slides[:2] == (0.1, encode(Guard.FRICTION, 0)) and got[1] == 0.0
+        assert breaks[:2] == (pytest.approx(-1.0, rel=1e-9), encode(Guard.FRICTION, 1))
+    else:
+        forces = 300.0, 500.0 - 4e3 - 2e3 * np.exp(-4.0) - 30.0 * 0.2, 0.1  # bristles bent as in steady motion
+    expected = system.acceleration(free, 0.0, y, forces)
+    np.testing.assert_allclose(got, expected, rtol=0.0, atol=1e-11)  # rounding of forces of 1e4 N on 1e3 kg
+    rates, h = system.rhs(p, 0.0, x, u), 1e-6
+    low, high = (system.kinetic(p, z) + system.potential(p, z) for z in (x - h * rates, x + h * rates))
+    metered = rates[2 * len(got)]
+    assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))  # h², rounding / h
+
+
+LOCKED = {
+    "crane": "tower",
+    "duration": 1.0,
+    "slew": {"drive": "locked"},
+    "trolley": {"mass": 100.0},
+    "payload": {"mass": 9.0},
+}
+LOCKED = LOCKED | {"initial": {"q": [0.0, 6.0, 5.0, 0.0, 0.0]}}
+SOME = {"coulomb": 3.0, "static": 5.0}
+MOTOR = {"motor": {"ratio": 10.0, "inertia": 0.1}}
+REJECTED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "unknown": (BRIDGE, {"friction": {"slew": SOME}}, r"friction: unknown joint 'slew' \(known: trolley, bridge\)"),
+    "winch": (MOBILE, {"friction": {"rope": SOME}}, r"friction: unknown joint 'rope' \(known: slew, boom, telescope\)"),
+    "both": (BRIDGE, {"friction": {"bridge": SOME}, "lugre": BRISTLES}, "lugre.bridge: stands beside friction.bridge"),
+    "static": (
+        BRIDGE,
+        {"friction.bridge": {"coulomb": 5, "static": 3}},
+        "friction.bridge.static = 3.0: .* coulomb = 5.0",
+    ),
+    "negative": (BRIDGE, {"friction.bridge": SOME | {"coulomb": -1}}, "friction.bridge.coulomb = -1: must be"),
+    "locked": (LOCKED, {"friction.slew": SOME}, "friction.slew: belongs to a joint .* slew.drive is 'locked'"),
+    "locked motor": (LOCKED, {"actuators.slew": MOTOR}, "actuators.slew.motor.inertia: .* slew.drive is 'locked'"),
+    "two inertias": (
+        BRIDGE,
+        {"backlash": FULL["backlash"], "actuators.bridge": MOTOR},
+        "actuators.bridge.motor.inertia: stands beside backlash.bridge",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REJECTED)
+def test_friction_and_motors_that_cannot_be_are_named(case: str) -> None:
+    """Each contradiction is one line that begins with the key."""
+    scene, changes, line = REJECTED[case]
+    with pytest.raises(crane_sim.SceneError, match=line) as error:
+        load_scene(scene, changes)
+    assert "\n" not in str(error.value)
+
+
+def test_a_fixed_step_is_judged_by_the_bristles() -> None:
+    """A step that a trolley of 27 t on bristles of 1e12 N/m cannot bear is refused, by the frequency of both."""
+    stiff = BRISTLES["trolley"] | {"stiffness": 1e12}
+    changes = {"lugre": {"trolley": stiff}, "integrator": {"method": "rk4", "step": 0.001}}
+    with pytest.raises(
+        crane_sim.SceneError, match="integrator.step = 0.001: too large for the stiffest motion, 6086 rad"
+    ):
+        load_scene("spreader_skew", changes)
+
+
+def test_friction_without_strength_is_none() -> None:
+    """Joints whose friction is zero have none in the model, and motors without inertia neither: no state, no cost."""
+    none = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.1}
+    motor = {"trolley": {"motor": {"ratio": 10.0}}}
+    model = load_scene(BRIDGE, {"friction": dict.fromkeys(BRISTLES, none), "actuators": motor}).model
+    plain = load_scene(BRIDGE).model
+    assert model.support == plain.support and model.stops is plain.stops is None
+
+
+@pytest.mark.parametrize("group", ["friction", "lugre"])
+def test_lqr_believes_in_viscous_friction_alone(group: str) -> None:
+    """LQR has the same gains with dry friction and with bristles as with their viscous part; energy is kept."""
+    keys = ("coulomb", "static", "viscous", *(BRISTLES["trolley"] if group == "lugre" else ()))
+    rubbing = {name: {key: part[key] for key in keys if key in part} for name, part in BRISTLES.items()}
+    viscous = {"bridge": {"coulomb": 0.0, "static": 0.0, "viscous": 30.0}}
+    law = {"control": {"law": "lqr", "period": 0.02}, "reference": {"q": [0.05, 0.02, 5.0]}, "rope": {"drive": "rate"}}
+    rubs, plain = load_scene(BRIDGE | law | {group: rubbing}), load_scene(BRIDGE | law | {"friction": viscous})
+    for lqr, other in ((rubs.law.rows, plain.law.rows), (rubs.law.rows.tail, plain.law.rows.tail)):
+        assert lqr.effort == other.effort
+        np.testing.assert_array_equal(lqr.gain, other.gain)
+    run = crane_sim.simulate(load_scene(rubs, {"duration": 0.2}))
+    assert run.summary["energy_audit_max"] < 1e-9
