@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from crane_sim.models.moving_base import turned_about_z
 from crane_sim.models.supports import (
     add_imposed_efforts,
+    add_yaw_moment,
     coordinate_count,
     drive_power,
     forward_kinematics,
@@ -243,6 +244,11 @@ def _(support, pose, n):
     slewing = slew * slew / outer_inertia(support.lateral, about_z[0], about_z[1])
     bending = boom * boom / outer_inertia(support.vertical, across[0], across[1])
     return slewing + bending + along * along / support.outer.telescope.mass
+
+
+@add_yaw_moment.register(FlexibleSupport)
+def _(support, tau, couple):
+    return add_body_efforts(support, tau, (0.0, 0.0, 0.0), (couple, 0.0, 0.0))
 
 
 @add_imposed_efforts.register(FlexibleSupport)
