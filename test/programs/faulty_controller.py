@@ -28,7 +28,7 @@ class FaultyController(Node):
             case 3:
                 self._send(stamp, JOINTS, [math.nan, 0.0, 0.0, 0.0])
             case 4:
-                self._send(stamp, [*JOINTS, "swing_radial"], [0.0] * 5)
+                self._send(stamp, [*JOINTS, "hoist"], [0.0] * 5)
             case 5:
                 self._send(stamp + PERIOD, JOINTS, [1e3] * 4)
             case 6:

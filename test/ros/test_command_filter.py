@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from crane_sim import load_scene
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
-from crane_sim.ros.common.command_stamps import StampRange
+from crane_sim.ros.common.command_stamps import StampRange, lockstep_range, realtime_range
 from crane_sim.ros.common.serialization import EFFORT, JointWire, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
@@ -27,6 +27,61 @@ def test_joints_are_matched_by_name(order: list[int]) -> None:
     """Whatever the order of its joints, a command reaches each joint with the effort meant for it."""
     names, efforts = [JOINTS[i] for i in order], [EFFORTS[i] for i in order]
     assert validate(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
+
+
+@pytest.mark.parametrize(
+    ("names", "efforts"),
+    [
+        ([*JOINTS, "swing"], [*EFFORTS, 0.0]),
+        ([*JOINTS, "swing"], [*EFFORTS, math.nan]),
+        (["swing", *JOINTS], EFFORTS),
+        ([*JOINTS[2:], "swing", *JOINTS[:2]], [*EFFORTS[2:], *EFFORTS[:2]]),
+    ],
+)
+def test_passive_joints_may_be_named(names: list[str], efforts: list[float]) -> None:
+    """A command may name joints that nothing drives, without an effort, with zero or with NaN."""
+    validator = CommandValidator(JOINTS, LARGEST, [*JOINTS, "swing"])
+    assert validate(validator, names=names, efforts=efforts) == tuple(EFFORTS)
+
+
+@pytest.mark.parametrize(
+    ("names", "efforts", "line"),
+    [
+        ([*JOINTS, "swing"], [*EFFORTS, 5.0], "effort 5.0 on swing"),
+        ([*JOINTS, "hook"], [*EFFORTS, 0.0], "the actuated ones are"),
+        ([*JOINTS, "swing", "swing"], EFFORTS, "the actuated ones are"),
+        ([*JOINTS[:3], "swing"], EFFORTS, "the actuated ones are"),
+    ],
+)
+def test_a_passive_joint_takes_no_effort(names: list[str], efforts: list[float], line: str) -> None:
+    """An effort on a joint that nothing drives is refused, as is a joint that the crane has not, or has once."""
+    validator = CommandValidator(JOINTS, LARGEST, [*JOINTS, "swing"])
+    assert validate(validator, names=names, efforts=efforts) is None
+    assert line in validator.last_refusal and validator.last_refusal.endswith("(names)")
+
+
+def test_stamps_of_two_clocks() -> None:
+    """Real time by ROS time takes stamps of simulated time and of the wall clock, each within the time-out of its own."""
+    second, wall, state = 10**9, 17 * 10**17, 50 * 10**9
+    timeouts = (second, second)
+
+    def is_possible(stamp: int) -> bool:
+        span = realtime_range("ros", stamp, state, wall, timeouts)
+        return span is not None and span.oldest <= stamp <= span.newest
+
+    assert is_possible(state) and is_possible(state - second) and not is_possible(state - second - 1)
+    assert not is_possible(state + 1) and is_possible(wall - second) and is_possible(wall + second)
+    assert not is_possible(wall - second - 1) and not is_possible(wall + second + 1)
+
+
+def test_the_clock_leads_by_one_period() -> None:
+    """In lockstep by ROS time the answer to state k has a stamp behind it, up to that of state k + 1."""
+    possible = lockstep_range("ros", NOW, 10)
+    validator = CommandValidator(JOINTS, LARGEST)
+    assert validator.validate(NOW, JOINTS, EFFORTS, possible) is None
+    assert validator.validate(NOW + 11, JOINTS, EFFORTS, possible) is None
+    assert validator.validate(NOW + 10, JOINTS, EFFORTS, possible) == tuple(EFFORTS)
+    assert lockstep_range("any", NOW, 10) is None and lockstep_range("state", NOW, 10) == StampRange(NOW, NOW)
 
 
 @pytest.mark.parametrize(
