@@ -61,7 +61,7 @@ def test_a_passive_joint_takes_no_effort(names: list[str], efforts: list[float],
 
 
 def test_stamps_of_two_clocks() -> None:
-    """Real time by ROS time takes stamps of simulated time and of the wall clock, each within the time-out of its own."""
+    """In real time by ROS time stamps are of simulated time or of the wall clock, each within its time-out."""
     second, wall, state = 10**9, 17 * 10**17, 50 * 10**9
     timeouts = (second, second)
 
