@@ -34,16 +34,16 @@ class Robot:
             Polygon(face @ pose[:3, :3].T + pose[:3, 3], _colour(visual))
             for name, link in self._links.items()
             for visual in link.findall("visual")
-            for pose in [self._pose(name, joints) @ _origin(visual)]
+            for pose in [self.link_pose(name, joints) @ _origin(visual)]
             for face in _faces(_child(visual, "geometry")[0])
         ]
 
-    def _pose(self, link: str, joints: Mapping[str, float]) -> np.ndarray:
-        """Return the pose (4, 4) of a link."""
+    def link_pose(self, link: str, joints: Mapping[str, float]) -> np.ndarray:
+        """Return the pose (4, 4) of a link in the axes of the root, at joint positions by name [m or rad]."""
         if link not in self._parents:
             return np.eye(4)
         joint = self._parents[link]
-        above = self._pose(_child(joint, "parent").attrib["link"], joints) @ _origin(joint)
+        above = self.link_pose(_child(joint, "parent").attrib["link"], joints) @ _origin(joint)
         return above @ _motion(joint, _position(joint, joints))
 
 

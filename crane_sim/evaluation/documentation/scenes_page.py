@@ -15,7 +15,7 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.metrics import world_points
 from crane_sim.simulation.rollout import simulate
 
-NAMES = (
+PORTS_AND_SITES = (
     *("tower_gust", "tower_flexible_jib", "mobile_lift", "reeved_twelve_falls"),
     *("bridge_hook_and_sling", "bridge_pick_up", "tandem_play"),
     *("port_sts_container", "spreader_skew", "set_down_on_deck", "spreader_pick_up"),
@@ -25,8 +25,8 @@ _MARGIN = 0.03  # of the drawn box, on either side
 _HEAD = """# Cranes as they stand in ports and on sites
 
 `./crane scenes --save docs` writes this page: each crane where its run begins (pale) and ends, and the path of its load
-(red, from the blue dot). Masses, lengths and speeds are those of real machines; [machines.md](machines.md) has the equations, and the
-sources of the data.
+(red, from the blue dot). Masses, lengths and speeds are those of real machines; [machines.md](machines.md) has the
+equations, and the sources of the data.
 """
 _FIGURES = {
     "peak_swing_deg": ("largest swing", "°"),
@@ -40,7 +40,7 @@ _FIGURES = {
 def save_page(folder: str | Path) -> None:
     """Run all scenes, and write page and pictures into a folder."""
     sections = [_HEAD]
-    for name in NAMES:
+    for name in PORTS_AND_SITES:
         print(name, flush=True)
         scene = load_scene(name)
         run = simulate(scene)
