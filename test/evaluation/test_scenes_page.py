@@ -18,7 +18,8 @@ def test_links_are_where_the_urdf_puts_them(name: str) -> None:
     scene = load_scene(name)
     document, random = urdf(scene), np.random.default_rng(3)
     robot = Robot(document)
-    joints = dict(zip(scene.joint_names, (scene.initial_q + random.normal(0.0, 0.3, len(scene.initial_q))).tolist()))
+    moved = scene.initial_q + random.normal(0.0, 0.3, len(scene.initial_q))
+    joints = dict(zip(scene.joint_names, moved.tolist(), strict=True))
     for link in ("payload_link", "trolley_link", "node_1"):
         if f'<link name="{link}"' in document:
             assert robot.link_pose(link, joints)[:3, 3] == pytest.approx(forward(document, joints, link), abs=1e-12)
