@@ -72,9 +72,16 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
 
 
 @app.command()
+@click.option("--save", "folder", metavar="FOLDER", help="Run the cranes of ports and sites; write their page there.")
 @as_json_option
-def scenes(as_json: bool) -> None:
+def scenes(folder: str | None, as_json: bool) -> None:
     """List the catalogue, one line each."""
+    check_folder(folder)
+    if folder is not None:
+        from crane_sim.evaluation.documentation.scenes_page import save_page
+
+        save_page(folder)
+        return
     descriptions = {
         name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()
     }

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from crane_sim.evaluation.bench import suites as bench
 from crane_sim.evaluation.bench.cases import CASES
 from crane_sim.evaluation.documentation.scene_format import scene_format
+from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES
 from crane_sim.evaluation.league.cases import names as trials
 from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
@@ -81,6 +82,7 @@ def _reproduction_page(item: str, minutes: float, cells: int = 1) -> Page:
 
 PAGES = {
     "scene_format": Page("describe --save docs", 0.1, lambda: headings(scene_format()), headings),
+    "scenes": Page("scenes --save docs", 8.0, lambda: list(PORTS_AND_SITES), headings),
     "overhead": _reproduction_page("overhead", 0.1),
     "hardcases": _reproduction_page("hardcases", 10.0),
     "knuckle": _reproduction_page("knuckle", 2.0),
