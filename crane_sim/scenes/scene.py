@@ -243,10 +243,18 @@ def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _load_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
-    """Return notes on the environmental loads: base motion and wind."""
+    """Return notes on base motion, wind and changes of the payload."""
     motion, wind = file.base_motion, getattr(crane, "wind", None)
     of_base = motion.notes(crane.base, file.duration) if motion is not None else {}
-    return _join_notes(of_base, file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {})
+    of_wind = file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {}
+    return _join_notes(of_base, of_wind, _late_events(file))
+
+
+def _late_events(file: SceneFile) -> dict[str, Any]:
+    """Return warnings of changes of the payload that the run does not reach."""
+    late = [(i, event.at) for i, event in enumerate(getattr(file, "events", ())) if event.at >= file.duration]
+    lines = [f"events[{i}].at = {at:g}: not reached, the run ends at {file.duration:g} s" for i, at in late]
+    return {"warnings": lines} if lines else {}
 
 
 def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:

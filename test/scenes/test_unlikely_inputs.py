@@ -190,3 +190,12 @@ def test_the_steepness_of_a_sea() -> None:
     )
     with pytest.raises(crane_sim.SceneError, match="such waves break"):
         load_scene(PLANE, sea(1.01 * BREAKING_STEEPNESS * length, 10.0))
+
+
+def test_an_event_behind_the_end_is_a_warning() -> None:
+    """A change of the payload that the run does not reach is named, with the time at which the run ends."""
+    assert "warnings" not in load_scene("bridge_pick_up").notes
+    late = load_scene("bridge_pick_up", {"duration": 1.0})
+    count = len(late.document["events"])
+    assert len(late.notes["warnings"]) == count > 0
+    assert late.notes["warnings"][0].endswith("not reached, the run ends at 1 s")
