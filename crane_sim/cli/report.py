@@ -193,10 +193,15 @@ def print_notes(notes: Mapping[str, Any], console: Console) -> None:
 
 
 def _print_events(console: Console, summary: dict[str, Any]) -> None:
-    for event in summary.get("events", ()):
+    """Print the events, or their kinds where they are many."""
+    kinds = summary.get("event_kinds", ())
+    for kind in kinds:
+        when = f"{kind['first']:.3f} s" + (f" .. {kind['last']:.3f} s" if kind["count"] > 1 else "")
+        console.print(f"{kind['count']:6} x  {when:>24}  {kind['what']}", highlight=False)
+    for event in summary.get("events", ()) if not kinds else ():
         console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
-    more = summary.get("event_count", 0) - len(summary.get("events", ()))
-    if more:
+    listed = sum(kind["count"] for kind in kinds) or len(summary.get("events", ()))
+    if more := summary.get("event_count", 0) - listed:
         console.print(f"{'':14}and {more} events more", highlight=False)
 
 

@@ -1,5 +1,6 @@
 """Status of a run, and its events."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from crane_sim import system
@@ -43,12 +44,22 @@ def events_of(integration: Any, model: Any, end: float) -> list[tuple[float, str
 
 
 def noted_events(integration: Any, model: Any, end: float) -> dict[str, Any]:
-    """Return the first events and their number for the summary; nothing for a model that does not switch."""
+    """Return events for the summary: the first ones, their number, and kinds where there are more; else nothing."""
     if integration.event_log is None:
         return {}
     events = events_of(integration, model, end)
     unkept = max(0, integration.event_log.total - len(integration.event_log.rows))
+    kinds = {"event_kinds": list_kinds(events)} if len(events) > MAX_EVENTS_IN_SUMMARY else {}
     return {
         "events": [{"t": t, "what": what} for t, what in events[:MAX_EVENTS_IN_SUMMARY]],
         "event_count": len(events) + unkept,
-    }
+    } | kinds
+
+
+def list_kinds(events: Sequence[tuple[float, str]]) -> list[dict[str, Any]]:
+    """Return what happened, how often, and when first and last [s], in the order of the first time."""
+    kinds: dict[str, dict[str, Any]] = {}
+    for t, what in events:
+        kind = kinds.setdefault(what, {"what": what, "count": 0, "first": t, "last": t})
+        kind["count"], kind["last"] = kind["count"] + 1, t
+    return list(kinds.values())

@@ -8,6 +8,7 @@ from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 from crane_sim.simulation.settling import HELD, RESOLUTION, Settling
+from crane_sim.simulation.status import list_kinds
 
 PERIOD = 0.01
 T = np.arange(1000) * PERIOD
@@ -93,3 +94,11 @@ def test_efforts_are_any_numbers() -> None:
         plant.advance(efforts)
         hashes.add(plant.summary()["state_sha256"])
     assert len(hashes) == 1
+
+
+def test_many_events_are_listed_by_kind() -> None:
+    """Of many events the summary has each kind once, in the order of its first time, with number and times."""
+    events = [(0.1 * k, ("sticks", "slips")[k % 2]) for k in range(5)]
+    kinds = list_kinds(events)
+    assert [(kind["what"], kind["count"]) for kind in kinds] == [("sticks", 3), ("slips", 2)]
+    assert (kinds[0]["first"], kinds[0]["last"]) == (events[0][0], events[4][0])
