@@ -95,7 +95,9 @@ def ropes(scene: Scene, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarr
 
 
 def _frame(axes: Any, points: np.ndarray) -> None:
-    """Show all points (n, 3) in equal scales, without a box."""
+    """Show all points (n, 3) in equal scales."""
+    from matplotlib.ticker import MaxNLocator
+
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 0.15 * (high - low).max())
     middle = 0.5 * (low + high)
@@ -104,7 +106,8 @@ def _frame(axes: Any, points: np.ndarray) -> None:
         set_limits(centre - half, centre + half)
     axes.set_box_aspect(size)
     axes.view_init(elev=18.0, azim=-62.0)
-    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
+    for axis, name, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", size, strict=True):
         axis.set_label_text(f"{name} [m]")
+        axis.set_major_locator(MaxNLocator(2 + int(5.0 * length / size.max())))
         axis.set_tick_params(labelsize=7)
         axis.pane.set_alpha(0.3)
