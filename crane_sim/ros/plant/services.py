@@ -70,12 +70,12 @@ class PlantServices:
                 return f"{done} of {number} steps: {obstacle}" if number > 1 else obstacle
             simulation.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
             simulation.heartbeat()
-        return simulation.fault
+        return simulation.failure
 
     def _take_step(self) -> str:
         """Take a step; returns why not, empty where it is done."""
         if should_stop(self._host) or not self._simulation.running:
-            return self._simulation.fault or "the run is over"
+            return self._simulation.failure or "the run is over"
         return self._scheduler.step_once()
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -4,11 +4,11 @@ from math import cos
 from typing import Any
 
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.integrator import Demands
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
-from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, in_wind, on_base
+from crane_sim.scenes.schema.overhead_models import crane_of, in_wind, method_requirements_of, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
@@ -76,7 +76,7 @@ class OverheadFile(OverheadCrane):
         return {"payload.windage": self.payload.windage if self.payload is not None else None}
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
         return limits_of(*((name, f"{name}.limits", group.limits) for name, group in groups if group is not None))
@@ -93,9 +93,9 @@ class OverheadFile(OverheadCrane):
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
-        return demands_of(self, sampled)
+        return method_requirements_of(self, sampled)
 
     def model(self) -> Any:
         """Return the parameters of the crane.
