@@ -33,7 +33,7 @@ class FaultyController(Node):
                 self._send(stamp + PERIOD, JOINTS, [1e3] * 4)
             case 6:  # the stamp of a state two periods ago
                 self._send(stamp - 2 * PERIOD, JOINTS, [1e3] * 4)
-            case 7:  # the stamp of the last state
+            case 7:  # the stamp of the last state, which has its answer
                 self._send(stamp - PERIOD, JOINTS, [1e3] * 4)
             case 8 if not self._skipped_once:  # no answer until the state comes again
                 self._skipped_once = True

@@ -270,7 +270,7 @@ class GantryVisual:
         """Add frames; the framing is a new one where the room was too small."""
         self._watch(nodes)
         grown = None
-        if not self._room.holds(self._low, self._high):
+        if not self._room.contains(self._low, self._high):
             more = SLACK * (self._high - self._low)
             grown = self._build(
                 make_bounding_box(self._low - more, self._high + more, self._shortest, self._room.spatial)

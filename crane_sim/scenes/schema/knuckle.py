@@ -125,7 +125,7 @@ class KnuckleFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         bodies = {"payload": self.payload, "boom": self.boom, "jib": self.jib}
         return {f"{name}.windage": body.windage for name, body in bodies.items()}
 

@@ -76,7 +76,7 @@ class MobileFile(SuspendedFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return super().windages | {"boom.windage": self.boom.windage}
 
     @property

@@ -27,7 +27,7 @@ def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
 
 
 def _check_curve(key: str, motor: MotorGroup) -> None:
-    """Reject a curve of torque over speed that is not complete, or does not fall."""
+    """Reject a torque-speed curve that is incomplete or does not fall."""
     if (motor.torque == inf) != (motor.no_load_speed == inf):
         missing = "torque" if motor.torque == inf else "no_load_speed"
         raise SceneError(f"{key}.{missing}: is missing, a curve has torque and no_load_speed")

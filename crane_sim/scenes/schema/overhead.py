@@ -67,12 +67,12 @@ class OverheadFile(OverheadCrane):
         """Height of the payload above the rails at t = 0 [m]."""
         if self.initial.positions:
             return self.initial.positions[-1][-1]
-        rises = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]
-        return sum(length * rise for length, rise in zip(self.parts.lengths, rises, strict=True))
+        cosines = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]  # to the vertical
+        return sum(length * cosine for length, cosine in zip(self.parts.lengths, cosines, strict=True))
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return {"payload.windage": self.payload.windage if self.payload is not None else None}
 
     @property
@@ -83,7 +83,7 @@ class OverheadFile(OverheadCrane):
 
     @property
     def notes(self) -> dict[str, Any]:
-        """Automatic settings of the scene."""
+        """Settings chosen automatically, entries of the summary."""
         notes: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
         if self.cable_model == "straight" and len(self.parts.masses) > 1:
             notes["model_error_estimate"] = bending_error(self)
@@ -108,7 +108,7 @@ class OverheadFile(OverheadCrane):
         return in_wind(self, on_base(self, crane_of(self)))
 
     def open_loop(self) -> Channels | tuple[float, ...]:
-        """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
+        """Return the open-loop inputs, zero for joints without one; a tuple of zero efforts without `inputs`."""
         if self.inputs is None or not self.actuated:
             return (0.0,) * len(self.actuated)
         channels = None

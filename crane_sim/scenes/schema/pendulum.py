@@ -160,7 +160,7 @@ class PendulumFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return {"payload.windage": self.payload.windage}
 
     @property

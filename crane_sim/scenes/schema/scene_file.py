@@ -101,7 +101,7 @@ class SceneFile(HardwareGroups, ABC):
     @property
     @abstractmethod
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind, by key of the file; None where one has no windage."""
+        """Windages of the bodies by key of the file, None where a body has none."""
 
     @property
     @abstractmethod

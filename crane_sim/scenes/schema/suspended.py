@@ -178,7 +178,7 @@ class SuspendedFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return windages_of(self.payload, self.events)
 
     def path(self) -> Trajectory | None:

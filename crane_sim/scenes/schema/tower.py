@@ -66,7 +66,7 @@ class TowerFile(SuspendedFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         own = {f"slew.{key}": getattr(self.slew, key, None) for key in ("jib_windage", "counter_jib_windage")}
         return super().windages | own
 
