@@ -1,4 +1,4 @@
-"""The law called `energy`: one energy-based law for each crane."""
+"""The law called `energy`: energy-based laws for the knuckle-boom crane and the overhead crane."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,7 +22,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
     """Return the energy-based law for the crane of the nominal scene.
 
     Raises:
-        SceneError: there is none for this crane, it does not accept the settings or the scene, or that has a path.
+        SceneError: there is none for this crane, the law does not accept the settings or the scene, or the scene has a
+            path.
     """
     if nominal.crane not in LAWS:
         raise SceneError(f"control.law = 'energy': there is none for crane = {nominal.crane!r}; possible: {[*LAWS]}")

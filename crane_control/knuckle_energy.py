@@ -1,8 +1,8 @@
 """Energy-based law for the knuckle crane (Ambrosino et al., eq. 15-18, with the signs corrected).
 
 Proportional-derivative action on the actuated joints, plus the efforts that carry the crane and its hanging payload.
-It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, e the error of
-an actuated joint, whose derivative is -Σ kd q'² less what friction and drag take out.
+It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, where e is the
+error of an actuated joint. V's derivative is -Σ kd q'² less what friction and drag dissipate.
 
 The position error of the slew may saturate at r (`reach`), which limits the swing that a far target excites:
 kp e / √(1 + (e/r)²) in place of kp e, and kp e² / (1 + √(1 + (e/r)²)) in place of ½ kp e² in V.
@@ -58,7 +58,7 @@ class EnergyLaw(NamedTuple):
         return compute_efforts(self.parameters, q, v)
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
-        """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, with what base and forces supply."""
+        """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says; dV/dt includes the power of base and forces."""
         return compute_lyapunov(self, float(t), q, v)
 
 
@@ -156,7 +156,8 @@ class Settings(NamedTuple):
 
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
-    reach: Positive | None = None  # rad, beyond which the slew is pulled no harder; left out: a linear spring
+    reach: Positive | None = None  # rad, r: the slew's proportional torque tends to kp r for large errors; left out:
+    # it is linear in the error
     adaptation: Adaptation | None = None  # the law estimates an unknown mass of the payload
     # (`knuckle_unknown_load`); left out: the nominal `payload.mass`
 
@@ -168,8 +169,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     options = read_settings(Settings, settings)
-    if nominal.crane != "knuckle":
-        raise SceneError(f"control.law = 'energy': is a law for the knuckle crane, not for crane = {nominal.crane!r}")
+
     if nominal.reference is None:
         raise SceneError("reference: is missing, the energy law needs a target")
     if isinstance(nominal.model.cable, RateRope):

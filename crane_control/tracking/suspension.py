@@ -13,7 +13,7 @@ from crane_sim.trajectories.trajectory import Trajectory
 
 
 class PositionServo(NamedTuple):
-    """Gains of a plant whose suspension point is commanded by position: the servo is in the plant."""
+    """Gains of the servo in a plant whose suspension point takes positions as commands."""
 
     kp: float  # 1/s²
     kd: float  # 1/s
@@ -21,6 +21,7 @@ class PositionServo(NamedTuple):
 
 @suspension_effort.register(PositionServo)
 def _(servo, t, setpoint, cable):
+    """Return position commands (2,) [m] for which the plant's servo accelerates the point as the setpoint asks."""
     x, v, a = setpoint
     lead, gain = servo.kd / servo.kp, 1.0 / servo.kp
     return x[0] + lead * v[0] + gain * a[0], x[1] + lead * v[1] + gain * a[1]
@@ -36,9 +37,13 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
     if nominal.crane not in ("pendulum", "knuckle"):
         raise SceneError(f"{law}: is a law for the pendulum and the knuckle boom, not for crane = {nominal.crane!r}")
     if nominal.crane == "pendulum" and len(nominal.actuated) != 2:
-        raise SceneError(f"{law}: moves the suspension point in its plane; take suspension.height: fixed")
+        raise SceneError(
+            f"{law}: moves the suspension point in the horizontal plane only; take suspension.height: fixed"
+        )
     if nominal.model.gravity <= 0.0:
-        raise SceneError(f"gravity = {nominal.model.gravity:g}: {law} needs some, or the payload follows nothing")
+        raise SceneError(
+            f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves the payload"
+        )
     path = nominal.path
     if path is None or path.of_joints or path.coordinates.tail is None:
         raise SceneError(f"reference.path: {law} needs one of the payload's x and y")
@@ -52,9 +57,10 @@ def make_tip_servo(
     """Return the tip servo: the law's own, that of a plant that takes positions, or that of a knuckle boom.
 
     Args:
-        name, nominal: of the law, its nominal scene.
+        name: of the law.
         servo: of the law's settings, None where they leave it out.
-        base: the base's motion, if that is measured.
+        nominal: the law's nominal scene.
+        base: the base's motion, None where it is not measured.
 
     Raises:
         SceneError: both the law and the plant have a servo, or the boom cannot follow the trajectory.

@@ -1,6 +1,7 @@
 """Camera measurement of the payload: sampled, noisy, delayed, filtered; its velocity by backward difference.
 
-Between frames everything is held. A noise that is drawn beforehand keeps runs repeatable and the compiled law simple.
+Between frames the measurement is held. The noise is drawn before the run, which keeps runs repeatable and the compiled
+law free of a random generator.
 """
 
 from math import exp, inf, pi
@@ -20,7 +21,7 @@ MAX_FRAMES = 10_000_000
 class Vision(NamedTuple):
     """A camera that measures the payload: late, noisy, filtered frames; velocities by backward difference."""
 
-    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which everything is held
+    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which the measurement is held
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
     latency: Annotated[NonNegative, Field(le=60.0)] = 0.0  # s, from a frame to its use
     low_pass: Positive | None = 5.0  # Hz, corner of the first-order filter; `null`: no filter
@@ -30,9 +31,9 @@ class Vision(NamedTuple):
 class CameraState(NamedTuple):
     """State of the camera; times in s, from the start of the run."""
 
-    counts: Any  # (3,) int64: frames taken, frames used, time of the next one in intervals
-    queue: Any  # (n, 3): time taken, x, y of frames on their way, a ring
-    newest: Any  # (3,) of the last frame used
+    counts: Any  # (3,) int64: frames taken, frames used, index of the interval in which the next frame is due
+    queue: Any  # (n, 3): time taken [s], x, y [m] of frames that are delayed by the latency; a ring buffer
+    newest: Any  # (3,) time [s], x, y [m] of the last frame used
     filtered: Any  # (4,) x, y [m], their rates [m/s]
 
 
@@ -76,7 +77,7 @@ def make_camera(settings: Vision | None, nominal: Scene) -> Camera | None:
         )
     noise = np.random.default_rng(settings.seed).normal(0.0, settings.noise, (frames, 2))
     corner = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass
-    size = int(np.ceil(settings.latency * settings.rate)) + 2  # frames on their way at one time, at most
+    size = int(np.ceil(settings.latency * settings.rate)) + 2  # frames within the latency at one time, at most
     return Camera(1.0 / settings.rate, settings.latency, corner, settings.noise, noise, _empty(size))
 
 
@@ -87,7 +88,7 @@ def _empty(size: int) -> CameraState:
 @generic
 def measure(camera, t, y, dy):
     """Return the Measurement at time t [s] of a payload at y (2,) [m] with velocity dy (2,) [m/s]."""
-    return Measurement(y, dy, y, 0.0 * t, True)
+    return Measurement(y, dy, y, 0.0 * t, True)  # 0.0 * t types the age for numba, as a camera's
 
 
 @measure.register(Camera)

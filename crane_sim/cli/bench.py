@@ -31,8 +31,16 @@ Data, figure and page go to FOLDER; suites and scenes that are not measured keep
 @click.command(context_settings=HELP, help=_HELP)
 @click.argument("suite", default="scenes")
 @click.option("--quick", is_flag=True, help="Four scenes and three methods.")
-@click.option("--scene", "ids", multiple=True, metavar="ID", help="Only this one (S1, S3a, ... or a catalogue name).")
-@click.option("--method", "methods", multiple=True, metavar="NAME", help=f"Only this one: {', '.join(METHODS)}.")
+@click.option(
+    "--scene",
+    "ids",
+    multiple=True,
+    metavar="ID",
+    help="Only these (S1, S3a, ... or a catalogue name); may be repeated.",
+)
+@click.option(
+    "--method", "methods", multiple=True, metavar="NAME", help=f"Only these: {', '.join(METHODS)}; may be repeated."
+)
 @click.option("--peers", is_flag=True, help="Measure every other installed engine as well, interleaved.")
 @click.option("--save", "folder", default="runs/bench", show_default=True, metavar="FOLDER", help="Where results go.")
 def bench(suite: str, quick: bool, ids: Sequence[str], methods: Sequence[str], peers: bool, folder: str) -> None:

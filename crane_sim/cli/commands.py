@@ -96,15 +96,16 @@ def scenes(folder: str | None, as_json: bool) -> None:
 def check(file: str) -> None:
     """Validate a scene file."""
     loaded = load_scene_with_options(file)
-    drive = f"law {loaded.law_name}" if loaded.law_name else "open loop"
-    print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {loaded.steps} steps of {loaded.period:g} s, {drive})")
+    control = f"law {loaded.law_name}" if loaded.law_name else "open loop"
+    steps = f"{loaded.steps} steps of {loaded.period:g} s"
+    print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {steps}, {control})")
     report.print_notes(loaded.notes, report.Console())
 
 
 @app.command()
 @click.argument("pages", nargs=-1)
 def docs(pages: tuple[str, ...]) -> None:
-    """List the pages in docs that commands write; PAGES: write these anew, all for every one."""
+    """List the pages in docs that commands write; with PAGES, write these anew ("all": every page)."""
     from crane_sim.evaluation.documentation.command import docs as command
 
     command(pages)
@@ -160,7 +161,7 @@ def urdf(scene: str) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
 @as_json_option
 def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
-    """Put what the papers print, and references, beside what is measured here.
+    """Compare the papers' figures, and references, with what is measured here.
 
     ITEM: overhead, hardcases, knuckle, offshore, observer; all when left out.
     """

@@ -143,7 +143,7 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[ProgressReporter]:
 
 @contextmanager
 def compiling(hidden: bool) -> Iterator[None]:
-    """Show a status line while a kind of scene is compiled; nothing where nothing is."""
+    """Show a status line while a kind of scene is compiled; show none where nothing needs compiling."""
     from crane_sim.numerics.jit import watch_compiling
 
     console = Console(stderr=True, quiet=hidden)
@@ -183,7 +183,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
 
 
 def print_notes(notes: Mapping[str, Any], console: Console) -> None:
-    """Print what was drawn, notes on rounded values, and warnings of possible but unlikely ones, a line each."""
+    """Print drawn values, notes on rounded values, and warnings of unlikely values, one line each."""
     for key, value in notes.get("drawn", {}).items():
         shown = _format_number(value) if isinstance(value, float) else value
         console.print(f"{'drawn:':<8} {key} = {shown}", highlight=False, markup=False, soft_wrap=True)
@@ -202,7 +202,7 @@ def _print_events(console: Console, summary: dict[str, Any]) -> None:
         console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
     listed = sum(kind["count"] for kind in kinds) or len(summary.get("events", ()))
     if more := summary.get("event_count", 0) - listed:
-        console.print(f"{'':14}and {more} events more", highlight=False)
+        console.print(f"{'':14}and {more} more events", highlight=False)
 
 
 def _print_files(console: Console, summary: dict[str, Any]) -> None:
@@ -246,7 +246,7 @@ def _warn_compression(console: Console, summary: dict[str, Any]) -> None:
     """Warn of a cable under compression, which no rope can carry."""
     if steps := summary.get("negative_tension_steps", 0):
         periods, most = f"{steps} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
-        line = f"warning: the cable pushed in {periods}, with up to {most} N, and no rope can"
+        line = f"warning: the cable was under compression of up to {most} N in {periods}; a rope cannot push"
         console.print(line, highlight=False, soft_wrap=True)
 
 

@@ -47,7 +47,7 @@ _OPTIONS = (
 
 
 class RunOptions(NamedTuple):
-    """The options of one run; None selects the default of `orchestration.run`."""
+    """The options of one run as given; None: not given (`arguments` leaves those out or fills in the default)."""
 
     mode: str
     rate: float | None
@@ -64,7 +64,7 @@ class RunOptions(NamedTuple):
     fifo: int | None
 
     def check(self) -> None:
-        """Raise SceneError, one line, for an impossible value or combination."""
+        """Raise a single-line SceneError for an impossible value or combination."""
         if self.mode not in ("lockstep", "realtime"):
             raise SceneError(f"--mode = {self.mode!r}: possible: lockstep, realtime")
         if self.rate is not None and not (self.rate > 0.0 and math.isfinite(self.rate)):
@@ -128,7 +128,7 @@ class RunOptions(NamedTuple):
 
 
 def check_folder(folder: str | None) -> None:
-    """Raise SceneError, one line, when pages cannot be written into the folder of `--save`; creates it."""
+    """Create the folder of `--save`; raise a single-line SceneError where pages cannot be written into it."""
     if folder is None:
         return
     try:

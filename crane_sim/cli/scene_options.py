@@ -13,8 +13,8 @@ DEFAULT_SCENE = "knuckle_setpoint"
 as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
 _SCENE_OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
-    click.option("--duration", type=float, help="Simulated seconds; the scene's own when left out."),
-    click.option("--law", help="Another control law, without the settings of the scene's own."),
+    click.option("--duration", type=float, help="Simulated seconds (default: the scene's)."),
+    click.option("--law", help="Another control law; gains of the scene's own law are dropped."),
     click.option("--seed", type=int, help="Seed of all random numbers."),
     click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
     as_json_option,

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from crane_sim.description import gantry
+from crane_sim.description import overhead_visuals
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_joint, add_link
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
 from crane_sim.description.workspace import validated_scene_file
@@ -158,4 +158,4 @@ def _add_prismatic_joint(
 
 
 def _cable_visual(length: float, box: BoundingBox) -> list[Shape]:
-    return [Shape((gantry.CABLE_RADIUS_RATIO * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]
+    return [Shape((overhead_visuals.CABLE_RADIUS_RATIO * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description import gantry
+from crane_sim.description import overhead_visuals
 from crane_sim.description.cables import SuspendedCable, add_cable
 from crane_sim.description.robot import FORWARD, LEFT, add_comment, add_joint, add_link
 from crane_sim.description.solids import Body, point_mass
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 def add_overhead_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints: those of the scene, the fixed `rail`, and the mimic joints of the cable."""
     box, file = estimate_bounding_box(scene), validated_scene_file(scene)
-    add_link(robot, "base_link", gantry.base(box))
+    add_link(robot, "base_link", overhead_visuals.base(box))
     add_joint(robot, "fixed", "rail", ("world", "base_link"))
     parent = "base_link"
     if box.spatial:
-        add_link(robot, "bridge_link", gantry.bridge(box), _body(file.bridge))
+        add_link(robot, "bridge_link", overhead_visuals.bridge(box), _body(file.bridge))
         add_joint(robot, "prismatic", "bridge", (parent, "bridge_link"), axis=LEFT)
         parent = "bridge_link"
-    add_link(robot, "trolley_link", gantry.trolley(box), _body(file.trolley))
+    add_link(robot, "trolley_link", overhead_visuals.trolley(box), _body(file.trolley))
     add_joint(robot, "prismatic", "trolley", (parent, "trolley_link"), axis=FORWARD)
     cable = SuspendedCable.of(scene)
     add_cable(robot, scene.joint_names, cable, box)
@@ -44,10 +44,10 @@ def _add_nodes(robot: ElementTree.Element, cable: SuspendedCable, box: BoundingB
     """Add the links at the ends of the cable's links: balls, and the payload."""
     for name, mass, length in zip(cable.end_link_names, cable.masses, cable.lengths, strict=True):
         if name == "payload_link":
-            add_link(robot, name, gantry.payload(mass, box), point_mass(mass))
+            add_link(robot, name, overhead_visuals.payload(mass, box), point_mass(mass))
         else:
-            radius = gantry.node_radius(mass, length, box)
-            add_link(robot, name, [gantry.node(radius)], point_mass(mass) if mass > 0.0 else None)
+            radius = overhead_visuals.node_radius(mass, length, box)
+            add_link(robot, name, [overhead_visuals.node(radius)], point_mass(mass) if mass > 0.0 else None)
 
 
 def _comment_drum(robot: ElementTree.Element, reflected_mass: float) -> None:

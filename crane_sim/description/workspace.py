@@ -36,7 +36,7 @@ class BoundingBox(NamedTuple):
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    shortest: float  # distance from trolley to payload
+    shortest: float  # m, smallest distance along the cable from trolley to payload
     spatial: bool  # there is a bridge, which moves along y
 
     @property
@@ -59,8 +59,8 @@ class BoundingBox(NamedTuple):
         overhang = RAIL_OVERHANG * self.depth
         return self.low[axis] - overhang, self.high[axis] + overhang
 
-    def holds(self, low: Numbers, high: Numbers) -> bool:
-        """Whether another box lies within this one, the overhang of its rails included."""
+    def contains(self, low: Numbers, high: Numbers) -> bool:
+        """Return whether another box lies within this one, extended by the overhang of its rails."""
         overhang = RAIL_OVERHANG * self.depth
         return bool(np.all(low > np.array(self.low) - overhang) and np.all(high < np.array(self.high) + overhang))
 

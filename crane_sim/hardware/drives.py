@@ -30,7 +30,7 @@ def ramp_time(distance, rate, lag):
 
 @lean_kernel
 def effort_at(drive, s):
-    """Return the effort of a drive, s seconds after the begin of the period."""
+    """Return the effort of a drive, s seconds after the start of the period."""
     origin, target, rate, lag = drive.origin, drive.target, drive.rate_limit, drive.lag
     change = target - origin
     distance, direction = abs(change), 1.0 if change >= 0.0 else -1.0
@@ -59,7 +59,7 @@ def _(u, p, t, x):
 
 @routine
 def drive_efforts(p, drives, s, x):
-    """Return the efforts (nu,) of drives and brakes in state x, s seconds after the begin of the period."""
+    """Return the efforts (nu,) of drives and brakes in state x, s seconds after the start of the period."""
     q, v = system.actuated_joints(p, x)
     assign(drives.position, q)
     assign(drives.velocity, v)

@@ -31,7 +31,7 @@ DRIVE = np.dtype(
         ("no_load_speed", float),  # of the joint [1/s]: there it is 0
         ("deadband", float),  # commands below it count as 0
         ("delay", np.int64),  # periods
-        ("origin", float),  # effort at the begin of the period
+        ("origin", float),  # effort at the start of the period
         ("target", float),  # effort that is approached
         ("factor", float),  # fraction of the effort that acts on the joint
         # at the last evaluation

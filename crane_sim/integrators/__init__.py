@@ -9,13 +9,13 @@ from crane_sim.integrators.integration import (
     Integration,
     advance,
     dense_output,
+    latest_step_end,
     max_steps,
     restart,
     scratch,
     stages,
     start,
     step,
-    step_bound,
 )
 from crane_sim.integrators.status import OK, TOO_MANY_STEPS, Status
 from crane_sim.numerics.jit import kernel
@@ -38,13 +38,13 @@ __all__ = [
     "stages",
     "start",
     "step",
-    "step_bound",
+    "latest_step_end",
 ]
 
 
 @kernel
 def integrate_to(method, p, u, integration, t, end):
-    """Return the integration advanced until it covers time t, by steps that do not exceed `end`."""
+    """Return the integration advanced until it covers time t [s], by steps that do not pass the instant `end` [s]."""
     limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
         integration = handle_events(switching(p), method, p, u, advance(method, p, u, integration, end))

@@ -9,7 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import Scratch, advance, explicit_step, max_steps, result_of, stages, step_bound
+from crane_sim.integrators.integration import (
+    Scratch,
+    advance,
+    explicit_step,
+    latest_step_end,
+    max_steps,
+    result_of,
+    stages,
+)
 from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import lean_generic
@@ -32,10 +40,10 @@ _DENSE, _NODES = dense(A), np.array((0.0, *C))
 
 
 class DOPRI5(NamedTuple):
-    """Dormand and Prince's order 5 with error control: a component's error is measured by atol + rtol |component|."""
+    """Dormand and Prince's order 5; error control by the rms of error / (atol + rtol max(|x|, |y|)), step x to y."""
 
     rtol: Positive = 1e-8  # -, relative tolerance
-    atol: NonNegative = 1e-10  # -, absolute tolerance, in the units of the state
+    atol: NonNegative = 1e-10  # state's unit, absolute tolerance
 
 
 @lean_generic
@@ -77,7 +85,7 @@ def _(method, p, u, integration, end):
     return accepted_step(method, p, u, integration, end)
 
 
-@step_bound.register(DOPRI5)
+@latest_step_end.register(DOPRI5)
 def _(method, end):
     return inf
 

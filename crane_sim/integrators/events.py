@@ -296,7 +296,7 @@ def truncate_at_event(method, p, u, integration, low, high):
 
 @kernel
 def at_begin(integration, h):
-    """Return the integration back at the begin of its last step, where a step of size h is tried next."""
+    """Return the integration back at the start of its last step, where a step of size h is tried next."""
     integration = replace_field(replace_field(integration, "t", integration.t0), "x", integration.x0)
     return replace_field(replace_field(integration, "steps", integration.steps - 1), "h", h)
 

@@ -192,8 +192,8 @@ def advance(method, p, u, integration, end):
 
 
 @generic
-def step_bound(method, end):
-    """Return the time that steps may not exceed when nothing jumps at `end`: fixed steps keep to the grid."""
+def latest_step_end(method, end):
+    """Return the instant [s] that no step may pass when nothing jumps at `end` [s]: fixed steps keep to the grid."""
     return end
 
 

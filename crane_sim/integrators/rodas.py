@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import advance, max_steps, stages, step, step_bound
+from crane_sim.integrators.integration import advance, latest_step_end, max_steps, stages, step
 from crane_sim.integrators.runge_kutta import dense
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import kernel, routine
@@ -54,10 +54,13 @@ AHEAD = 1e-4
 
 
 class Rodas(NamedTuple):
-    """A Rosenbrock method of order 5 for stiff cables: a component's error is measured by atol + rtol |component|."""
+    """A Rosenbrock method of order 5 for stiff cables.
+
+    Error control by the rms of error / (atol + rtol max(|x|, |y|)), step x to y.
+    """
 
     rtol: Positive = 1e-7  # -, relative tolerance
-    atol: NonNegative = 1e-9  # -, absolute tolerance, in the units of the state
+    atol: NonNegative = 1e-9  # state's unit, absolute tolerance
 
 
 @routine
@@ -140,7 +143,7 @@ def _(method, p, u, integration, end):
     return accepted_step(method, p, u, integration, end)
 
 
-@step_bound.register(Rodas)
+@latest_step_end.register(Rodas)
 def _(method, end):
     return inf
 

@@ -17,7 +17,7 @@ from crane_sim.models.overhead import (
     payload_wind,
     planar,
     rod,
-    shared_bodies,
+    shared_implementations,
     spatial,
     spring,
 )
@@ -44,7 +44,7 @@ __all__ = [
     "payload_wind",
     "planar",
     "rod",
-    "shared_bodies",
+    "shared_implementations",
     "spatial",
     "spring",
 ]

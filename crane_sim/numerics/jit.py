@@ -268,7 +268,7 @@ class Generic(Protocol):
         """Return a decorator that adds the body for first arguments of class `cls`."""
         ...
 
-    def has_body(self, cls: type) -> bool:
+    def has_implementation(self, cls: type) -> bool:
         """Return whether a body is registered for `cls`."""
         ...
 
@@ -297,7 +297,7 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     """Return a function with dispatch on the type of its first argument, in Python and in kernels alike.
 
     `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float`, `np.ndarray` or
-    `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default body.
+    `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default implementation.
     """
     table = functools.singledispatch(f)
 
@@ -318,7 +318,7 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     overload(call, strict=False, jit_options=options)(choose)
     generic_call: Any = call
     generic_call.register = register
-    generic_call.has_body = lambda cls: table.dispatch(cls) is not f
+    generic_call.has_implementation = lambda cls: table.dispatch(cls) is not f
     return generic_call
 
 

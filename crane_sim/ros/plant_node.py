@@ -103,7 +103,7 @@ class PlantNode:
             self._scheduler.run()
         if host.brake_reason and simulation.running and not host.stop_reason:
             brake_to_rest(host, simulation, self._scheduler, self._wall_period)
-        error = self._simulation.fault or ("" if self._simulation.finished else "interrupted")
+        error = self._simulation.failure or ("" if self._simulation.finished else "interrupted")
         simulation.end()
         self._report(error)
         self._topics.flush()  # after the report: a subscriber that does not acknowledge delays nothing else

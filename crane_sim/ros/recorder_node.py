@@ -60,7 +60,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
 
 
 def check_settings(settings: SimpleNamespace) -> None:
-    """Raise ValueError, one line, for settings that contradict each other."""
+    """Raise a single-line ValueError for settings that contradict each other."""
     if not (settings.path or settings.mcap):
         raise ValueError("parameters path and mcap are both empty: there is nothing to write")
     if settings.live_port and not settings.path:

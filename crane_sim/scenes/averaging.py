@@ -28,7 +28,7 @@ REST = Motion(np.zeros(1), np.zeros((1, 1)))
 
 
 def average_scene(scene: Scene) -> Scene:
-    """Return the scene with every disturbance of its model at its mean."""
+    """Return the scene with every disturbance of its model replaced by its mean."""
     return replace(scene, model=type(scene.model)(*map(average, scene.model)))
 
 

@@ -18,7 +18,7 @@ from crane_sim.scenes.schema.bridge import BridgeFile
 from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
-from crane_sim.scenes.schema.limits import Limit
+from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.mobile import MobileFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
@@ -66,7 +66,7 @@ class Scene:
     actuated: tuple[str, ...]  # joints that take commands (nu,)
     joint_units: tuple[str, ...]
     effort_units: tuple[str, ...]  # (nu,)
-    limits: tuple[Limit, ...]  # travel limits of the joints that have some
+    limits: tuple[TravelLimits, ...]  # travel limits of the joints that have some
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
@@ -179,7 +179,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     law = _law(file, document) if control is not None else None
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
-    method, reason = choose_method(file.integrator, file.demands(sampled))
+    method, reason = choose_method(file.integrator, file.method_requirements(sampled))
     hardware, noted = equipment_of(file, period)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
@@ -304,7 +304,7 @@ def _law(file: SceneFile, document: dict[str, Any]) -> Law:
     if document.get("inputs") is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
     law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
-    if control.period == "continuous" and not system.effort.has_body(type(law)):
+    if control.period == "continuous" and not system.effort.has_implementation(type(law)):
         raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     return law
 

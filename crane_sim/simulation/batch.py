@@ -93,7 +93,7 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
             raise SceneError(f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one time")
     if scene.hardware is not None and not scene.hardware.ideal:
         raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
-    if scene.sampled and not system.command.has_body(type(scene.law)):
+    if scene.sampled and not system.command.has_implementation(type(scene.law)):
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
 
 
@@ -229,7 +229,7 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
-    smooth = starts.event_log is None and not system.rhs_into.has_body(type(first.model))
+    smooth = starts.event_log is None and not system.rhs_into.has_implementation(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 

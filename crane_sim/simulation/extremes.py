@@ -1,4 +1,4 @@
-"""Extreme values of a run's joints: margins to travel limits, tilt of a load that is a body, bending."""
+"""Extreme values of a run's joints: margins to travel limits, tilt of a rigid load, deflections of the structure."""
 
 from typing import Any, NamedTuple
 
@@ -34,15 +34,15 @@ def tilt_of(quaternions: Array) -> Tilt:
 
 
 class Extremes:
-    """Extremes of the joint positions, gathered block by block; a maximum has the same bits for any blocks."""
+    """Extremes of the joint positions, collected block by block; the division into blocks does not change a bit."""
 
     def __init__(self, scene: Scene) -> None:
-        """Begin with nothing seen of a scene."""
+        """Begin before the first positions of a scene's run."""
         names = scene.joint_names
         self._limits = [(names.index(limit.joint), limit) for limit in scene.limits]
         self._margins = np.full(len(self._limits), np.inf)
         self._attitude = names.index(ATTITUDE[0]) if ATTITUDE[0] in names else None
-        self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a load that slews is meant to turn
+        self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a slewing crane turns the load on purpose
         self._peaks = np.zeros(len(self._angles))
         self._bending = {name: i for i, name in enumerate(names) if name.endswith(DEFLECTION)}
         self._bent = np.zeros(len(self._bending))
@@ -59,7 +59,7 @@ class Extremes:
             self._peaks = np.maximum(self._peaks, largest)
 
     def summary(self, q: Array) -> dict[str, Any]:
-        """Return the figures of a run that ends at positions q (nq,); none where a scene has neither limits nor body.
+        """Return the figures of a run that ends at positions q (nq,); empty without limits, rigid load and deflections.
 
         `limit_margin` is the least distance of each joint to its travel limits, negative beyond them;
         `peak_tilt_deg` the largest angle of the load's z axis from the base's, and `peak_skew_deg`, `peak_trim_deg`,

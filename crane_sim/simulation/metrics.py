@@ -272,7 +272,7 @@ class Metrics:
 
         `settling_time` is the time after which a joint stays near its target, see `crane_sim.simulation.settling`,
         None if it does not; `residual_swing_deg` is the largest swing in the last quarter of the scene's duration;
-        tensions are the smallest and the largest of all links at the begins of all periods, `negative_tension_steps`
+        tensions are the smallest and the largest of all links at the start of every period, `negative_tension_steps`
         the periods that began with a link that pushed; `energy_audit_error` is the energy that appeared from nowhere up
         to the end, `energy_audit_max` up to any period, both relative to the energies in play, as of
         `crane_sim.simulation.energy_balance`; `state_sha256` is over the little-endian float64 bytes of t, q, v of

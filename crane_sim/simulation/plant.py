@@ -14,7 +14,7 @@ from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import as_tuple, make_initial, resume, with_initial
 from crane_sim.simulation.metrics import Metrics, world_points
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
-from crane_sim.stepping.periods import free_step, held_step
+from crane_sim.stepping.periods import continuous_step, zero_order_hold_step
 from crane_sim.stepping.rows import row_width
 
 __all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
@@ -31,7 +31,7 @@ class Plant:
         k: control periods passed.
         q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
         seen: (q, v) as the scene's sensors measure them, the true ones where it has none.
-        applied: efforts applied at the begin of the last period (nu,), after limits and brakes.
+        applied: efforts applied at the start of the last period (nu,), after limits and brakes.
         faults: names of the faults that the scene may have.
     """
 
@@ -169,9 +169,9 @@ class Plant:
             return self._advance_with_hardware(self._hardware, u)
         if u is None:
             step_args = (self._integration, self.t, end, self._rows, self._filled)
-            integration, q, v, applied = free_step(scene.method, self.model, scene.source, *step_args)
+            integration, q, v, applied = continuous_step(scene.method, self.model, scene.source, *step_args)
         else:
-            integration, q, v, applied = held_step(
+            integration, q, v, applied = zero_order_hold_step(
                 scene.method, self.model, u, self._integration, end, self._rows, self._filled
             )
             self._saturated += applied != u

@@ -20,7 +20,7 @@ from crane_sim.simulation.metrics import Derived, Metrics, derive
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.hardware_periods import hardware_rollout
-from crane_sim.stepping.periods import Output, Replay, begin, free_rollout, held_rollout
+from crane_sim.stepping.periods import Output, Replay, begin, continuous_rollout, zero_order_hold_rollout
 from crane_sim.stepping.rows import row_width, split
 
 Array = npt.NDArray[np.float64]
@@ -47,7 +47,7 @@ class RawRun(NamedTuple):
         return list(zip(first, after, laden, strict=True))
 
     def payload_energy(self, k: int) -> float:
-        """Return the energy [J] supplied by a change of the payload at the begin of period k."""
+        """Return the energy [J] supplied by a change of the payload at the start of period k."""
         if not len(self.loads):
             return 0.0
         return float(self.loads[k, 1] - (self.loads[k - 1, 1] if k else 0.0))
@@ -73,9 +73,11 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     if scene.hardware is not None and not scene.hardware.ideal:
         return _with_hardware(scene, law, integration, out)
     if not scene.sampled:
-        integration, periods_done = free_rollout(scene.method, model, scene.source, integration, scene.period, out)
+        integration, periods_done = continuous_rollout(
+            scene.method, model, scene.source, integration, scene.period, out
+        )
         return RawRun(*_whole(scene, out, periods_done), integration, 0)
-    integration, periods_done = held_rollout(
+    integration, periods_done = zero_order_hold_rollout(
         scene.method, model, _compile_law(scene, law), integration, scene.period, out
     )
     limited = np.any(out.commands[:periods_done] != split(rows[:periods_done], nq, nu).u, axis=1)
@@ -110,7 +112,9 @@ def _compile_law(scene: Scene, law: Any) -> Any:
     integration, small beside calls from Python.
     """
     return (
-        law if system.command.has_body(type(law)) else Replay(scene.model, scene.period, _collect_commands(scene, law))
+        law
+        if system.command.has_implementation(type(law))
+        else Replay(scene.model, scene.period, _collect_commands(scene, law))
     )
 
 

@@ -12,11 +12,11 @@ from crane_sim.integrators import (
     OK,
     apply_pending_events,
     dense_output,
+    latest_step_end,
     make_event_log,
     stages,
     start,
     step,
-    step_bound,
 )
 from crane_sim.integrators.integration import equal_step, status_of
 from crane_sim.numerics.jit import entry_point, generic, kernel, routine
@@ -82,8 +82,8 @@ def integrate_run(source, method, p, integration, grid, rows):
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(grid.steps):
         before, end = integration, (k + 1) * grid.period
-        bound = step_bound(method, end)
-        integration, i = integrate_period(method, p, source, integration, end, bound, out, i)
+        latest = latest_step_end(method, end)
+        integration, i = integrate_period(method, p, source, integration, end, latest, out, i)
         if integration.status != OK and integration.t < end:
             t = k * grid.period
             write(rows, m, p, t, dense_output(method, p, source, before, t), source)

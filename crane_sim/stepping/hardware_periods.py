@@ -52,7 +52,7 @@ def _(q, values, first):
 
 @routine
 def sample_sensors(p, hardware, integration, k, period):
-    """Sample the state at the begin of period k, with the faults that are active by then."""
+    """Sample the state at the start of period k, with the faults that are active by then."""
     update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
     apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
     q, v = system.joints(p, integration.x)
@@ -142,7 +142,7 @@ def hardware_step(method, p, hardware, command, integration, k, period, rows, i)
     """Write row i, then integrate over period k with `command` (nu,) given to the drives.
 
     Returns:
-        (integration, (q, v), (q, v) as the sensors show them, effort applied at the begin of the period)
+        (integration, (q, v), (q, v) as the sensors show them, effort applied at the start of the period)
     """
     u = apply_command(p, hardware, integration, k, period, command)
     crane = update_payload(p, hardware, integration)
@@ -162,7 +162,7 @@ def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
     """Run a law that is sampled every period with the measurements of the sensors.
 
     Args:
-        method, p, law, integration, period, out: see `stepping.periods.held_rollout`.
+        method, p, law, integration, period, out: see `stepping.periods.zero_order_hold_rollout`.
         hardware: at the start.
         loads: to fill with the payload's mass [kg] in every period and the energy [J] that its changes supplied up to
             there (steps, 2).

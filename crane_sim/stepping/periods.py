@@ -1,8 +1,9 @@
 """Compiled loops over control periods, the same in `simulate` and under ROS.
 
 A row of results is [q (nq), v (nq), effort applied (nu), energy supplied, tensions (L)], see `crane_sim.stepping.rows`.
-Within a period the commanded efforts are held; `u` may instead be a source that the equations evaluate themselves
-(open-loop inputs, a continuous law): then the steps follow the solution alone and rows are interpolated between them.
+Functions `zero_order_hold_*` hold the commanded efforts within a period. In functions `continuous_*` the equations
+evaluate a source themselves (open-loop inputs, a law in continuous time): the error alone determines the steps, and
+rows are interpolated between them.
 """
 
 from typing import Any, NamedTuple
@@ -13,9 +14,9 @@ from crane_sim.integrators import (
     apply_pending_events,
     dense_output,
     integrate_to,
+    latest_step_end,
     make_event_log,
     start,
-    step_bound,
 )
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry_point, routine
@@ -24,7 +25,7 @@ from crane_sim.numerics.jit import entry_point, routine
 class Replay(NamedTuple):
     """A law that replays recorded commands."""
 
-    model: Any  # of the plant: how many efforts there are
+    model: Any  # of the plant, which fixes the number of efforts
     period: float  # s
     commands: Any  # (steps, nu)
 
@@ -37,7 +38,7 @@ def _(law, t, q, v):
 class Output(NamedTuple):
     """Arrays that a rollout fills."""
 
-    rows: Any  # (steps + 1, width), of the begins of all periods and the end
+    rows: Any  # (steps + 1, width), at the start of each period and at the end
     commands: Any  # (steps, nu), of the law before limits; None where no law is sampled
     times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
@@ -45,7 +46,10 @@ class Output(NamedTuple):
 
 @entry_point
 def begin(p, q, v):
-    """Return (integration, q, v) at rest on the initial joint positions and velocities, at t = 0."""
+    """Return the integration at t = 0, before its first step, and the joints q, v of its state.
+
+    The state is that of joint positions and velocities q, v, projected onto the constraints.
+    """
     integration = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), make_event_log(system.switching(p)))
     return integration, *system.joints(p, integration.x)
 
@@ -65,26 +69,26 @@ def write(rows, i, p, t, x, u):
 
 
 @routine
-def integrate_period(method, p, u, integration, end, bound, out, i):
+def integrate_period(method, p, u, integration, end, latest, out, i):
     """Return (integration covering `end`, index of the next sample); write the samples of this period.
 
     Args:
         method, p, u, integration: settings, parameters, source, integration under way.
         end: of the period [s].
-        bound: no step exceeds it [s]: `end` when u is held, since u jumps there.
+        latest: instant [s] that no step may pass: `end` when u is held, since u jumps there.
         out: `Output`, whose samples are written.
         i: index of the first sample not yet written.
     """
     times = out.times
     while i < len(times) and times[i] < end and (integration.status == OK or integration.t >= times[i]):
-        integration = integrate_to(method, p, u, integration, times[i], bound)
+        integration = integrate_to(method, p, u, integration, times[i], latest)
         write(out.samples, i, p, times[i], dense_output(method, p, u, integration, times[i]), u)
         i += 1
-    return integrate_to(method, p, u, integration, end, bound), i
+    return integrate_to(method, p, u, integration, end, latest), i
 
 
 @entry_point
-def held_step(method, p, command, integration, end, rows, i):
+def zero_order_hold_step(method, p, command, integration, end, rows, i):
     """Write row i, then integrate over one period with the efforts of `command` after limits.
 
     Returns:
@@ -99,13 +103,17 @@ def held_step(method, p, command, integration, end, rows, i):
 
 
 @entry_point
-def free_step(method, p, source, integration, begin, end, rows, i):
-    """Write row i, then integrate over one period with the source in the equations; results of `held_step`."""
+def continuous_step(method, p, source, integration, t, end, rows, i):
+    """Write row i, then integrate from t to `end` [s] with the source in the equations.
+
+    Returns:
+        (integration, q, v, effort applied)
+    """
     integration = apply_pending_events(system.switching(p), p, source, integration)
-    x = dense_output(method, p, source, integration, begin)
-    u = system.effort(source, p, begin, x)
-    write(rows, i, p, begin, x, u)
-    integration = integrate_to(method, p, source, integration, end, step_bound(method, end))
+    x = dense_output(method, p, source, integration, t)
+    u = system.effort(source, p, t, x)
+    write(rows, i, p, t, x, u)
+    integration = integrate_to(method, p, source, integration, end, latest_step_end(method, end))
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
     return integration, q, v, u
 
@@ -121,7 +129,7 @@ def finish(method, p, u, integration, end, out, i):
 
 
 @entry_point
-def held_rollout(method, p, law, integration, period, out):
+def zero_order_hold_rollout(method, p, law, integration, period, out):
     """Run a law that is sampled every period.
 
     Args:
@@ -135,7 +143,7 @@ def held_rollout(method, p, law, integration, period, out):
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     q, v = system.joints(p, integration.x)
-    u = system.saturate(p, system.command(law, 0.0, q, v))
+    u = system.saturate(p, system.command(law, 0.0, q, v))  # types u for numba, which `finish` reads; overwritten below
     for k in range(steps):
         q, v = system.joints(p, integration.x)
         command = system.command(law, k * period, q, v)
@@ -152,15 +160,15 @@ def held_rollout(method, p, law, integration, period, out):
 
 
 @entry_point
-def free_rollout(method, p, source, integration, period, out):
-    """Run under a source that the equations evaluate; arguments and results of `held_rollout`."""
+def continuous_rollout(method, p, source, integration, period, out):
+    """Run under a source that the equations evaluate; arguments and results of `zero_order_hold_rollout`."""
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(steps):
         end = (k + 1) * period
         write(out.rows, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
-        integration, i = integrate_period(method, p, source, integration, end, step_bound(method, end), out, i)
+        integration, i = integrate_period(method, p, source, integration, end, latest_step_end(method, end), out, i)
         if integration.status != OK and integration.t < end:
             return integration, k
     finish(method, p, source, integration, steps * period, out, i)

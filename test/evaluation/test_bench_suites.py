@@ -136,12 +136,14 @@ def test_every_group_of_the_equations_has_a_row() -> None:
 
 
 def test_all_groups_of_a_crane_are_measured_at_once() -> None:
-    """The case of all groups has the model of each part: what is absent alone is present together."""
+    """The case of all groups has the changes and the model of each part: what is absent alone is present together."""
     for case in (case for case in CASES if case.parts):
         without, together = groups.scene_pair(case)
         own = [row for row in CASES if row.baseline is case.baseline and row.group in case.parts]
         assert len(own) == len(case.parts) > 1
         for row in own:
+            for key, value in row.changes.items():
+                assert case.changes[key] == (case.changes[key] | value if isinstance(value, dict) else value), key
             _, alone = groups.scene_pair(row)
             for name, value in alone.model._asdict().items():
                 if value is not None and getattr(without.model, name) is None:
@@ -157,7 +159,7 @@ def test_the_sum_of_parts() -> None:
 
     other = row("one", 100.0) | {"crane": "another"}
     rows = [other, row("one", 2.0), row("two", 3.0), row("both", 4.0, "one", "two")]
-    assert [groups.part_of_sum(rows[-1], rows, unit) for unit in ("evaluation", "step")] == [0.8, 0.8]
+    assert [groups.joint_to_separate_cost(rows[-1], rows, unit) for unit in ("evaluation", "step")] == [0.8, 0.8]
 
 
 def test_quantiles_of_period_errors() -> None:

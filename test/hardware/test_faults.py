@@ -1,4 +1,4 @@
-"""Faults: what each does, when it comes, and runs with all hardware that are the same on every way."""
+"""Faults: the effect and the schedule of each, and runs with all hardware, which are identical by every way to run."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ from crane_sim.simulation.rollout import simulate
 
 BENCH = "overhead_bench"
 COARSE = {"integrator": {"method": "rk4", "step": 0.005}}
-"""The method of `rod`, so that nothing is compiled for one more."""
+"""The method of `rod`: another one would be compiled as well."""
 
 
 def constant(t: float) -> float:
@@ -24,7 +24,7 @@ def constant(t: float) -> float:
 
 
 def test_faults_of_sensors_and_drives() -> None:
-    """A stuck sensor shows what it showed, a lost one zero, a weak drive its part; each in its periods and no other."""
+    """A stuck sensor repeats its last value, a lost one shows 0, a weak drive its factor; each only while active."""
     faults = {
         "frozen": {"kind": "sensor_stuck", "joint": "trolley", "at": 0.1, "until": 0.2},
         "blind": {"kind": "sensor_loss", "joint": "swing_1", "at": 0.145, "until": 0.3},
@@ -39,7 +39,7 @@ def test_faults_of_sensors_and_drives() -> None:
 
 
 def test_a_stuck_joint_stops_and_is_freed() -> None:
-    """A joint that its brake holds comes to rest whatever is demanded, and moves on when the fault ends."""
+    """A joint that its brake holds comes to rest whatever is commanded, and moves again when the fault ends."""
     held = {"kind": "stuck", "joint": "trolley", "at": 1.0, "until": 2.0}
     true, _, applied = history(rod(faults={"held": held}), 300, lambda t: 12.0)
     assert abs(true[95, 2]) > 0.3 and np.max(abs(true[160:200, 2])) < 5e-3  # the payload swings, and bends the brake
@@ -63,7 +63,7 @@ def test_another_payload() -> None:
 
 
 def test_manually_set_faults() -> None:
-    """A fault without a time is inactive until overridden, overrides precede schedules, and a restart clears them."""
+    """A fault without a time is inactive until overridden, overrides outrank schedules, and a reset clears them."""
     plant = Plant(rod(faults={"late": {"kind": "sensor_loss", "joint": "trolley"}}))
     for on in (False, True, False):
         plant.set_fault("late", on)
@@ -79,7 +79,7 @@ def test_manually_set_faults() -> None:
         Plant(load_scene("overhead_swing")).set_fault("late", True)
 
 
-def test_every_way_gives_the_same_bits() -> None:
+def test_all_ways_to_run_give_the_same_bits() -> None:
     """A compiled run, one whose law is Python, and a plant stepped by hand end in the same state, to the last bit."""
     scene = load_scene(BENCH, COARSE)
     law: Any = scene.law
@@ -97,19 +97,19 @@ def test_every_way_gives_the_same_bits() -> None:
     assert other["state_sha256"] != compiled["state_sha256"]
 
 
-def test_energies_are_of_the_payload_that_hangs_there() -> None:
-    """Energies of a run follow the payload's mass, at the periods and at instants of one's own."""
+def test_energies_follow_the_current_payload() -> None:
+    """Energies of a run are those of the payload at that time, at the periods and at given sample times."""
     scene = rod(faults={"drop": MASS | {"at": 0.5, "until": 0.8}})
     run = simulate(scene, sample_times=[0.1, 0.4995, 0.5, 0.7995, 0.8, 0.9])
     first, heavy, light, still_light, again, end = run.energy
-    # nothing drives it and nothing is lost: the method's own error
+    # neither driven nor damped: the method's own error
     assert heavy == pytest.approx(first, rel=1e-6) and still_light == pytest.approx(light, rel=1e-6)
     assert end == pytest.approx(again, rel=1e-6) and abs(light - heavy) > 10.0 < abs(again - light)  # J
     assert np.array_equal(simulate(scene).energy[[10, 50, 80, 90]], run.energy[[0, 2, 4, 5]])
 
 
-def test_who_takes_no_hardware_says_so() -> None:
-    """Batches and laws in the equations reject sensors, actuators and faults, not a brake alone."""
+def test_hardware_is_refused_where_it_is_not_simulated() -> None:
+    """Batches and laws in continuous time reject sensors, actuators and faults, but accept a brake alone."""
     with pytest.raises(SceneError, match="sensors, actuators and faults: a batch has none"):
         simulate_batch(BENCH, {"seed": [1, 2]})
     with pytest.raises(SceneError, match=r"sensors: act once a period, and control\.period is 'continuous'"):

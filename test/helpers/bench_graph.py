@@ -143,7 +143,7 @@ class Remote:
         self.commands.publish(message)
 
     def pause(self, paused: bool) -> str:
-        """Pause or resume; returns the answer's message, "ok" where it succeeded."""
+        """Pause or resume; return the answer's message, "ok" where it succeeded."""
         return self.call(SetBool, "plant/set_pause", SetBool.Request(data=paused))
 
     def step(self) -> str:
@@ -155,13 +155,13 @@ class Remote:
         return self.call(Trigger, "plant/reset_simulation", Trigger.Request())
 
     def set(self, **values: int | list[float]) -> str:
-        """Set parameters of the plant; returns why not, empty where it is done."""
+        """Set parameters of the plant; return why not, an empty string where it is done."""
         parameters = [Parameter(name=name, value=_value(value)) for name, value in values.items()]
         request = SetParametersAtomically.Request(parameters=parameters)
         return self.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.reason
 
     def call(self, kind: Any, name: str, request: Any) -> str:
-        """Call a service; returns the answer's message, "ok" where it succeeded."""
+        """Call a service; return the answer's message, "ok" where it succeeded."""
         answer = self.request(kind, name, request)
         return "ok" if answer.success else answer.message
 

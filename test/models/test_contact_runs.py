@@ -1,4 +1,4 @@
-"""Runs of a load that is set down, dropped, dragged and picked up, against closed forms and what must always hold."""
+"""Runs of a load that is set down, dropped, dragged and picked up, against closed forms and invariants."""
 
 from math import asinh, atan, log1p, pi, sqrt
 from typing import Any
@@ -60,19 +60,22 @@ def test_bounces_of_a_dropped_load() -> None:
     speed = sqrt(2.0 * G * drop)
     flights = [speed / G, *(2.0 * speed * e**k / G for k in range(1, 9))]
     expected = np.cumsum(flights)
-    np.testing.assert_allclose(times_of(run, "bounces off"), expected, rtol=1e-9)  # depth at which it touches
+    # the depth at which a corner touches shifts the impacts
+    np.testing.assert_allclose(times_of(run, "bounces off"), expected, rtol=1e-9)
     (end,) = times_of(run, "point 1 touches")
     assert end == pytest.approx(expected[-1] + 2.0 * speed * e**9 / G, rel=1e-9)
-    for k, t in enumerate(expected[:4]):  # whose flights are longer than a period
+    for k, t in enumerate(expected[:4]):  # these flights are longer than a period
         after = np.searchsorted(run.t, t)
         energy = 0.5 * MASS * (e ** (k + 1) * speed) ** 2
         height = run.q[after, 5] - FLOOR - 1.0
-        assert run.derived.kinetic[after] + MASS * G * height == pytest.approx(energy, abs=2e-10 * MASS * G)  # depth
+        assert run.derived.kinetic[after] + MASS * G * height == pytest.approx(
+            energy, abs=2e-10 * MASS * G
+        )  # m, of depth
     assert run.summary["energy_audit_max"] < 1e-9
 
 
 def test_sliding_distance() -> None:
-    """A load that slides flat at v stops after v² / (2 μ g), less what smoothing below the slip velocity does to it."""
+    """A load that slides flat at v stops after ∫ √(v² + v_s²) dv / (μ g) from v_s to v, near Coulomb's v² / (2 μ g)."""
     friction, v, slip = 0.3, 1.0, 1e-3
     start = {"position": [0.0, 0.0, FLOOR + 1.0], "velocity": [v, 0.0, 0.0]}
     run = crane_sim.simulate(scene({"friction": friction, "slip_velocity": slip}, start, 0.6))
@@ -82,25 +85,26 @@ def test_sliding_distance() -> None:
         root = sqrt(speed**2 + slip**2)
         return 0.5 * (speed * root + slip**2 * asinh(speed / slip)) / (friction * G)
 
-    assert run.q[-1, 3] == pytest.approx(way(v) - way(slip), rel=1e-8)  # of the steps
+    assert run.q[-1, 3] == pytest.approx(way(v) - way(slip), rel=1e-8)  # the method's error
+    # friction that is smoothed below v_s is weaker than Coulomb's: the way is longer by 5.8e-6 of it
     assert run.q[-1, 3] == pytest.approx(v**2 / (2.0 * friction * G), rel=1e-5)
     assert len(times_of(run, "the load sticks to")) == 1 and not run.v[-1, 3:].any()
     assert run.summary["energy_audit_max"] < 1e-9
 
 
 def test_set_down_and_pick_up() -> None:
-    """A load that is set down presses with its weight on slack falls, and lifts off where the falls carry just that."""
-    stretch = MASS * G / (4.0 * 2e6)  # of the length
+    """A load that is set down rests on the deck with slack falls, and lifts off where the falls carry its weight."""
+    stretch = MASS * G / (4.0 * 2e6)  # -, strain of the falls under the weight
     length, deck = 15.0, -18.0
     start = {"length": length, "position": [0, 0, -length * (1.0 + stretch) - 1.0]}
     run = crane_sim.simulate(scene({"height": deck, "friction": 0.2}, start, 9.0, inputs=hoisting(0.5, -0.5)))
     slack, taut, leaves = (times_of(run, text) for text in ("went slack", "pulls", "leaves"))
     assert len(slack) == len(taut) == len(leaves) == 4 and slack[-1] < taut[0] < leaves[0]
     rope, rate = (np.interp([taut[0], leaves[0]], run.t, row[:, 2]) for row in (run.q, run.v))
-    distance = 16.0 - 0.02 * rate[1]  # from trolley to spreader, and what damping adds
-    np.testing.assert_allclose(rope * (1.0, 1.0 + stretch), (16.0, distance), atol=1e-5)  # of the interpolation
+    distance = 16.0 - 0.02 * rate[1]  # m, from trolley to spreader, and what the relaxation time of 0.02 s adds
+    np.testing.assert_allclose(rope * (1.0, 1.0 + stretch), (16.0, distance), atol=1e-5)  # m, interpolation error
     middle = np.searchsorted(run.t, 0.5 * (slack[-1] + taut[0]))
-    assert not run.tensions[middle].any() and abs(run.v[middle, 3:]).max() < 1e-12  # rounding
+    assert not run.tensions[middle].any() and abs(run.v[middle, 3:]).max() < 1e-12  # m/s and rad/s, rounding
     assert run.summary["peak_contact_force"] >= MASS * G * (1.0 - 1e-9)
     assert run.summary["min_rope_tension"] >= 0.0 and run.summary["energy_audit_max"] < 1e-9
 
@@ -113,7 +117,7 @@ def test_a_load_on_a_ship_moves_with_it() -> None:
     run = crane_sim.simulate(scene({"friction": 0.3, "motion": None}, start, 0.6, base_motion=ship))
     assert times_of(run, "sticks to the surface")
     rest = run.t > times_of(run, "sticks to")[-1]
-    assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9  # the depth at which corners touch
+    assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9  # m, the depth at which corners touch
     assert run.summary["energy_audit_max"] < 1e-9
 
 
@@ -140,12 +144,13 @@ def landing(seed: int) -> dict[str, Any]:
 
 
 def test_a_hundred_landings_on_a_heaving_deck() -> None:
-    """Loads that land at random come to rest: no NaN, depth, push or energy from nowhere, and the same bits again."""
+    """Loads that land at random end with all corners on the deck, none sinks in or gains energy; same bits twice."""
     instants = np.linspace(0.0, 5.0, 1001)
     for seed in range(LANDINGS):
         first, second = (crane_sim.simulate(landing(seed), sample_times=instants) for _ in range(2))
         assert np.isfinite(first.q).all() and np.isfinite(first.v).all()
-        assert heights(first).min() >= -1e-9
+        assert heights(first).min() >= -1e-9  # no penetration
+        # no compressed falls, no energy created
         assert first.tensions.min() >= 0.0 and first.summary["energy_audit_max"] < 1e-9
         assert times_of(first, "touches the deck") and abs(heights(first)[-1]).max() < 1e-9, seed
         assert first.q.tobytes() == second.q.tobytes() and first.events == second.events
@@ -181,5 +186,5 @@ def test_damping_of_hunt_and_crossley() -> None:
     run = compliant(1e5, c, start, 0.4, gravity=0.0)
     w = float(run.v[-1, 5])
     assert 0.0 < w < u and times_of(run, "leaves")
-    assert c * u - log1p(c * u) == pytest.approx(-c * w - log1p(-c * w), rel=1e-8)  # of the steps
+    assert c * u - log1p(c * u) == pytest.approx(-c * w - log1p(-c * w), rel=1e-8)  # the method's error
     assert run.summary["energy_audit_max"] < 1e-9

@@ -26,7 +26,7 @@ def registered_classes(functions: tuple[Any, ...]) -> list[type]:
     classes = {
         kind for name in MODULES for _, kind in getmembers(import_module(name), isclass) if issubclass(kind, tuple)
     }
-    return sorted((kind for kind in classes if any(each.has_body(kind) for each in functions)), key=name_of)
+    return sorted((kind for kind in classes if any(each.has_implementation(kind) for each in functions)), key=name_of)
 
 
 MODELS = registered_classes((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
@@ -35,7 +35,7 @@ SUPPORTS = registered_classes(supports.MANDATORY)
 
 def missing_functions(kind: type, functions: tuple[Any, ...]) -> list[str]:
     """Return the names of the generic functions that are not registered for a class."""
-    return [name_of(each) for each in functions if not each.has_body(kind)]
+    return [name_of(each) for each in functions if not each.has_implementation(kind)]
 
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)

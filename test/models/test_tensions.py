@@ -109,7 +109,7 @@ def test_periods_with_a_cable_that_pushes_are_counted_and_named(capsys: pytest.C
     assert run.summary["negative_tension_steps"] == np.count_nonzero(run.tension < 0.0) == 5
     assert run.summary["min_rope_tension"] == pytest.approx(-4.0 * G)
     print_summary(run.summary, scene)
-    assert "the cable pushed in 5 of 20 periods, with up to 39.24 N" in capsys.readouterr().out
+    assert "the cable was under compression of up to 39.24 N in 5 of 20 periods" in capsys.readouterr().out
     print_summary(run.summary | {"negative_tension_steps": 0}, scene)
     assert "pushed" not in capsys.readouterr().out
 

@@ -152,7 +152,7 @@ def test_a_generic_function_chooses_by_type() -> None:
     assert apply_drag(None, force, velocity) == add_drag(None, force, velocity) == force
     expected = (1.0 - 7.5, 2.0, 3.0 - 10.0)
     assert apply_drag(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
-    assert add_drag.has_body(PayloadDrag) and not add_drag.has_body(int)
+    assert add_drag.has_implementation(PayloadDrag) and not add_drag.has_implementation(int)
 
 
 @jit.entry_point

@@ -18,25 +18,25 @@ class FaultyController(Node):
     def __init__(self) -> None:
         """Join the crane's namespace."""
         super().__init__("faulty", namespace="knuckle")
-        self._ignored = False
+        self._skipped_once = False
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
 
     def _on_state(self, state: JointState) -> None:
         stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
         match stamp // PERIOD:
-            case 3:
+            case 3:  # a number that is none
                 self._send(stamp, JOINTS, [math.nan, 0.0, 0.0, 0.0])
-            case 4:
+            case 4:  # a joint that the crane has not
                 self._send(stamp, [*JOINTS, "hoist"], [0.0] * 5)
-            case 5:
+            case 5:  # the stamp of a state that does not exist yet
                 self._send(stamp + PERIOD, JOINTS, [1e3] * 4)
-            case 6:
+            case 6:  # the stamp of a state two periods ago
                 self._send(stamp - 2 * PERIOD, JOINTS, [1e3] * 4)
-            case 7:
+            case 7:  # the stamp of the last state, which has its answer
                 self._send(stamp - PERIOD, JOINTS, [1e3] * 4)
-            case 8 if not self._ignored:
-                self._ignored = True
+            case 8 if not self._skipped_once:  # no answer until the state comes again
+                self._skipped_once = True
                 return
             case _:
                 pass

@@ -47,7 +47,7 @@ class ServiceClient(Node):
         return self.stamp
 
     def pause(self, paused: bool) -> str:
-        """Pause or resume; returns the answer's message, "ok" where it succeeded."""
+        """Pause or resume; return the answer's message, "ok" where it succeeded."""
         return self._call(self._pause, SetBool.Request(data=paused))
 
     def step(self) -> str:

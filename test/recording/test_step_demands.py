@@ -3,16 +3,14 @@
 from types import SimpleNamespace
 
 import pytest
-from realtime_doubles import JOINTS, make_bench
-from realtime_doubles import PERIOD as SECONDS
+from realtime_doubles import JOINTS, PERIOD, make_bench
 
 from crane_sim import load_scene
 from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.ros.common.serialization import EFFORT, JointWire
 from crane_sim.ros.recorder.decoder import MessageDecoder
 
-PERIOD = 10_000_000  # ns
-STEP = round(SECONDS * 1e9)  # ns, of the bench in real time
+PERIOD_NS = round(PERIOD * 1e9)
 EFFORT_A, EFFORT_B, EFFORT_C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, 0.0, 0.0, 0.0)
 
 
@@ -28,42 +26,42 @@ EFFORT_A, EFFORT_B, EFFORT_C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0,
 )
 def test_the_demand_is_the_applied_command(commands: list, applied: tuple, demanded: tuple | None) -> None:
     """A single command is the demand, independent of the drives; of several the applied one, else it is unknown."""
-    assembler = StepAssembler(PERIOD, None)
-    assembler.add_state(PERIOD, EFFORT_A, EFFORT_A)
+    assembler = StepAssembler(PERIOD_NS, None)
+    assembler.add_state(PERIOD_NS, EFFORT_A, EFFORT_A)
     for command in commands:
-        assembler.add_command(PERIOD, command)
-    assembler.add_effort(PERIOD, applied)
+        assembler.add_command(PERIOD_NS, command)
+    assembler.add_effort(PERIOD_NS, applied)
     assert [row.demanded for row in assembler.take(final=True)] == [demanded]
 
 
 def test_demands_are_accepted_commands_only() -> None:
-    """A single command that was refused, as late or another one's, is no demand; of bare arrays the last one is."""
-    assembler = StepAssembler(PERIOD, None)
+    """A single command that was refused is no demand; of several accepted commands in a step the last one is."""
+    assembler = StepAssembler(PERIOD_NS, None)
     for k in range(1, 5):
-        assembler.add_state(k * PERIOD, EFFORT_A, EFFORT_A)
-        assembler.add_effort(k * PERIOD, EFFORT_C)
-    assembler.add_command(PERIOD, EFFORT_B)  # refused
-    assembler.add_accepted(2 * PERIOD, EFFORT_A)
-    assembler.add_command(3 * PERIOD, EFFORT_B)  # refused, too
-    assembler.add_accepted(4 * PERIOD, EFFORT_A)
-    assembler.add_accepted(4 * PERIOD, EFFORT_B)
+        assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
+        assembler.add_effort(k * PERIOD_NS, EFFORT_C)
+    assembler.add_command(PERIOD_NS, EFFORT_B)  # refused
+    assembler.add_accepted(2 * PERIOD_NS, EFFORT_A)
+    assembler.add_command(3 * PERIOD_NS, EFFORT_B)  # refused, too
+    assembler.add_accepted(4 * PERIOD_NS, EFFORT_A)
+    assembler.add_accepted(4 * PERIOD_NS, EFFORT_B)
     assert [row.demanded for row in assembler.take(final=True)] == [None, EFFORT_A, None, EFFORT_B]
 
 
 def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every command that counts is published with the stamp that it answers, and none that is late or no number."""
+    """Every accepted command is published with the stamp that it answers, and none that is late or not a number."""
     bench, realtime = make_bench(monkeypatch, 20, 0.002)
     wire = JointWire(JOINTS, EFFORT)
 
     def intrude() -> None:
-        for stamp, effort in ((bench.stamp - 5 * STEP, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
+        for stamp, effort in ((bench.stamp - 5 * PERIOD_NS, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
             bench.callbacks["joint_commands"](wire.encode(stamp, effort))
 
     bench.events = [(0.105, intrude)]
     realtime.run()
     published = [wire.decode(data) for data in bench.accepted]
     stamps = [frame.stamp for frame in published]
-    assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * STEP, STEP)) and len(stamps) >= 19
+    assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD_NS, PERIOD_NS)) and len(stamps) >= 19
     efforts = [frame.effort for frame in published]
     assert efforts == [bench.answer(k) for k in range(len(efforts))]
     assert bench.validator.summary()["late"] == bench.validator.summary()["rejected"] == 1
@@ -78,8 +76,8 @@ def test_invalid_commands_are_no_demands(topic: str) -> None:
     decode = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *EFFORT_A[1:]), (float("inf"), *EFFORT_A[1:]), (1e9, *EFFORT_A[1:])):
-        decode(JointWire(names, EFFORT).encode(PERIOD, bad))
-    decode(JointWire((*names[:3], "hoist"), EFFORT).encode(PERIOD, EFFORT_A))
-    decode(JointWire(names[:3], EFFORT).encode(PERIOD, EFFORT_A[:3]))
-    decode(JointWire(names[::-1], EFFORT).encode(PERIOD, EFFORT_A[::-1]))
-    assert received == [(PERIOD, EFFORT_A)]
+        decode(JointWire(names, EFFORT).encode(PERIOD_NS, bad))
+    decode(JointWire((*names[:3], "hoist"), EFFORT).encode(PERIOD_NS, EFFORT_A))
+    decode(JointWire(names[:3], EFFORT).encode(PERIOD_NS, EFFORT_A[:3]))
+    decode(JointWire(names[::-1], EFFORT).encode(PERIOD_NS, EFFORT_A[::-1]))
+    assert received == [(PERIOD_NS, EFFORT_A)]

@@ -42,7 +42,7 @@ def get_state(client: Remote, node: str) -> str:
 
 
 def change_state(client: Remote, node: str, transition: int) -> bool:
-    """Ask a node for a transition; returns whether it has happened."""
+    """Ask a node for a transition; return whether it has happened."""
     request = ChangeState.Request(transition=Transition(id=transition))
     return client.request(ChangeState, f"{node}/change_state", request).success
 

@@ -75,7 +75,7 @@ def test_braking_stays_in_sync(simulation: SimulationRun, monkeypatch: pytest.Mo
     monkeypatch.setattr(host, "spin", lambda _seconds: reached.append(simulation.plant.k))
     brake_to_rest(host, simulation, scheduler, 0.0)  # type: ignore[arg-type]
     assert reached.count(5) >= 3
-    assert (simulation.plant.k, simulation.fault) == (STEPS_TO_REST, REASON)
+    assert (simulation.plant.k, simulation.failure) == (STEPS_TO_REST, REASON)
 
 
 def test_braking_waits_for_a_peer_only_up_to_a_timeout(
@@ -90,7 +90,7 @@ def test_braking_waits_for_a_peer_only_up_to_a_timeout(
     began = time.monotonic()
     brake_to_rest(host, simulation, scheduler, 0.0)  # type: ignore[arg-type]
     assert 0.5 <= time.monotonic() - began < 8.0  # s: once, not again with each of its 20 steps
-    assert (simulation.plant.k, simulation.fault) == (STEPS_TO_REST, REASON)
+    assert (simulation.plant.k, simulation.failure) == (STEPS_TO_REST, REASON)
 
 
 def test_states_are_resent_to_peers_that_are_behind(

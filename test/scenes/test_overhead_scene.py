@@ -8,7 +8,7 @@ import crane_sim
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.gauss import Gauss3
 from crane_sim.integrators.rodas import Rodas
-from crane_sim.scenes.schema.integrator import Auto, Demands, choose_method
+from crane_sim.scenes.schema.integrator import Auto, MethodRequirements, choose_method
 
 BASE = {"crane": "overhead", "duration": 1.0, "trolley": {"mass": 5.0}}
 CABLE = {"lengths": [1.0, 1.0], "node_masses": [1.0, 2.0]}
@@ -116,7 +116,7 @@ def test_without_gravity_a_fixed_step_is_not_bounded() -> None:
 
 def test_a_stiff_cable_under_a_continuous_law_is_not_given_a_method_that_cannot_run_it() -> None:
     """Method auto takes dop853 where the stiff method would be refused, and the stiff one otherwise."""
-    stiff = Demands(frequency=1e6, swing_angle=1.0, elastic=True, smooth=True, duration=1.0)
+    stiff = MethodRequirements(frequency=1e6, swing_angle=1.0, elastic=True, smooth=True, duration=1.0)
     assert isinstance(choose_method(Auto(), stiff)[0], Rodas)
     assert isinstance(choose_method(Auto(), stiff._replace(continuous=True))[0], DOP853)
 

@@ -1,4 +1,4 @@
-"""The page on the format of scene files agrees with the forms, its signs and origins with the model."""
+"""The page on the format of scene files agrees with the forms, and the signs and origins on it with the model."""
 
 import re
 from itertools import chain
@@ -104,7 +104,7 @@ X, Y, Z = np.eye(3)
 SPRING, BENDING = {"stiffness": 3e8}, {"lateral_deflection": Y, "vertical_deflection": Z}
 LINK = {"link_2_x": X, "link_2_y": Y, "link_2_z": Z}
 UNMOVED = {("gantry", "trolley"), ("gantry", "bridge"), ("gantry", "hoist"), ("bridge", "bridge_drive_k")}
-"""Joints that leave the load where it is."""
+"""Joints whose change does not move the load, as (crane, joint)."""
 DIRECTIONS = {  # of the payload, for a small positive change of the joint
     "knuckle": {"slew": Y, "boom": Z, "jib": Z, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
     "tower": {"slew": Y, "trolley": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
@@ -127,14 +127,8 @@ SCENES = {
     "space": load_scene(SPATIAL | {"cable": LINKS, "initial": {"directions": [[0.6, 0.0, -0.8]]}}),
     "elastic": load_scene(SPATIAL | {"cable": ELASTIC}),
 }
-BASE_DIRECTIONS = {
-    "surge": X,
-    "sway": Y,
-    "heave": Z,
-    "roll": Z,
-    "pitch": -Z,
-    "yaw": Y,
-}  # of a payload at y for roll, else at x
+BASE_DIRECTIONS = {"surge": X, "sway": Y, "heave": Z, "roll": Z, "pitch": -Z, "yaw": Y}
+"""Of a payload on the y axis for roll, else on the x axis, for a small positive motion of the base."""
 
 
 def payload(name: str, q: Any, changes: dict[str, Any] | None = None) -> np.ndarray:

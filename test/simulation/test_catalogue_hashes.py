@@ -12,13 +12,13 @@ import crane_sim
 HASHES: dict[str, str | dict[str, str]] = json.loads(
     (Path(__file__).parents[1] / "data" / "state_sha256.json").read_text()
 )
-"""`state_sha256` of `simulate` by scene. What means to change a motion writes its scenes' lines anew, and the changelog
-names them. LQR's gains are LAPACK's, whose last bits depend on the processor: its scenes have a hash for each family of
-OpenBLAS that was measured, `other` of one that was not noted."""
+"""`state_sha256` of `simulate` by scene. A change that is meant to alter a motion replaces its scenes' lines, and the
+changelog names them. LQR's gains are LAPACK's, whose last bits depend on the processor: its scenes have one hash for
+each OpenBLAS kernel family that was measured. `other` is compared on every family without an entry of its own."""
 
 
 def processor_family() -> str:
-    """Return the processors for which OpenBLAS has chosen its kernels; `other` for another library."""
+    """Return the kernel family that OpenBLAS has chosen; `other`, whose hash is then compared, for another library."""
     for library in (Path(np.__file__).parents[1] / "numpy.libs").glob("*openblas*"):
         function = getattr(ctypes.CDLL(str(library)), "scipy_openblas_get_corename64_", None)
         if function is not None:
@@ -30,7 +30,7 @@ def processor_family() -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HASHES)
 def test_a_scene_ends_where_it_did(name: str) -> None:
-    """The hash over every period's t, q, v is the one of the table, also of runs that end early."""
+    """The hash over every period's t, q, v is the one of the table, even where the run ends early."""
     try:
         summary = crane_sim.simulate(name).summary
     except crane_sim.SimulationError as error:

@@ -10,7 +10,14 @@ import numpy as np
 from crane_sim import system
 from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
 from crane_sim.evaluation.bench.peers.mechanism import attitude_of
-from crane_sim.integrators import apply_pending_events, dense_output, integrate_to, make_event_log, start, step_bound
+from crane_sim.integrators import (
+    apply_pending_events,
+    dense_output,
+    integrate_to,
+    latest_step_end,
+    make_event_log,
+    start,
+)
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -32,13 +39,13 @@ METHODS = (*FIXED, *ADAPTIVE)
 
 @entry_point
 def integrate(method, p, source, q, v, end, repetitions):
-    """Return (integration, state at `end` [s]) from joint coordinates q, v, repeated that many times."""
+    """Integrate `repetitions` times from joint positions q and velocities v; return (integration, state at `end`)."""
     x = system.project(p, system.state(p, 0.0, q, v))
-    integration = start(p, 0.0, x, make_event_log(system.switching(p)))
+    integration = start(p, 0.0, x, make_event_log(system.switching(p)))  # only types it for numba
     for _ in range(repetitions):
         initial = start(p, 0.0, x, make_event_log(system.switching(p)))
         initial = apply_pending_events(system.switching(p), p, source, initial)
-        integration = integrate_to(method, p, source, initial, end, step_bound(method, end))
+        integration = integrate_to(method, p, source, initial, end, latest_step_end(method, end))
     return integration, dense_output(method, p, source, integration, end)
 
 
@@ -52,19 +59,19 @@ def read_outputs(p, t, x, source):
 
 
 class CraneSimEngine:
-    """The runs of one scene."""
+    """This simulator as the engine of one scene."""
 
     def __init__(self, scene: Scene) -> None:
-        """Take the scene's crane, source and duration; methods are the benchmark's."""
+        """Take the scene's crane, source and duration, not its method: the benchmark runs its own."""
         self.scene, self.p, self.source = scene, scene.model, scene.source
         self.q, self.v = np.array(scene.initial_q), np.array(scene.initial_v)
         self.compile_times: dict[str, float] = {}
 
     def methods(self) -> list[str]:
-        """Return the names of the methods that fit the scene."""
-        arrays = system.rhs_into.has_body(type(self.p))
+        """Return the names of the methods that fit the scene: rodas needs array states, gauss no events."""
+        has_array_state = system.rhs_into.has_implementation(type(self.p))
         smooth = begin(self.p, self.q, self.v)[0].event_log is None
-        return [m for m in METHODS if (m != "rodas" or arrays) and (m != "gauss" or smooth)]
+        return [m for m in METHODS if (m != "rodas" or has_array_state) and (m != "gauss" or smooth)]
 
     def runs(self, method: str, steps: Sequence[float] = STEPS) -> list[Run]:
         """Return the sweep of one method, coarsest first; compiles it, and records the compile time [s].
@@ -74,9 +81,9 @@ class CraneSimEngine:
             steps: sizes [s] of a method with fixed steps.
         """
         method_class = FIXED.get(method) or ADAPTIVE[method]
-        settings = steps if method in FIXED else TOLERANCES
+        values = steps if method in FIXED else TOLERANCES
         configured = [
-            (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value)) for value in settings
+            (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value)) for value in values
         ]
         began = time.perf_counter()
         self.make_run(configured[0][1])(1)
@@ -84,7 +91,7 @@ class CraneSimEngine:
         return [Run(NAME, method, value, self.make_run(settings)) for value, settings in configured]
 
     def make_run(self, method: Any) -> Callable[[int], RunResult]:
-        """Return the integration over the whole duration with a method and its setting."""
+        """Return a function that integrates the whole duration a number of times with `method`, a configured method."""
         end = self.scene.duration
 
         def execute(repetitions: int) -> RunResult:

@@ -60,10 +60,10 @@ def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
 
 def _pareto_front(points: list[Point]) -> tuple[list[float], list[float]]:
     """Return (times, errors) of the non-dominated points."""
-    times, errors, least = [], [], float("inf")
+    times, errors, lowest_error = [], [], float("inf")
     for point in sorted(points, key=lambda point: point.us_per_s):
-        if point.error < least:
-            least = point.error
+        if point.error < lowest_error:
+            lowest_error = point.error
             times.append(point.us_per_s)
             errors.append(max(point.error, MIN_ERROR))
     return times, errors

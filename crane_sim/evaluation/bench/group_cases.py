@@ -1,10 +1,10 @@
 """Scenes that measure the cost of optional groups: a baseline scene per crane, and one change for each group.
 
-Limit switches, limits and lags of drives, sensors and faults are no part of the equations: the plant computes them once
-a period, so that they have no row here.
+Limit switches, sensors, faults, and limits and lags of drives have no row here: they are no part of the equations, the
+plant computes them once a period.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 Changes = Mapping[str, Any]
@@ -19,13 +19,13 @@ class Baseline(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One group: its change of the baseline, and what both scenes need to be comparable."""
+    """One group: its change of the baseline, and changes that both scenes need to be comparable."""
 
     baseline: Baseline
     group: str
     changes: Changes
     common: Changes = {}
-    parts: tuple[str, ...] = ()  # groups of the same baseline that it has all at once
+    parts: tuple[str, ...] = ()  # groups of the same baseline that a joint case has at once; empty: a single group
 
 
 KNUCKLE = Baseline("knuckle", "knuckle_setpoint", {"control": None})
@@ -40,7 +40,7 @@ _BARE: Changes = {
     "reference": None,
     "actuators": {},
 }
-"""What a crane with a cable below its support is without: body, further links, law and what ends a run early."""
+"""Changes common to cranes with one rope: no further links, no law or target, ideal actuators; a rate-driven rope."""
 TOWER = Baseline("tower", "tower_gust", {**_BARE, "wind": None, "trolley.limits": None, "payload": {"mass": 4000.0}})
 MOBILE = Baseline(
     "mobile",
@@ -57,19 +57,19 @@ GANTRY = Baseline("one fall", "spreader_skew", {"falls": {"top": _ENDS, "bottom"
 
 _LAW = {"law": "energy", "period": 0.01, "kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}
 _SMOOTH_MOTION = {"kind": "smooth", "start": 0.0, "duration": 2.0}
-_FRICTION_SETTINGS = {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
+_TROLLEY_FRICTION = {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
 _SPRINGS = {
     "boom": {"stiffness": 2000.0, "rest": 0.8},
     "jib": {"stiffness": 1000.0, "rest": -1.0, "relative": True},
 }
-_FRICTION = {"model": "quadratic", "tangential": 0.1, "radial": 0.1}
+_SWING_FRICTION = {"model": "quadratic", "tangential": 0.1, "radial": 0.1}
 _INITIAL_SPEED = {"initial.v": 0.5}  # m/s: a trolley that sticks would have less to compute
 _DIRECTION = [[0.5, 0.0, -0.8660254037844386]]
 _GUSTS = {"spectrum": "von_karman", "intensity": 0.15}
 _WIND = {"speed": 9.0, "height": 40.0, "origin_height": 50.0, "profile": {"law": "power", "exponent": 0.16}}
 _WINDAGE = {"area": 8.0, "drag_coefficient": 1.3}
-_SMALL, _ROD = {"area": 0.1, "drag_coefficient": 1.2}, {"area": 0.8, "drag_coefficient": 1.7}
-_ROD_WINDAGES = {"boom.windage": _ROD, "jib.windage": _ROD}
+_SMALL_WINDAGE, _BOOM_WINDAGE = {"area": 0.1, "drag_coefficient": 1.2}, {"area": 0.8, "drag_coefficient": 1.7}
+_BOOM_AND_JIB_WINDAGE = {"boom.windage": _BOOM_WINDAGE, "jib.windage": _BOOM_WINDAGE}
 _JOINTS = ("slew", "boom", "jib", "rope")
 _DRY = {"coulomb": 1.0, "static": 1.4, "viscous": 0.5, "stribeck": 0.05}
 _BRISTLES = _DRY | {"stiffness": 1e3, "damping": 10.0}
@@ -95,15 +95,15 @@ SINGLE = (
     Case(KNUCKLE, "axial inertia of the rods", {"boom.axial_inertia": 0.02, "jib.axial_inertia": 0.02}),
     Case(KNUCKLE, "springs of boom and jib", {"springs": _SPRINGS}),
     Case(KNUCKLE, "spring of the rope", {"springs.rope": {"stiffness": 200.0, "rest": 2.0}}),
-    Case(KNUCKLE, "swing friction, linear", {"swing_friction": _FRICTION | {"model": "linear"}}),
-    Case(KNUCKLE, "swing friction, quadratic", {"swing_friction": _FRICTION}),
+    Case(KNUCKLE, "swing friction, linear", {"swing_friction": _SWING_FRICTION | {"model": "linear"}}),
+    Case(KNUCKLE, "swing friction, quadratic", {"swing_friction": _SWING_FRICTION}),
     Case(KNUCKLE, "air drag", {"payload_drag": {"coefficient": 0.05}}),
     Case(KNUCKLE, "winch, rate-driven", {"rope": {"drive": "rate", "time_constant": 0.1}}),
     Case(KNUCKLE, "winch, locked", {"rope": {"drive": "locked"}, "reference": None}),
-    Case(KNUCKLE, "meter of the energy", {}, {"control": _LAW}),
+    Case(KNUCKLE, "energy meter", {}, {"control": _LAW}),
     Case(KNUCKLE, "inputs, sine", {"inputs": {"slew": {"kind": "sine", "amplitude": 1.0, "frequency": 1.0}}}),
     Case(KNUCKLE, "law in the equations", {"control": _LAW | {"period": "continuous"}}),
-    Case(ROD, "friction of the trolley", {"friction": {"trolley": _FRICTION_SETTINGS}}, _INITIAL_SPEED),
+    Case(ROD, "friction of the trolley", {"friction": {"trolley": _TROLLEY_FRICTION}}, _INITIAL_SPEED),
     Case(ROD, "limits of the trolley", {"trolley.limits": [-100.0, 100.0]}),
     Case(
         ROD,
@@ -123,20 +123,20 @@ SINGLE = (
     Case(CHAIN, "links that turn as rods", {"cable.inertia": 0.01}),
     Case(CHAIN, "force on a node", {"forces": [{"node": 5, "axis": "x", "force": {"kind": "constant", "value": 1.0}}]}),
     Case(CHAIN, "hoist, force-driven", {"hoist": {"drive": "force", "inertia": 5.0}}),
-    Case(CHAIN, "friction of the trolley", {"friction": {"trolley": _FRICTION_SETTINGS}}, _INITIAL_SPEED),
+    Case(CHAIN, "friction of the trolley", {"friction": {"trolley": _TROLLEY_FRICTION}}, _INITIAL_SPEED),
     Case(CHAIN, "slack ends the run", {"cable.slack": "stop"}),
     Case(CHAIN, "payload that changes", {"events": _PAYLOAD_CHANGE}),
     Case(CHAIN, "elastic links", {"cable.model": "elastic", "cable.stiffness": 1e6}),
     Case(CHAIN, "3 dimensions", {"dimensions": 3, "bridge": {"mass": 5.0}, "initial": {"directions": 10 * _DIRECTION}}),
     Case(CHAIN, "straight cable instead", {"cable.model": "straight"}),
     Case(ELASTIC, "damping", {"cable.damping": 100.0}),
-    Case(ELASTIC, "pulls only", {"cable.tension_only": True}),
-    Case(SPATIAL, "friction of the bridge", {"friction": {"bridge": _FRICTION_SETTINGS}}, {"initial.vy": 0.5}),
-    Case(KNUCKLE, "wind on the payload", {"wind": _WIND, "payload.windage": _SMALL}),
-    Case(KNUCKLE, "wind with gusts on it", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _SMALL}),
-    Case(KNUCKLE, "wind on boom and jib", {"wind": _WIND, **_ROD_WINDAGES}),
+    Case(ELASTIC, "tension-only", {"cable.tension_only": True}),
+    Case(SPATIAL, "friction of the bridge", {"friction": {"bridge": _TROLLEY_FRICTION}}, {"initial.vy": 0.5}),
+    Case(KNUCKLE, "wind on the payload", {"wind": _WIND, "payload.windage": _SMALL_WINDAGE}),
+    Case(KNUCKLE, "wind with gusts on it", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _SMALL_WINDAGE}),
+    Case(KNUCKLE, "wind on boom and jib", {"wind": _WIND, **_BOOM_AND_JIB_WINDAGE}),
     Case(KNUCKLE, "friction of the joints", {"friction": dict.fromkeys(_JOINTS, _DRY)}, _SPEEDS),
-    Case(KNUCKLE, "friction by bristles", {"lugre": dict.fromkeys(_JOINTS, _BRISTLES)}, _SPEEDS),
+    Case(KNUCKLE, "LuGre friction", {"lugre": dict.fromkeys(_JOINTS, _BRISTLES)}, _SPEEDS),
     Case(KNUCKLE, "motors", {"actuators": dict.fromkeys(_JOINTS[:3], _MOTOR)}),
     Case(KNUCKLE, "limits of boom and jib", {"boom.limits": _WIDE, "jib.limits": _WIDE}),
     Case(TOWER, "hook block and sling", _LINK),
@@ -155,7 +155,7 @@ SINGLE = (
     Case(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),
     Case(BRIDGE, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
     Case(BRIDGE, "friction of the joints", {"friction": dict.fromkeys(_RAILS, _RUBS)}, _TRAVELS),
-    Case(BRIDGE, "friction by bristles", {"lugre": dict.fromkeys(_RAILS, _BENDS)}, _TRAVELS),
+    Case(BRIDGE, "LuGre friction", {"lugre": dict.fromkeys(_RAILS, _BENDS)}, _TRAVELS),
     Case(BRIDGE, "motors", {"actuators": dict.fromkeys(_RAILS, _MOTOR)}),
     Case(BRIDGE, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": {"mass": 9000.0}}}]}),
     Case(GANTRY, "four falls", {"falls": _FALLS}),
@@ -167,12 +167,25 @@ SINGLE = (
 )
 
 
+def merge_changes(parts: Iterable[Changes]) -> Changes:
+    """Return the changes of all parts; groups that several parts set are merged, and must agree on common keys."""
+    merged: dict[str, Any] = {}
+    for key, value in (item for part in parts for item in part.items()):
+        earlier = merged.get(key, value)
+        if isinstance(value, Mapping):
+            assert all(earlier[name] == value[name] for name in earlier.keys() & value.keys()), key
+            merged[key] = {**earlier, **value}
+        else:
+            assert earlier == value, key
+            merged[key] = value
+    return merged
+
+
 def join_groups(baseline: Baseline, *groups: str) -> Case:
-    """Return the case of several groups of SINGLE at once, in this order; later ones may extend earlier ones."""
+    """Return the case of several groups of SINGLE at once, whose changes are merged."""
     rows = {case.group: case for case in SINGLE if case.baseline is baseline}
-    changes = {key: value for group in groups for key, value in rows[group].changes.items()}
-    common = {key: value for group in groups for key, value in rows[group].common.items()}
-    return Case(baseline, "all of these at once", changes, common, groups)
+    changes, common = ([getattr(rows[group], name) for group in groups] for name in ("changes", "common"))
+    return Case(baseline, "all of these at once", merge_changes(changes), merge_changes(common), groups)
 
 
 CASES = (

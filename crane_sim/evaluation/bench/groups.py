@@ -55,21 +55,21 @@ def integrate_until(method, p, x, u, end):
 
 
 class TimedCrane(NamedTuple):
-    """A crane at its initial state, and its inputs."""
+    """A crane, its initial state and its inputs, whose evaluations and steps are timed."""
 
     model: Any
     x: Any
     u: Any
 
-    def evaluate(self, repetitions: int) -> float:
-        """Return the mean time [ns] of an evaluation."""
+    def time_evaluations(self, repetitions: int) -> float:
+        """Return the mean time [ns] of that many evaluations."""
         loop: Callable[..., Any] = evaluate_repeatedly_array if isinstance(self.x, np.ndarray) else evaluate_repeatedly
         began = time.perf_counter()
         loop(self.model, self.x, self.u, repetitions)
         return (time.perf_counter() - began) / repetitions * 1e9
 
-    def step(self, repetitions: int) -> float:
-        """Return the mean time [ns] of a step.
+    def time_steps(self, repetitions: int) -> float:
+        """Return the mean time [ns] of that many steps.
 
         Raises:
             RuntimeError: the integration failed.
@@ -110,15 +110,18 @@ def measure_cost(case: Case, rounds: int, repetitions: int) -> dict[str, Any]:
     figures: dict[str, Any] = {"crane": case.baseline.label, "group": case.group, "parts": list(case.parts)}
     figures["states"] = dimension(without.x)
     figures["states_added"] = dimension(with_group.x) - dimension(without.x)
-    for quantity, repeat in (("evaluate", repetitions), ("step", max(repetitions // 12, 1))):
+    timers = {"evaluation": TimedCrane.time_evaluations, "step": TimedCrane.time_steps}
+    for unit, measure_time in timers.items():
+        repeat = repetitions if unit == "evaluation" else max(repetitions // 12, 1)
         for crane in (without, with_group):
-            getattr(crane, quantity)(1)
-        pairs = [(getattr(without, quantity)(repeat), getattr(with_group, quantity)(repeat)) for _ in range(rounds)]
-        figures |= _compare({"evaluate": "evaluation", "step": "step"}[quantity], *zip(*pairs, strict=True))
+            measure_time(crane, 1)
+        pairs = [(measure_time(without, repeat), measure_time(with_group, repeat)) for _ in range(rounds)]
+        figures |= _compare(unit, *zip(*pairs, strict=True))
     return figures
 
 
 def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -> dict[str, Any]:
+    """Return the row's entries on the times [ns] of one unit of work, measured in pairs."""
     return {
         f"ns_per_{unit}_without": describe_spread(without),
         f"ns_per_{unit}_with": describe_spread(with_group),
@@ -128,7 +131,7 @@ def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -
 
 
 def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[Case] = CASES) -> dict[str, Any]:
-    """Return the cost of every group of the table, ns per evaluation and per step; arguments: see `measure_cost`."""
+    """Return the cost of every case's group, ns per evaluation and per step; arguments: see `measure_cost`."""
     return {
         "rounds": rounds,
         "cases": [measure_cost(case, rounds, repetitions) for case in cases],
@@ -144,23 +147,24 @@ def format_lines(results: dict[str, Any]) -> list[str]:
         costs = f"{_format_pair(row, 'evaluation')} {_format_pair(row, 'step')}"
         lines.append(f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} {row['states_added']:+}")
     rows = results["cases"]
-    together = [f"  {row['crane']:<13} {_format_sum(row, rows)}" for row in rows if row.get("parts")]
+    together = [f"  {row['crane']:<13} {_format_ratio(row, rows)}" for row in rows if row.get("parts")]
     return [
         *lines,
-        *["what all groups of a crane at once add, by the sum of what each adds"] * bool(together),
+        *["ratio of the cost that several groups add jointly to the sum of the costs that each adds alone"]
+        * bool(together),
         *together,
     ]
 
 
-def part_of_sum(row: dict[str, Any], rows: Sequence[dict[str, Any]], unit: str) -> float:
-    """Return what several groups at once add to an evaluation or a step, by the sum of what each of them adds."""
+def joint_to_separate_cost(row: dict[str, Any], rows: Sequence[dict[str, Any]], unit: str) -> float:
+    """Return the ratio of the joint case's added cost per evaluation or step to the sum of its groups' own."""
     alone = {other["group"]: other for other in rows if other["crane"] == row["crane"]}
     added = f"ns_per_{unit}_added"
     return row[added]["median"] / sum(alone[part][added]["median"] for part in row["parts"])
 
 
-def _format_sum(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> str:
-    costs = (f"{unit} {part_of_sum(row, rows, unit):.2f}x" for unit in ("evaluation", "step"))
+def _format_ratio(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> str:
+    costs = (f"{unit} {joint_to_separate_cost(row, rows, unit):.2f}x" for unit in ("evaluation", "step"))
     return f"{', '.join(costs)}: {', '.join(row['parts'])}"
 
 

@@ -27,9 +27,9 @@ refused in one line that names the key, its value and what is possible.
 
 In the tables `required` has no default, `–` means that a key may be left out, and `-` is a number without a unit.
 *joint's unit* and *effort's unit* are those of the joint, *parameter's unit* that of the key that is drawn,
-*input's unit* that of what an input drives, *coordinate's
-unit* that of what a path is of: m, or rad of joints that turn. Places and paths are in the axes of the base. A file
-that a scene names is looked for beside the scene.
+*input's unit* that of what an input drives, *state's unit* that of each component of the integrated state,
+*coordinate's unit* that of what a path is of: m, or rad of joints that turn. Places and paths are in the axes of the
+base. A file that a scene names is looked for beside the scene.
 
 **Where a model stops being valid** (a slack rigid link, a limit of travel, a hoisted link that is wound up) the run
 ends with the time, the cause and what to change, and exit code 1; the recording up to there is whole. Scenes

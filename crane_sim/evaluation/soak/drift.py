@@ -18,7 +18,7 @@ _SEGMENTS = 30
 
 
 class Drift(NamedTuple):
-    """Change of a rate from the begin of a run to its end, % of its median."""
+    """Change of a rate from the start of a run to its end, % of its median."""
 
     change: float
     low: float

@@ -3,7 +3,7 @@
 Equations: Brogliato, "Lagrange dynamics of lumped-mass multibody models of overhead cranes", written in link tensions.
 
 A state is positions, their rates, the energy supplied where there is a meter, and modes: an array, of small models a
-tuple. What `shared_bodies` needs of a model beside its fields is here.
+tuple. What `shared_implementations` needs of a model beside its fields is here.
 """
 
 from crane_sim.numerics.jit import generic, lean_generic, lean_routine_generic, routine_generic

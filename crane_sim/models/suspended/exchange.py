@@ -161,7 +161,7 @@ def with_exchange_switching(exchange, switching):
 
 @with_exchange_switching.register(Exchange)
 def _(exchange, switching):
-    return Switching(1000, 0, None)  # no retake: a step to an exchange at the begin of a period would have no size
+    return Switching(1000, 0, None)  # no retake: a step to an exchange at the start of a period would have no size
 
 
 @lean_generic

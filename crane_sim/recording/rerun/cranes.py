@@ -21,7 +21,7 @@ import rerun as rr
 import rerun.urdf  # noqa: F401  (makes rr.urdf available)
 from scipy.spatial.transform import Rotation
 
-from crane_sim.description import gantry
+from crane_sim.description import overhead_visuals
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.description.workspace import make_bounding_box
 from crane_sim.recording.camera import TROLLEY, of_room
@@ -270,7 +270,7 @@ class GantryVisual:
         """Add frames; the framing is a new one where the room was too small."""
         self._watch(nodes)
         grown = None
-        if not self._room.holds(self._low, self._high):
+        if not self._room.contains(self._low, self._high):
             more = SLACK * (self._high - self._low)
             grown = self._build(
                 make_bounding_box(self._low - more, self._high + more, self._shortest, self._room.spatial)
@@ -300,17 +300,17 @@ class GantryVisual:
         """Log the solids, which replace those that were logged before."""
         self._room = room
         mass = self._suspension.hang.masses[-1]
-        log_solids(self._rec, "crane/base", self._stand, gantry.base(room))
+        log_solids(self._rec, "crane/base", self._stand, overhead_visuals.base(room))
         if room.spatial:
-            log_solids(self._rec, "crane/bridge", "bridge", gantry.bridge(room))
-        log_solids(self._rec, TROLLEY, "trolley", gantry.trolley(room))
-        log_solids(self._rec, "payload/box", "payload", gantry.payload(mass, room))
+            log_solids(self._rec, "crane/bridge", "bridge", overhead_visuals.bridge(room))
+        log_solids(self._rec, TROLLEY, "trolley", overhead_visuals.trolley(room))
+        log_solids(self._rec, "payload/box", "payload", overhead_visuals.payload(mass, room))
         return of_room(room)
 
     def _radii(self, room: BoundingBox) -> list[float]:
         hang = self._suspension.hang
         pairs = list(zip(hang.masses, hang.lengths, strict=True))
-        return [gantry.node_radius(mass, length, room) for mass, length in pairs[:-1]]
+        return [overhead_visuals.node_radius(mass, length, room) for mass, length in pairs[:-1]]
 
     def _place(self, time: list[rr.TimeColumn], frame: str, at: Numbers, turn: Numbers | None = None) -> None:
         frames = len(at)

@@ -23,7 +23,7 @@ _CONTROLLERS = {
     "effort_forwarding_controller": "forward_command_controller/ForwardCommandController",
 }
 _CLAMP = 3.0  # times the effort that holds a joint at the start
-_FORCES = ("N", "N m")
+_FORCE_UNITS = ("N", "N m")
 _STATES = ("position", "velocity", "effort")
 _HEADER = """# Controllers of {name}: ros2 run controller_manager ros2_control_node --ros-args --params-file this file
 # Efforts of {joints}: {units}. Gains: for critically damped joints of {frequency:g} rad/s.
@@ -109,7 +109,7 @@ def joint_gains(scene: Scene) -> list[Gains]:
     """Return the gains of every actuated joint: of its inertia where it takes a force, else of its kinematics."""
     w, gains, required = FREQUENCY, [], required_efforts(scene)
     for unit, inertia, gravity in zip(scene.effort_units, *required, strict=True):
-        if unit in _FORCES:
+        if unit in _FORCE_UNITS:
             clamp = _CLAMP * gravity
             gains.append(Gains(inertia * w * w, INTEGRAL * inertia * w**3 if clamp else 0.0, 2.0 * inertia * w, clamp))
         elif unit.endswith("/s²"):

@@ -14,7 +14,7 @@ _POLL = 0.02  # s of wall time between two polls of services and pipes
 
 
 def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: StepScheduler, period: float) -> None:
-    """Brake, at one step per `period` [s] of wall time or as fast as possible (0); the run then has a fault.
+    """Brake, at one step per `period` [s] of wall time or as fast as possible (0); the run then has a `failure`.
 
     Cranes on the same clock stay in sync, as with `scheduler`, but only up to a time-out: the run is to end.
     """
@@ -41,13 +41,13 @@ def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: StepSche
             host.spin(0.0)
             simulation.heartbeat()
         time.sleep(max(due - time.monotonic(), 0.0))
-    simulation.fault = _describe_end(host.brake_reason, simulation.fault, plant.at_rest or plant.k < last)
+    simulation.failure = _describe_end(host.brake_reason, simulation.failure, plant.at_rest or plant.k < last)
 
 
-def _describe_end(reason: str, fault: str, in_time: bool) -> str:
+def _describe_end(reason: str, failure: str, in_time: bool) -> str:
     """Return one line on why the run ended, and what went wrong while braking."""
-    if fault:
-        return f"{reason}; while braking: {fault}"
+    if failure:
+        return f"{reason}; while braking: {failure}"
     return reason if in_time else f"{reason}; braked for {_LIMIT:g} s the crane still moves"
 
 

@@ -43,7 +43,7 @@ class StepScheduler(Protocol):
         ...
 
     def step_once(self) -> str:
-        """Take one step of a paused run; returns why it cannot be taken yet, empty where it is done."""
+        """Take one step of a paused run; return why it cannot be taken yet, an empty string where it was taken."""
         ...
 
     def resume(self) -> None:

@@ -1,4 +1,4 @@
-"""The plant's services, with the meanings of simulation_interfaces 2.1, and those of the scene's faults."""
+"""The plant's services, with the semantics of simulation_interfaces 2.1, and services for the scene's faults."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -13,7 +13,10 @@ from crane_sim.simulation.plant import Plant
 
 
 class FaultServices:
-    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it; its schedule is ignored."""
+    """Services `~/faults/NAME`: true begins a fault with the next period, false ends it; either overrides its schedule.
+
+    A reset of the run clears the overrides.
+    """
 
     def __init__(self, node: Node, plant: Plant) -> None:
         """Offer the services."""
@@ -31,13 +34,14 @@ class FaultServices:
 class PlantServices:
     """Services `~/set_pause`, `~/step_simulation` and `~/reset_simulation`.
 
-    The number of steps and the state are the parameters `step_count`, `reset_positions` and `reset_velocities`.
+    The parameters `step_count`, `reset_positions` and `reset_velocities` fix the number of steps and the state after a
+    reset.
     """
 
     def __init__(
         self, host: NodeHost, simulation: SimulationRun, scheduler: StepScheduler, settings: SimpleNamespace
     ) -> None:
-        """Offer the services; `settings` follow the parameters."""
+        """Offer the services; `settings` holds the current values of the node's parameters."""
         self._host, self._simulation, self._scheduler, self._settings = host, simulation, scheduler, settings
         node = host.node
         node.create_service(SetBool, "~/set_pause", self._set_pause)
@@ -63,19 +67,19 @@ class PlantServices:
         return response
 
     def _take_steps(self, number: int) -> str:
-        """Take steps; returns why there were fewer than this number, empty where there were not."""
+        """Take that many steps; return why fewer were taken, an empty string where none is missing."""
         simulation = self._simulation
         for done in range(number):
             if obstacle := self._take_step():
                 return f"{done} of {number} steps: {obstacle}" if number > 1 else obstacle
             simulation.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
             simulation.heartbeat()
-        return simulation.fault
+        return simulation.failure
 
     def _take_step(self) -> str:
-        """Take a step; returns why not, empty where it is done."""
+        """Take a step; return why it could not be taken, an empty string where it was."""
         if should_stop(self._host) or not self._simulation.running:
-            return self._simulation.fault or "the run is over"
+            return self._simulation.failure or "the run is over"
         return self._scheduler.step_once()
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -23,7 +23,7 @@ class SimulationRun:
         stamp: of the newest published state, ns; 0 before the run begins.
         waiting: why nothing moves although the run is not paused: no command comes; one line, or empty.
         ending: why the run is on its way to its end, one line, or empty.
-        fault: why the run cannot go on, one line, or empty.
+        failure: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
     """
 
@@ -46,7 +46,7 @@ class SimulationRun:
         self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
         self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
         self.stamp, self.deadline_misses = 0, 0
-        self.waiting = self.ending = self.fault = ""
+        self.waiting = self.ending = self.failure = ""
         self._pauses: set[str] = set()  # by what ordered them
         self._topics, self._pipes = topics, pipes
         self._warnings: dict[str, str] = {}
@@ -63,7 +63,7 @@ class SimulationRun:
     @property
     def running(self) -> bool:
         """Whether there are steps still to take."""
-        return not self.finished and not self.fault
+        return not self.finished and not self.failure
 
     @property
     def paused(self) -> bool:
@@ -130,7 +130,7 @@ class SimulationRun:
         try:
             self.plant.advance(effort)
         except SimulationError as error:
-            self.fault = str(error)
+            self.failure = str(error)
             return
         self.publish_state()
         if self._topics.effort_subscribed:

@@ -48,7 +48,7 @@ class PlantTopics:
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> None:
         """Publish the joint state; first of all in a step, since the controller waits for it.
 
-        Its efforts are those `applied` (nu,) at the begin of the period before it, and zero of other joints.
+        Its efforts are those `applied` (nu,) at the start of the period before it, and zero of other joints.
         """
         padded = (*applied, 0.0)
         message = self._state_wire.encode(stamp, q, v, [padded[i] for i in self._applied_indices])

@@ -5,7 +5,7 @@ from typing import Literal
 from crane_sim.files.types import Positive, Real, Tilt
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.scenes.schema.groups import Channel, Group
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
 from crane_sim.scenes.schema.suspended import SuspendedFile
@@ -50,7 +50,7 @@ class BridgeFile(SuspendedFile):
         return ("trolley", "m", "N"), ("bridge", "m", "N")
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         return limits_of(
             ("trolley", "trolley.limits", self.trolley.limits),

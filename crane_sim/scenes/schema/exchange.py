@@ -51,7 +51,7 @@ class LoadEvent(ExchangeEvent):
 
 
 def windages_of(payload: Payload, events: Sequence[ExchangeEvent]) -> dict[str, AnyWindage | None]:
-    """Return what all payloads of a run oppose to the wind, by key of the file."""
+    """Return the windages of all payloads of a run, by key of the file."""
     windages: dict[str, AnyWindage | None] = {"payload.windage": payload.pressed}
     for i, event in enumerate(events):
         windages[f"events[{i}].set.payload.windage"] = event.payload.pressed

@@ -24,8 +24,8 @@ from crane_sim.scenes.schema.exchange import exchange_of, windages_of
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
 from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.groups import Channel, Group, PayloadForceGroup
-from crane_sim.scenes.schema.integrator import Demands
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.rigging import (
     ATTITUDE,
@@ -215,7 +215,7 @@ class GantryFile(SceneFile):
         return float(np.linalg.norm((x, y, z)))
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         return limits_of(
             ("trolley", "trolley.limits", self.trolley.limits),
@@ -230,14 +230,14 @@ class GantryFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return windages_of(self.payload, self.events)
 
     def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         load, masses = self._load(), (self.trolley.mass, self.trolley.mass + self.bridge.mass, self.hoist.mass)
         q, contact = np.array(self.initial_q), self._contact(load)
@@ -248,7 +248,7 @@ class GantryFile(SceneFile):
         moved = dict(zip(("trolley", "bridge"), masses[:2], strict=True))
         rates = [friction_rate(group.get(name), moved[name]) for group in (self.friction, self.lugre) for name in moved]
         frequency = max(frequency, shaft_frequency(self.backlash), *rates)
-        return Demands(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
+        return MethodRequirements(frequency, 0.0, elastic=True, smooth=False, duration=self.duration)
 
     def _frequency(self, load: RigidLoad, masses: Any, q: Any, contact: Any) -> float:
         """Return the largest frequency [rad/s] of a load in place of the first one at joints q (10,)."""

@@ -13,7 +13,7 @@ class Auto(NamedTuple):
     """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason."""
 
 
-class Demands(NamedTuple):
+class MethodRequirements(NamedTuple):
     """A scene's requirements on its integration method."""
 
     frequency: float | None  # rad/s, of the stiffest motion; None: not known
@@ -39,7 +39,7 @@ def needs_frequency(method: Any) -> bool:
     return isinstance(method, Auto) or hasattr(method, "safe_step")
 
 
-def choose_method(method: Any, demands: Demands) -> tuple[Any, str | None]:
+def choose_method(method: Any, requirements: MethodRequirements) -> tuple[Any, str | None]:
     """Return (method, reason of an automatic choice or None).
 
     Raises:
@@ -47,31 +47,32 @@ def choose_method(method: Any, demands: Demands) -> tuple[Any, str | None]:
     """
     _check_range(method)
     if isinstance(method, Auto):
-        return _choice(demands)
+        return _choice(requirements)
     largest = getattr(method, "safe_step", None)
-    if largest is None or not demands.frequency:  # without motion any step is safe
+    if largest is None or not requirements.frequency:  # without motion any step is safe
         return method, None
-    safe = largest(demands.frequency)
+    safe = largest(requirements.frequency)
     if method.step > safe:
         raise SceneError(
-            f"integrator.step = {method.step:g}: too large for the stiffest motion, {demands.frequency:.4g} rad/s; "
-            f"the largest safe step of this method is {safe:.3g} s, and dop853 chooses its own"
+            f"integrator.step = {method.step:g}: too large for the stiffest motion, "
+            f"{requirements.frequency:.4g} rad/s; the largest safe step of this method is {safe:.3g} s, "
+            "and dop853 chooses its own"
         )
     return method, None
 
 
-def implicit(method: Any, demands: Demands) -> bool:
+def implicit(method: Any, requirements: MethodRequirements) -> bool:
     """Return whether a scene runs with the method that solves linear systems, for which a state is an array."""
-    return isinstance(_choice(demands)[0] if isinstance(method, Auto) else method, Rodas)
+    return isinstance(_choice(requirements)[0] if isinstance(method, Auto) else method, Rodas)
 
 
 def check_fit(method: Any, model: Any, continuous: bool) -> None:
     """Raise SceneError when a method with linear systems meets a model or a source that it cannot differentiate."""
     if not isinstance(method, Rodas):
         return
-    if not system.rhs_into.has_body(type(model)):
+    if not system.rhs_into.has_implementation(type(model)):
         raise SceneError("integrator.method = 'rodas': solves for states that are arrays; this crane takes dop853")
-    if continuous and system.compute_jacobian.has_body(type(model)):
+    if continuous and system.compute_jacobian.has_implementation(type(model)):
         raise SceneError("control.period = 'continuous': method rodas takes sampled laws on this crane; give a period")
 
 
@@ -87,11 +88,11 @@ def _check_range(method: Any) -> None:
         raise SceneError(f"integrator.step = {step:g}: must be at least {MIN_STEP:g} s")
 
 
-def _choice(demands: Demands) -> tuple[Any, str]:
-    frequency = demands.frequency
-    if frequency is not None and demands.elastic and frequency > STIFF_FREQUENCY and not demands.continuous:
+def _choice(requirements: MethodRequirements) -> tuple[Any, str]:
+    frequency = requirements.frequency
+    if frequency is not None and requirements.elastic and frequency > STIFF_FREQUENCY and not requirements.continuous:
         return Rodas(), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
-    if frequency and demands.smooth and demands.swing_angle > LONG_HORIZON and not demands.elastic:
+    if frequency and requirements.smooth and requirements.swing_angle > LONG_HORIZON and not requirements.elastic:
         step = GAUSS_STEP_FACTOR / frequency
-        return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({demands.duration:g} s)"
+        return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({requirements.duration:g} s)"
     return DOP853(), "dop853: nothing stiff, no long horizon"

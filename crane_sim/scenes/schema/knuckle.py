@@ -14,9 +14,9 @@ from crane_sim.models.stops import Stops
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
-from crane_sim.scenes.schema.integrator import Demands
+from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.knuckle_checks import check_rods, checked_friction
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.scene_file import SceneFile
@@ -125,12 +125,12 @@ class KnuckleFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         bodies = {"payload": self.payload, "boom": self.boom, "jib": self.jib}
         return {f"{name}.windage": body.windage for name, body in bodies.items()}
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         return limits_of(
             ("slew", "tower.limits", self.tower.limits),
@@ -143,10 +143,10 @@ class KnuckleFile(SceneFile):
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+        return MethodRequirements(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def model(self) -> Crane:
         """Return the parameters of the crane.

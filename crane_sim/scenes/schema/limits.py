@@ -1,10 +1,10 @@
-"""Travel limits of a scene: initial positions and targets lie within them."""
+"""Travel limits of a scene's joints."""
 
 from typing import NamedTuple
 
 
-class Limit(NamedTuple):
-    """The travel limits of a joint."""
+class TravelLimits(NamedTuple):
+    """The travel limits of a joint, within which its initial position and target must lie."""
 
     joint: str
     key: str  # of the scene's file
@@ -12,6 +12,6 @@ class Limit(NamedTuple):
     high: float
 
 
-def limits_of(*joints: tuple[str, str, tuple[float, float] | None]) -> tuple[Limit, ...]:
+def limits_of(*joints: tuple[str, str, tuple[float, float] | None]) -> tuple[TravelLimits, ...]:
     """Return the limits of those joints, given as (joint, key, limits or None), that have some."""
-    return tuple(Limit(joint, key, *limits) for joint, key, limits in joints if limits is not None)
+    return tuple(TravelLimits(joint, key, *limits) for joint, key, limits in joints if limits is not None)

@@ -10,7 +10,7 @@ from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructur
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.flexibility import BoomFlexibility, flexible_boom
 from crane_sim.scenes.schema.groups import Channel, Group
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
 from crane_sim.scenes.schema.suspended import SuspendedFile
@@ -65,7 +65,7 @@ class MobileFile(SuspendedFile):
         return self.superstructure.foot[1] + self.initial.q[2] * sin(self.initial.q[1])
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         return limits_of(
             ("slew", "superstructure.limits", self.superstructure.limits),
@@ -76,7 +76,7 @@ class MobileFile(SuspendedFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return super().windages | {"boom.windage": self.boom.windage}
 
     @property
@@ -88,13 +88,13 @@ class MobileFile(SuspendedFile):
         """Return the parameters of the support.
 
         Raises:
-            SceneError: the telescoped section is longer than the boom, or nothing can bend.
+            SceneError: the telescoped section's centre of mass lies behind the foot pin, or nothing can bend.
         """
         shortest = min(self.initial.q[2], *(self.telescope.limits or (self.initial.q[2],))[:1])
         if shortest < self.telescope.centre:
             raise SceneError(
-                f"telescope.centre = {self.telescope.centre}: longer than the boom, {shortest:g} m at initial.q[2] or "
-                "telescope.limits[0]: the centre of the telescoped section would be behind the foot pin"
+                f"telescope.centre = {self.telescope.centre}: exceeds the shortest boom length, {shortest:g} m at "
+                "initial.q[2] or telescope.limits[0]: the section's centre of mass would lie behind the foot pin"
             )
         rigid = TelescopicBoom(self.superstructure, self.boom, self.telescope)
         return flexible_boom(rigid, self.flexibility, self.initial.q)

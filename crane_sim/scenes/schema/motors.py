@@ -6,11 +6,11 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.schema.hardware import ActuatorGroup, MotorGroup, group_name, merge_groups
 from crane_sim.scenes.schema.scene_file import SceneFile
 
-FORCES = ("N", "N m")  # units of efforts that a motor can give
+MOTOR_EFFORT_UNITS = ("N", "N m")
 
 
 def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
-    """Return the motor of a joint, None without one.
+    """Return the motor of a joint, None where it has none or is not actuated.
 
     Raises:
         SceneError: the joint is not driven by force or torque, or keys of the motor contradict each other.
@@ -20,14 +20,14 @@ def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
     unit = dict(zip(file.actuated, file.effort_units, strict=True)).get(joint)
     if motor is None or unit is None:
         return None
-    if unit not in FORCES:
+    if unit not in MOTOR_EFFORT_UNITS:
         raise SceneError(f"{key}: belongs to a drive by force or torque; the {joint} is driven in {unit}")
     _check_curve(key, motor)
     return motor
 
 
 def _check_curve(key: str, motor: MotorGroup) -> None:
-    """Reject a curve of torque over speed that is not complete, or does not fall."""
+    """Reject a torque-speed curve that is incomplete or does not fall."""
     if (motor.torque == inf) != (motor.no_load_speed == inf):
         missing = "torque" if motor.torque == inf else "no_load_speed"
         raise SceneError(f"{key}.{missing}: is missing, a curve has torque and no_load_speed")
@@ -36,6 +36,10 @@ def _check_curve(key: str, motor: MotorGroup) -> None:
 
 
 def reflected_inertia(file: SceneFile, joint: str) -> float:
-    """Return ratio² × inertia [kg or kg m²] of a joint's motor, 0 without one; raises SceneError as `motor_of`."""
+    """Return ratio² × inertia [kg or kg m²] of a joint's motor, 0 without one.
+
+    Raises:
+        SceneError: see `motor_of`.
+    """
     motor = motor_of(file, joint)
     return motor.ratio**2 * motor.inertia if motor is not None else 0.0

@@ -4,11 +4,11 @@ from math import cos
 from typing import Any
 
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.integrator import Demands
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
-from crane_sim.scenes.schema.overhead_models import crane_of, demands_of, in_wind, on_base
+from crane_sim.scenes.schema.overhead_models import crane_of, in_wind, method_requirements_of, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
@@ -67,23 +67,23 @@ class OverheadFile(OverheadCrane):
         """Height of the payload above the rails at t = 0 [m]."""
         if self.initial.positions:
             return self.initial.positions[-1][-1]
-        rises = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]
-        return sum(length * rise for length, rise in zip(self.parts.lengths, rises, strict=True))
+        cosines = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]  # to the vertical
+        return sum(length * cosine for length, cosine in zip(self.parts.lengths, cosines, strict=True))
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return {"payload.windage": self.payload.windage if self.payload is not None else None}
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
         return limits_of(*((name, f"{name}.limits", group.limits) for name, group in groups if group is not None))
 
     @property
     def notes(self) -> dict[str, Any]:
-        """Automatic settings of the scene."""
+        """Settings chosen automatically, entries of the summary."""
         notes: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
         if self.cable_model == "straight" and len(self.parts.masses) > 1:
             notes["model_error_estimate"] = bending_error(self)
@@ -93,9 +93,9 @@ class OverheadFile(OverheadCrane):
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
-        return demands_of(self, sampled)
+        return method_requirements_of(self, sampled)
 
     def model(self) -> Any:
         """Return the parameters of the crane.
@@ -108,7 +108,7 @@ class OverheadFile(OverheadCrane):
         return in_wind(self, on_base(self, crane_of(self)))
 
     def open_loop(self) -> Channels | tuple[float, ...]:
-        """Return the open-loop inputs, zero where they are silent; efforts of zero, held, where there are none."""
+        """Return the open-loop inputs, zero for joints without one; a tuple of zero efforts without `inputs`."""
         if self.inputs is None or not self.actuated:
             return (0.0,) * len(self.actuated)
         channels = None

@@ -21,7 +21,7 @@ from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, Pr
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
 from crane_sim.scenes.schema.friction_checks import checked
-from crane_sim.scenes.schema.integrator import Demands, implicit, needs_frequency
+from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup, BristleGroup, FrictionGroup, JointsGroup
@@ -120,7 +120,7 @@ def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
     springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
     plain = not (file.base_motion or file.is_windy)
-    if alone and plain and not implicit(file.integrator, demands_of(file, sampled=False)):
+    if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
@@ -345,10 +345,10 @@ def check_straight(file: OverheadCrane) -> None:
         raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
 
 
-def demands_of(file: OverheadCrane, sampled: bool) -> Demands:
+def method_requirements_of(file: OverheadCrane, sampled: bool) -> MethodRequirements:
     """Return the scene's requirements on its integration method."""
     smooth = not sampled and switches_of(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
-    return Demands(frequency, swing_angle, file.cable_model == "elastic", smooth, file.duration, continuous)
+    return MethodRequirements(frequency, swing_angle, file.cable_model == "elastic", smooth, file.duration, continuous)

@@ -13,8 +13,8 @@ from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
-from crane_sim.scenes.schema.integrator import Demands
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path, target_of
 from crane_sim.scenes.schema.rigging import UNIT_TOLERANCE, Vector
 from crane_sim.scenes.schema.scene_file import SceneFile
@@ -160,11 +160,11 @@ class PendulumFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return {"payload.windage": self.payload.windage}
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         box = self.suspension.limits or Box()
         return limits_of(
@@ -177,10 +177,10 @@ class PendulumFile(SceneFile):
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
         smooth = not sampled and self._stops() is None
-        return Demands(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+        return MethodRequirements(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None without any."""

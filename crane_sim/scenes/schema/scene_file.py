@@ -9,8 +9,8 @@ from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.base_motion import BaseMotion
 from crane_sim.scenes.schema.groups import Control, Method
 from crane_sim.scenes.schema.hardware import HardwareGroups
-from crane_sim.scenes.schema.integrator import Demands
-from crane_sim.scenes.schema.limits import Limit
+from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.uncertain import Distribution
 from crane_sim.scenes.schema.wind import WindGroup, blows
 from crane_sim.trajectories.inputs import Inputs
@@ -86,7 +86,7 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     @abstractmethod
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
 
     @property
@@ -101,7 +101,7 @@ class SceneFile(HardwareGroups, ABC):
     @property
     @abstractmethod
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind, by key of the file; None where one has no windage."""
+        """Windages of the bodies by key of the file, None where a body has none."""
 
     @property
     @abstractmethod
@@ -149,7 +149,7 @@ class SceneFile(HardwareGroups, ABC):
         return None
 
     @abstractmethod
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integrator; `sampled`: efforts are held between commands."""
 
     @abstractmethod

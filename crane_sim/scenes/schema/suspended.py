@@ -19,7 +19,7 @@ from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_sta
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
 from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
 from crane_sim.scenes.schema.groups import PayloadForceGroup
-from crane_sim.scenes.schema.integrator import Demands
+from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.rigging import (
     ATTITUDE,
@@ -178,20 +178,20 @@ class SuspendedFile(SceneFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         return windages_of(self.payload, self.events)
 
     def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self._reference, self)
 
-    def demands(self, sampled: bool) -> Demands:
+    def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
         stiffest = max(shaft_frequency(self.backlash), self._twist_frequency())
         if self._bending:
             stiffest = max(stiffest, structure_frequency(self.support(), self._place))
-        return Demands(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+        return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _twist_frequency(self) -> float:
         """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""

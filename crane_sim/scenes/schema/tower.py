@@ -9,7 +9,7 @@ from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, 
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.flexibility import JibFlexibility, flexible_jib
 from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validator
-from crane_sim.scenes.schema.limits import Limit, limits_of
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
 from crane_sim.scenes.schema.suspended import SuspendedFile
@@ -56,7 +56,7 @@ class TowerFile(SuspendedFile):
         return ("slew", "rad", "N m"), ("trolley", "m", "N")
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         return limits_of(
             ("slew", "slew.limits", getattr(self.slew, "limits", None)),
@@ -66,7 +66,7 @@ class TowerFile(SuspendedFile):
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
-        """What the bodies oppose to the wind."""
+        """Windages of the bodies by key, None where a body has none."""
         own = {f"slew.{key}": getattr(self.slew, key, None) for key in ("jib_windage", "counter_jib_windage")}
         return super().windages | own
 

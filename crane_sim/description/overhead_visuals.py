@@ -1,7 +1,7 @@
 """Visuals of an overhead crane: rails on legs, a bridge between them, a trolley, a cable with its payload.
 
-All is a function of the bounding box, so that a rail is as long as its trolley's travel. Proportions are those of
-a 6 m cable, whose unit is 1 m.
+All sizes follow from the bounding box, so that a rail is as long as its trolley's travel. `BoundingBox.unit` scales
+them; it is 1 m for a cable of 6 m.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
 
 LOAD_DENSITY, NODE_DENSITY = 2400.0, 7800.0  # kg/m³, of concrete and of steel
-CABLE_RADIUS_RATIO = 0.0035  # radius of the cable, of the depth
+CABLE_RADIUS_RATIO = 0.0035  # -, radius of the cable over the depth
 
 
 def base(box: BoundingBox) -> list[Shape]:
-    """Return what stands still: a beam on two trestles or, below a bridge, two runways on four columns."""
+    """Return the fixed structure: a beam on two trestles or, below a bridge, two runways on four columns."""
     return _runways(box) if box.spatial else _portal(box)
 
 
@@ -34,7 +34,7 @@ def bridge(box: BoundingBox) -> list[Shape]:
 
 
 def trolley(box: BoundingBox) -> list[Shape]:
-    """Return two cheeks that embrace the beam's lower flange, four wheels on it, a sheave where the cable begins."""
+    """Return a sheave where the cable begins, two side plates, four wheels on the beam's lower flange, a base plate."""
     unit = box.unit
     shapes = [Shape((0.13 * unit, 0.3 * unit), ORIGIN, STEEL, ACROSS)]
     for side in (1.0, -1.0):
@@ -45,7 +45,7 @@ def trolley(box: BoundingBox) -> list[Shape]:
 
 
 def payload_edge(mass: float, box: BoundingBox) -> float:
-    """Return the edge [m] of the payload's crate: that of a block of concrete, but neither a dot nor a house."""
+    """Return the edge [m] of the payload's crate: that of a concrete cube, clamped to 4.5 to 13 % of the depth."""
     return min(max(cbrt(mass / LOAD_DENSITY), 0.045 * box.depth), 0.13 * box.depth)
 
 
@@ -55,7 +55,7 @@ def payload(mass: float, box: BoundingBox) -> list[Shape]:
 
 
 def node_radius(mass: float, link: float, box: BoundingBox) -> float:
-    """Return the radius [m] of the ball that marks a node below a link of this length [m]: that of a ball of steel."""
+    """Return the radius [m] of a node's ball below a link [m]: that of a steel ball, clamped so that it can be seen."""
     return min(max(cbrt(0.75 * mass / (3.1416 * NODE_DENSITY)), 0.008 * box.depth), 0.02 * box.depth, 0.3 * link)
 
 

@@ -1,4 +1,4 @@
-"""Bodies of `crane_sim.system` functions that several models of overhead cranes share."""
+"""Implementations of `crane_sim.system` functions that several models of overhead cranes share."""
 
 from typing import Any
 
