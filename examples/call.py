@@ -22,10 +22,8 @@ def answer(node: Node, kind: type, name: str, request: object) -> Any:
     """Return what a service answers; that may take long, many steps for example, but no longer than its node lives."""
     client = node.create_client(kind, name)
     if not client.wait_for_service(10.0):
-        node.destroy_client(client)  # or the service that it asks for would be listed, too
-        known = sorted(
-            service for service, kinds in node.get_service_names_and_types() if kinds[0].startswith("std_srvs/")
-        )
+        services = node.get_service_names_and_types()  # with the one that is asked for, since it has a client
+        known = sorted(service for service, kinds in services if service != name and kinds[0].startswith("std_srvs/"))
         sys.exit(f"{name}: no such service (there are: {', '.join(known) or 'none in this domain'})")
     future = client.call_async(request)
     while not future.done():
