@@ -181,7 +181,7 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"reference.path.radius": 1.7}, r"reference.path: is at t = [\d.]* s 1.7 m .* drives the tip 0.2 to 1.61\d* m"),
     ({"reference.path.centre": [1.35, 0.0]}, "reference.path: is at t = .*'adaptive'"),
     ({"reference.path": None, "reference.q": [0.0, 1.0, 0.0, 1.0]}, "reference.path: .* needs one of the payload"),
-    ({"gravity": 0.0}, "gravity = 0: .* needs some"),
+    ({"gravity": 0.0}, "gravity = 0: .* needs gravity"),
 ]
 
 
