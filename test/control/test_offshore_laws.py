@@ -156,7 +156,7 @@ ALONG_X = {"control.law": "angular", "initial.direction": [1.0, 0.0, 0.0]}
 REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"control.law": "cartesian", "reference": {"q": [1.0, 0.0]}}, "reference.path: .* needs one of the payload"),
     ({"control.law": "cartesian", "suspension.height": "driven"}, "suspension.height: fixed"),
-    ({"control.law": "cartesian", "gravity": 0.0}, "gravity = 0: .* needs some"),
+    ({"control.law": "cartesian", "gravity": 0.0}, "gravity = 0: .* needs gravity"),
     ({"control.servo": {"kp": 1.0}, **SERVO}, "control.servo: the suspension has one itself"),
     ({"control.law": "angular", **SERVO}, "'servo': the angular law commands accelerations"),
     ({"control.adaptation": {"c": 1.2}}, "adaptation.c = 1.2: must be below kd = 1.118"),
