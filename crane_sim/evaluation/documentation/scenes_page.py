@@ -24,9 +24,9 @@ PORTS_AND_SITES = (
 _MARGIN = 0.03  # of the drawn box, on either side
 _HEAD = """# Cranes as they stand in ports and on sites
 
-Written by `crane scenes --save docs`: each crane where its run begins (pale) and ends, and the path of its load (red, from
-the blue dot). Masses, lengths and speeds are those of real machines; [machines.md](machines.md) has the equations, and the
-sources of the data.
+Written by `crane scenes --save docs`: each crane where its run begins (pale) and ends, and the path of its load
+(red, from the blue dot). Masses, lengths and speeds are those of real machines; [machines.md](machines.md) has the
+equations, and the sources of the data.
 """
 _FIGURES = {
     "peak_swing_deg": ("largest swing", "°"),
