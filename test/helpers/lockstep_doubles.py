@@ -40,7 +40,9 @@ class FakeHost:
         self.stop_reason, self.brake_reason = "", ""
         self.queues: dict[str, deque[tuple[bytes, None]]] = {}
         self.node: Any = SimpleNamespace(
-            create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: []
+            create_subscription=self._subscribe,
+            create_publisher=lambda *_: SimpleNamespace(get_subscription_count=lambda: 0),
+            get_publishers_info_by_topic=lambda _topic: [],
         )
 
     def spin(self, timeout: float = 0.01) -> None:
@@ -63,6 +65,7 @@ class FakeTopics:
         modes: values of simulation_state.
         acknowledged: whether all subscribers have acknowledged the joint states.
         states: number of joint states.
+        clocks: times of the clock, ns.
     """
 
     clock_subscribed = effort_subscribed = payload_subscribed = False
@@ -72,6 +75,7 @@ class FakeTopics:
         self.modes: list[SimulationState] = []
         self.acknowledged = False
         self.states = 0
+        self.clocks: list[int] = []
 
     def all_acknowledged(self, _timeout: float = 0.0) -> bool:
         """Return what tests set."""
@@ -88,8 +92,9 @@ class FakeTopics:
     def publish_diagnostics(self, *_: Any) -> None:
         """Publish nothing."""
 
-    def publish_clock(self, *_: Any) -> None:
-        """Publish nothing."""
+    def publish_clock(self, stamp: int) -> None:
+        """Record it."""
+        self.clocks.append(stamp)
 
     def update_subscribers(self) -> None:
         """Find no subscribers."""
@@ -126,13 +131,18 @@ def topics() -> FakeTopics:
 @pytest.fixture
 def simulation(topics: FakeTopics) -> SimulationRun:
     """Return a run without ROS."""
+    return make_simulation(topics)
+
+
+def make_simulation(topics: FakeTopics, clock_leads: bool = False) -> SimulationRun:
+    """Return a run without ROS."""
     plant: Any = CountingPlant()
     fake_topics: Any = topics
     pipes: Any = SimpleNamespace(report=lambda *_, **__: None)
-    return SimulationRun(SCENE, plant, fake_topics, pipes, (1e9,) * len(ZERO))
+    return SimulationRun(SCENE, plant, fake_topics, pipes, (1e9,) * len(ZERO), clock_leads)
 
 
-def make_lockstep(host: Any, simulation: SimulationRun, beside: str = "") -> Lockstep:
+def make_lockstep(host: Any, simulation: SimulationRun, beside: str = "", stamps: str = "state") -> Lockstep:
     """Return a scheduler in lockstep with short time-outs."""
-    settings = SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3, command_stamps="state")
+    settings = SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3, command_stamps=stamps)
     return Lockstep(host, simulation, settings)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, FakeHost, FakeTopics, make_lockstep
+from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, FakeHost, FakeTopics, make_lockstep, make_simulation
 
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
@@ -41,6 +41,21 @@ def test_waiting_is_reported_after_the_timeout(
     assert waits[0][0] - began >= TIMEOUT
     assert waits[0][1].startswith("no valid command for state 1 within 0.3 s")
     assert topics.states >= (4 if contested else 2)  # 0.3 s at one in 0.05 s or 0.1 s, fewer on a busy machine
+
+
+def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the clock leads, a repeated state moves it on within the period: a node that missed the state wakes."""
+    host, simulation = FakeHost(), make_simulation(topics, clock_leads=True)
+    topics.acknowledged = True
+
+    def spin(timeout: float = 0.01) -> None:
+        host.stop_reason = "enough" if topics.states > 3 else ""
+        time.sleep(timeout)
+
+    monkeypatch.setattr(host, "spin", spin)
+    make_lockstep(host, simulation, stamps="ros").run()
+    led = [clock for clock in topics.clocks if clock > PERIOD]
+    assert len(set(led)) >= 3 and led == sorted(led) and led[-1] <= 2 * PERIOD
 
 
 def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:

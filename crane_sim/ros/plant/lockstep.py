@@ -1,7 +1,8 @@
 """Lockstep: every step waits for the controller's answer.
 
 Where commands are stamped with ROS time the clock leads: state k is published and acknowledged, then /clock reads the
-time of state k + 1, and the command with this time answers state k. Nodes that live by that time run in lockstep.
+time of state k + 1 less some nanoseconds, and the command with this time answers state k. Nodes that live by that time
+run in lockstep. A state that is sent again needs a later time, or no such node would wake up for it.
 """
 
 import time
@@ -26,6 +27,7 @@ _RESEND = 0.05  # s between two messages of the same state while the run waits, 
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _POLL = 0.005  # s between two polls of services while there are several publishers
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
+_LAG = 1000  # ns of the clock behind the time of the next state, less one for every state that was sent again
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
@@ -49,6 +51,7 @@ class Lockstep:
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
+        self._lag = min(_LAG, simulation.scene.period_ns // 2)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
         by_state = settings.command_stamps == CommandStamps.STATE
         self._accepted = None if by_state else AcceptedCommands(host.node, self._wire)
@@ -185,6 +188,7 @@ class Lockstep:
     def _resend(self) -> None:
         self._simulation.publish_state()
         self._last_sent, self._clock_due = time.monotonic(), self._clock_leads
+        self._lag = max(self._lag - 1, 0)
 
     def _restart_clock(self) -> None:
         """Begin to wait for the answer to a state that has just been published."""
@@ -195,7 +199,7 @@ class Lockstep:
         """Publish the time of the next state, if every subscriber has acknowledged this one."""
         if self._clock_due and self._simulation.all_acknowledged(_ACKNOWLEDGEMENT):
             self._clock_due = False
-            self._simulation.advance_clock(self._simulation.stamp + self._simulation.scene.period_ns)
+            self._simulation.advance_clock(self._simulation.stamp + self._simulation.scene.period_ns - self._lag)
 
     def _is_lease_expiry_suspended(self) -> bool:
         """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""
