@@ -1,8 +1,9 @@
-"""A stock ros2_control set-up, emulated: SCENE sim|wall actuated|all single|events.
+"""A stock ros2_control set-up, emulated: SCENE sim|wall actuated|all single|events [reliable].
 
 A controller manager's loop calls read(), the controllers' update() and write() once in each period of its clock, the
 wall clock or simulated time. The hardware interface has a node of its own, whose messages read() takes; it writes the
 names of all joints of its tag, and the efforts of those that have a command interface, stamped with the clock.
+It subscribes with best effort, unless told to be reliable: then no state is lost on a busy machine.
 """
 
 import sys
@@ -15,7 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
@@ -24,12 +25,11 @@ from crane_sim import load_scene
 class HardwareInterface:
     """The interface with its node; its threshold of changes is -1, so that it always sends."""
 
-    def __init__(self, namespace: str, joints: list[str]) -> None:
+    def __init__(self, namespace: str, joints: list[str], reliable: bool) -> None:
         """Subscribe and publish as the interface does."""
         self._node, self._joints = Node("hardware", namespace=namespace), joints
-        self._states = self._node.create_subscription(
-            JointState, "joint_states", lambda _: None, qos_profile_sensor_data
-        )
+        qos = QoSProfile(depth=10) if reliable else qos_profile_sensor_data
+        self._states = self._node.create_subscription(JointState, "joint_states", lambda _: None, qos)
         self._commands = self._node.create_publisher(JointState, "joint_commands", 1)
         self.states: dict[str, tuple[float, float]] = {}
 
@@ -77,15 +77,14 @@ class Manager:
         return self._last != last
 
 
-def main(file: str, clock: str, tag: str, executor_name: str) -> None:
+def main(file: str, clock: str, tag: str, executor_name: str, reliability: str = "") -> None:
     """Loop until the process is killed."""
     scene = load_scene(file)
     law = PdLaw(scene)
     rclpy.init()
     manager = Manager(scene.crane, clock, executor_name, scene.period)
-    hardware = HardwareInterface(
-        scene.crane, [name for name in scene.joint_names if tag == "all" or name in scene.actuated]
-    )
+    joints = [name for name in scene.joint_names if tag == "all" or name in scene.actuated]
+    hardware = HardwareInterface(scene.crane, joints, reliability == "reliable")
     while rclpy.ok():
         manager.sleep()
         hardware.read()

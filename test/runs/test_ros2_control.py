@@ -25,7 +25,7 @@ def run_with(folder: Path, environment: dict[str, str], options: tuple[str, ...]
         return orchestration.run(SCENE, controller=False, record=None, **settings)
 
 
-@pytest.mark.parametrize("options", [("sim", "actuated", "single"), ("sim", "all", "events")])
+@pytest.mark.parametrize("options", [("sim", "actuated", "single", "reliable"), ("sim", "all", "events", "reliable")])
 def test_the_clock_leads_lockstep(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...]
 ) -> None:
