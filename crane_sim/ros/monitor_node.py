@@ -30,12 +30,8 @@ class Monitor:
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Subscribe."""
         scene = load_scene(settings.scene)
-        wires = {
-            letter: JointWire(
-                scene.joint_names if letter == "s" else scene.actuated, STATE if letter == "s" else EFFORT
-            )
-            for letter in _TOPICS
-        }
+        efforts = JointWire(scene.actuated, EFFORT)
+        wires = {"s": JointWire(scene.joint_names, STATE), "e": efforts, "c": efforts}
         self._subscriptions = [
             (letter, wires[letter], PolledSubscription(host.node, name, _ignore)) for letter, name in _TOPICS.items()
         ]

@@ -40,6 +40,7 @@ from crane_sim.models.supports.backlash import (
     joint_efforts,
     with_support_switching,
 )
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import either, retake_of
 from crane_sim.models.supports.joint_contacts import (
     JointContacts,
@@ -97,8 +98,10 @@ def bare_support(support: Any) -> Any:
 
 
 def takes_energy(support: Any) -> bool:
-    """Return whether drives with play or friction take energy."""
-    return isinstance(support, GearedSupport) or (isinstance(support, ActuatedSupport) and support.contacts is not None)
+    """Return whether drives with play, a structure that bends or friction take energy."""
+    if isinstance(support, ActuatedSupport):
+        return support.contacts is not None
+    return isinstance(support, GearedSupport | FlexibleSupport)
 
 
 @lean_kernel

@@ -298,7 +298,7 @@ def _(p, u):
 @system.with_meter.register(SuspendedCrane)
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
-    lossy = lossy or takes_energy(p.support) or isinstance(p.support, FlexibleSupport) or p.torsion is not None
+    lossy = lossy or takes_energy(p.support) or p.torsion is not None
     imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p

@@ -68,10 +68,9 @@ _HEAD = b"\x00\x01\x00\x00"  # encapsulation: plain CDR, little endian
 
 
 STATE = ("position", "velocity", "effort")
-"""Fields of a joint state that the plant publishes."""
+"""Fields of a joint state that the plant publishes: all that the message has, in its order."""
 EFFORT = ("effort",)
 """Fields of a command, and of the efforts applied."""
-_FIELDS = STATE  # of the message, in its order
 
 
 class Frame(NamedTuple):
@@ -96,12 +95,12 @@ class JointWire:
         layout.strings(names)
         self._head = (_HEAD, *layout.constants[3:])
         self._spans: list[slice] = []  # of the three fields in the message's values
-        for field in _FIELDS:
+        for field in STATE:
             number = len(names) if field in fields else 0
             first = len(layout.constants) + 1  # behind the length
             layout.doubles(number)
             self._spans.append(slice(first, first + number))
-        self._present = [field in fields for field in _FIELDS]
+        self._present = [field in fields for field in STATE]
         constant_indices = [i for i, value in enumerate(layout.constants) if value is not None]
         self._struct = struct.Struct(layout.format)
         self._constants_of = itemgetter(*constant_indices)
