@@ -300,14 +300,20 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default implementation.
     """
     table = functools.singledispatch(f)
+    bodies: dict[type, Function] = {}  # singledispatch's own cache takes as long as a small kernel in Python
 
     @functools.wraps(f)
     def call(*args: Any) -> Any:
-        return table.dispatch(type(args[0]))(*args)
+        cls = type(args[0])
+        body = bodies.get(cls)
+        if body is None:
+            body = bodies[cls] = table.dispatch(cls)
+        return body(*args)
 
     def register(cls: type) -> Callable[[Function], Function]:
         def add(body: Function) -> Function:
             _note_origin(body)
+            bodies.clear()
             return table.register(cls)(body)
 
         return add

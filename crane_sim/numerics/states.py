@@ -119,18 +119,18 @@ State = Any
 
 def add(x: State, y: State) -> State:
     """Return x + y."""
-    return tuple(add(a, b) for a, b in zip(x, y, strict=True)) if isinstance(x, tuple) else x + y
+    return tuple([add(a, b) for a, b in zip(x, y, strict=True)]) if isinstance(x, tuple) else x + y
 
 
 def scale(a: float, x: State) -> State:
     """Return a x."""
-    return tuple(scale(a, b) for b in x) if isinstance(x, tuple) else a * x
+    return tuple([scale(a, b) for b in x]) if isinstance(x, tuple) else a * x
 
 
 def add_scaled(x: State, a: float, y: State) -> State:
     """Return x + a y, each float of a tuple rounded once."""
     if isinstance(x, tuple):
-        return tuple(add_scaled(b, a, c) for b, c in zip(x, y, strict=True))
+        return tuple([add_scaled(b, a, c) for b, c in zip(x, y, strict=True)])
     return x + a * y if isinstance(x, np.ndarray) else fma(a, y, x)
 
 

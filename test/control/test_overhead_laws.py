@@ -219,7 +219,7 @@ def test_the_first_link_alone_misleads_lqr() -> None:
         "overhead_energy",
         "overhead_lqr",
         pytest.param("overhead_lqr_chain", marks=pytest.mark.slow),
-        "overhead_hoist_energy",
+        pytest.param("overhead_hoist_energy", marks=pytest.mark.slow),
     ],
 )
 def test_the_catalogue_reaches_its_targets(name: str) -> None:

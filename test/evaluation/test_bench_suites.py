@@ -55,6 +55,7 @@ def test_a_recording_has_a_size_and_a_cost() -> None:
     assert all(size["least"] > 300 * 20 * 96 for size in results["bytes_per_simulated_minute"].values())
 
 
+@pytest.mark.slow
 def test_real_time_is_compared_with_a_loop_that_only_sleeps() -> None:
     """Both have the quantiles of their period errors and lateness, in order, their rate and their overruns."""
     results = without_machine(realtime.measure(period=0.01, duration=0.2, rounds=1))

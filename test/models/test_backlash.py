@@ -202,6 +202,7 @@ def contacts(summary: dict[str, Any]) -> list[float]:
     return [event["t"] for event in summary["events"]]
 
 
+@pytest.mark.interpreted
 def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None:
     """Without damping, flights across the gap and half oscillations of the two masses follow in closed form."""
     plant, v = Plant(crane_sim.load_scene(FREE)), 0.1
@@ -235,6 +236,7 @@ def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
     assert summary["energy_audit_max"] < 1e-9
 
 
+@pytest.mark.slow
 def test_drives_in_tandem_cross_their_play_one_after_the_other() -> None:
     """In the catalogue's scene both drives pull and brake, cross their play at different times, and energy is kept."""
     run = crane_sim.simulate("tandem_play")

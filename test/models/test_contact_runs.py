@@ -52,6 +52,7 @@ def heights(run: Rollout) -> Any:
     return run.q[:, 5:6] + row @ contact.points.T - deck[:, None]
 
 
+@pytest.mark.interpreted
 def test_bounces_of_a_dropped_load() -> None:
     """A load dropped flat flies 2 e v / g between impacts, each e times the one before, until it is too slow."""
     drop, e = 0.5, 0.5

@@ -352,6 +352,7 @@ RUN = {
 HEAVY = {"mass": 530.0, "inertia": [300.0, 350.0, 250.0], "attachment": [0.1, 0.0, 1.0]}
 
 
+@pytest.mark.interpreted
 def test_a_run_with_exchanges_keeps_its_energy() -> None:
     """A crane that slews in the wind, takes a body up and lets it go again: the balance closes and the texts say so."""
     events = [

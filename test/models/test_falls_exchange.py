@@ -172,6 +172,7 @@ def test_points_of_the_new_load(height: float, allowed: bool) -> None:
     assert ("below the surface" in text) != allowed and ("events[0].set.contact" in change) != allowed
 
 
+@pytest.mark.slow
 def test_a_container_is_set_down_and_left() -> None:
     """A spreader lands on a container, lifts it off the heaving deck, sets it down and leaves it there."""
     run = crane_sim.simulate("spreader_pick_up")

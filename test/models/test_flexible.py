@@ -434,6 +434,7 @@ def test_play_meets_a_structure_that_bends(name: str) -> None:
     assert (high - low) / 2e-6 == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))  # h², rounding / h
 
 
+@pytest.mark.slow
 def test_a_bent_jib_rolls_its_trolley() -> None:
     """In the catalogue's scene energy is kept, and the law holds the weights on the jib's slope by an offset."""
     run = crane_sim.simulate("tower_flexible_jib")

@@ -31,6 +31,7 @@ def test_references_in_space(name: str) -> None:
 FIXED: dict[str, Any] = {"trolley": {"drive": "fixed"}, "bridge": None, "inputs": None}
 
 
+@pytest.mark.interpreted
 def test_spherical_pendulum_past_the_horizontal() -> None:
     """The pendulum that passes the poles of two angles meets its reference with the steps of any other swing."""
     case = REFERENCE["09_3D_spherical_pole"]
