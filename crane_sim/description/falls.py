@@ -1,8 +1,8 @@
 """The URDF of a gantry crane: a portal that travels, a trolley on it, and the load, which moves freely in the base.
 
-The origin of `base_link` is the trolley's rail, where `trolley` and `bridge` are zero. The falls are no joints: their ends
-follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps the
-axes of the base here, while a recording turns it.
+The origin of `base_link` is the trolley's rail, where `trolley` and `bridge` are zero. The falls are no joints: their
+ends follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps
+the axes of the base here, while a recording turns it.
 """
 
 from __future__ import annotations

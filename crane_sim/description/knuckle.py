@@ -1,8 +1,8 @@
 """The URDF of a knuckle-boom crane.
 
-`base_link` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF joint
-is relative to its parent. The level frames bridge the two: each mimics an elevation with the multiplier -1, so that
-the zero of the next joint is horizontal.
+`base_link` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF
+joint is relative to its parent. The level frames bridge the two: each mimics an elevation with the multiplier -1, so
+that the zero of the next joint is horizontal.
 
 Masses and inertias are the simulated ones. Without `axial_inertia` the model omits a rod from the slew inertia. No URDF
 body can do that: the rod gets half of its luffing inertia about its other two axes, and the tower is given that much

@@ -1,7 +1,8 @@
 """The URDF of an overhead crane: a trolley below a rail along x, with a bridge on runways along y, and a cable.
 
-`base_link` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>` and
-`payload_link` are the nodes of the cable. Masses are the scene's, as point masses; only links have moments of inertia.
+`base_link` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>`
+and `payload_link` are the nodes of the cable. Masses are the scene's, as point masses; only links have moments of
+inertia.
 """
 
 from __future__ import annotations

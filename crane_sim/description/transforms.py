@@ -45,12 +45,12 @@ class MovingJoint(NamedTuple):
     origin: Vector  # m
     axis: Vector
     slides: bool  # along the axis; else it turns about it
-    index: int  # of the scene's joint that moves it
+    source: int  # index of the scene's joint that moves it
     multiplier: float  # of that joint's position
 
     def transform(self, q: Sequence[float]) -> Transform:
         """Return the child's frame at the scene's joint positions q (nq,) [m or rad]."""
-        position, (x, y, z), (a, b, c) = self.multiplier * q[self.index], self.origin, self.axis
+        position, (x, y, z), (a, b, c) = self.multiplier * q[self.source], self.origin, self.axis
         if self.slides:
             return Transform(self.parent, self.child, (x + position * a, y + position * b, z + position * c))
         s = sin(0.5 * position)

@@ -112,7 +112,7 @@ def test_a_moving_base_is_the_root_of_the_urdf() -> None:
 
 def test_quaternions_are_those_of_their_matrices() -> None:
     """Each of the four branches of the quaternion gives back its matrix, half turns included."""
-    turns = [Rotation.random(rng=seed) for seed in range(200)]
+    turns = list(Rotation.random(200, np.random.default_rng(1)))
     turns += [Rotation.from_rotvec(np.pi * axis) for axis in np.eye(3)]
     for turn in turns:
         again = Rotation.from_quat(quaternion_of(turn.as_matrix())).as_matrix()

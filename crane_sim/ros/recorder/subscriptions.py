@@ -10,6 +10,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -49,6 +50,7 @@ _SOURCES = {
     "joint_trajectory": _Source(JointTrajectory, _STREAM),
     "tip_demand": _Source(JointTrajectory, _STREAM),
     "payload_pose": _Source(PoseStamped, _SENSOR),
+    "base/odometry": _Source(Odometry, _STREAM),
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),
 }
