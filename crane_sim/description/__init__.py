@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 
+IMU = "imu_link"
+"""The frame of an inertial measurement unit on the base."""
 ABOUT = (
     "masses, centres and inertias are those that are simulated; links without an inertial have none",
     "every visual is a drawing: its size, shape and position are not those of the simulated crane",
@@ -45,6 +47,9 @@ def urdf(scene: Scene) -> str:
         suspended.add_suspended_crane(robot, scene)
     else:
         knuckle.add_knuckle_crane(robot, scene.model, scene.joint_names)
+    if scene.instruments is not None and scene.instruments.imu is not None:
+        ElementTree.SubElement(robot, "link", name=IMU)
+        add_joint(robot, "fixed", "imu", ("base_link", IMU), scene.instruments.imu.position)
     add_limits(robot, scene)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)

@@ -17,6 +17,7 @@ from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.plant.base_odometry import BaseOdometry
 from crane_sim.ros.plant.braking import brake_to_rest
+from crane_sim.ros.plant.instrument_topics import camera_topic, imu_topic
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.peers import peer_names
 from crane_sim.ros.plant.realtime import Realtime
@@ -129,6 +130,10 @@ class PlantNode:
         node, settings, publishers = self._host.node, self._settings, list[StatePublisher]()
         if getattr(scene.model, "base", None) is not None:
             publishers.append(BaseOdometry(node, settings.frame_prefix))
+        if scene.instruments is not None and scene.instruments.imu is not None:
+            publishers.append(imu_topic(node, settings.frame_prefix, scene.instruments.imu))
+        if scene.instruments is not None and scene.instruments.camera is not None:
+            publishers.append(camera_topic(node, settings.frame_prefix, scene.instruments.camera))
         if settings.publish_tf != TransformScope.OFF and not missing_package(settings.publish_tf):
             publishers.append(TransformTopics(node, scene, settings))
         return publishers
