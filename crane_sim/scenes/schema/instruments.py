@@ -1,9 +1,9 @@
 """The groups of a scene file on what measures more than joints: an inertial measurement unit, and a camera."""
 
-from crane_sim.files.types import NonNegative, Positive
+from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.scenes.schema.groups import Group
-from crane_sim.scenes.schema.rigging import Vector
 
+Vector = tuple[Real, Real, Real]
 NOTHING: Vector = (0.0, 0.0, 0.0)
 
 
