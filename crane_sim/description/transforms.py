@@ -14,12 +14,14 @@ import numpy as np
 
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.scenes.schema.rigging import ATTITUDE
+from crane_sim.simulation.base_state import base_state
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.base_state import BaseState
 
 WORLD, BASE = "world", "base_link"
@@ -87,6 +89,21 @@ class TransformTree:
             size = sqrt(w * w + x * x + y * y + z * z)
             transforms.append(self._turned._replace(rotation=(x / size, y / size, z / size, w / size)))
         return transforms
+
+
+def payload_orientation(scene: Scene, t: float, q: Sequence[float]) -> Quaternion:
+    """Return the payload's quaternion in the world at time t [s] and joint positions q (nq,); a point has no turn."""
+    indices = [scene.joint_names.index(name) for name in ATTITUDE if name in scene.joint_names]
+    if not indices:
+        return NO_TURN
+    a = base_transform(base_state(scene, t)).rotation
+    w, x, y, z = (q[i] / sqrt(sum(q[j] * q[j] for j in indices)) for i in indices)
+    return (
+        a[3] * x + a[0] * w + a[1] * z - a[2] * y,
+        a[3] * y - a[0] * z + a[1] * w + a[2] * x,
+        a[3] * z + a[0] * y - a[1] * x + a[2] * w,
+        a[3] * w - a[0] * x - a[1] * y - a[2] * z,
+    )
 
 
 def base_transform(state: BaseState) -> Transform:

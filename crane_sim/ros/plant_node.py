@@ -15,6 +15,7 @@ from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
+from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
 from crane_sim.ros.plant.base_odometry import BaseOdometry
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.instrument_topics import camera_topic, imu_topic
@@ -26,7 +27,7 @@ from crane_sim.ros.plant.services import FaultServices, PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
-from crane_sim.ros.plant.transform_topics import TRANSFORM_SCOPES, TransformScope, TransformTopics, missing_package
+from crane_sim.ros.plant.transform_topics import TransformTopics, missing_package
 from crane_sim.ros.plant.warm_up import warm_up
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 from crane_sim.scenes.scene import Scene

@@ -183,9 +183,8 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, reason = choose_method(file.integrator, file.method_requirements(sampled))
-    hardware, noted = equipment_of(file, period)
-    instruments, of_instruments = instruments_of(file, period)
-    model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
+    devices, noted = _devices(file, period)
+    model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(devices["hardware"]))
     check_fit(method, model, continuous)
     return Scene(
         **fields,
@@ -196,13 +195,16 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         law=law,
         sampled=sampled,
         source=source,
-        notes=_join_notes(
-            notes, {"method": reason} if reason else {}, rounded, noted, of_instruments, _load_notes(file, crane)
-        ),
+        notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
         document=document,
-        hardware=hardware,
-        instruments=instruments,
+        **devices,
     )
+
+
+def _devices(file: SceneFile, period: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (the fields of a scene on hardware and instruments, notes on both)."""
+    (hardware, noted), (instruments, also_noted) = equipment_of(file, period), instruments_of(file, period)
+    return {"hardware": hardware, "instruments": instruments}, _join_notes(noted, also_noted)
 
 
 def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:

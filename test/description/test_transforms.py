@@ -7,7 +7,13 @@ from urdf_kinematics import forward
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
-from crane_sim.description.transforms import Transform, TransformTree, base_transform, quaternion_of
+from crane_sim.description.transforms import (
+    Transform,
+    TransformTree,
+    base_transform,
+    payload_orientation,
+    quaternion_of,
+)
 from crane_sim.files.catalogue import scene_files
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
@@ -102,6 +108,18 @@ def test_a_load_turns_in_the_transforms() -> None:
     frames = poses(transforms_at(scene, TransformTree(urdf(scene), scene.joint_names), t, q))
     w, x, y, z = (q[scene.joint_names.index(name)] for name in ATTITUDE)
     assert frames["payload_link"][0] == pytest.approx(Rotation.from_quat([x, y, z, w]).as_matrix(), abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["tower_gust", "port_sts_container"])
+def test_the_pose_of_a_load_on_a_ship_has_its_turn_in_the_world(name: str) -> None:
+    """The orientation of `payload_pose` is that of the payload's frame in the tree: base and attitude together."""
+    turns = {"roll": {"amplitude": 0.1, "frequency": 0.7}, "yaw": {"amplitude": 0.2, "frequency": 0.4}}
+    scene = load_scene(name, {"base_motion": turns | {"mount": {"yaw": 2.0}}})
+    for seed in range(5):
+        t, q = random_state(scene, seed)
+        frames = poses(transforms_at(scene, TransformTree(urdf(scene), scene.joint_names), t, q))
+        turn = Rotation.from_quat(payload_orientation(scene, t, q.tolist())).as_matrix()
+        assert turn == pytest.approx(frames["payload_link"][0], abs=1e-14)  # rounding
 
 
 def test_a_moving_base_is_the_root_of_the_urdf() -> None:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from crane_sim.description.transforms import payload_orientation
 from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
@@ -208,7 +209,9 @@ class SimulationRun:
         if not self._clock_leads:
             self.advance_clock(self.stamp)
         if self._topics.payload_subscribed:
-            self._topics.publish_payload(self.stamp, self.plant.payload)
+            plant = self.plant
+            orientation = payload_orientation(self.scene, plant.t, plant.q)
+            self._topics.publish_payload(self.stamp, plant.payload, orientation)
         for publisher in self._further:
             publisher.publish(self.stamp, self.plant)
 

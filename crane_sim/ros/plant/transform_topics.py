@@ -6,7 +6,6 @@ frame has one publisher.
 """
 
 from collections.abc import Sequence
-from enum import StrEnum
 from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
@@ -18,6 +17,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from crane_sim.description import urdf
 from crane_sim.description.transforms import WORLD, Transform, TransformTree, base_transform
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.transform_scope import TransformScope
 from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
@@ -30,17 +30,6 @@ except ImportError:  # no wheel has it; `./crane interfaces` builds it
 
 DYNAMIC = QoSProfile(depth=100)  # as tf2_ros has them
 STATIC = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-class TransformScope(StrEnum):
-    """Values of the parameter `publish_tf`: which transforms the plant publishes."""
-
-    ALL = "all"
-    BASE = "base"
-    OFF = "off"
-
-
-TRANSFORM_SCOPES = tuple(scope.value for scope in TransformScope)
 
 
 def missing_package(scope: str) -> str:

@@ -306,9 +306,9 @@ class Mount(Group):
 
     position: tuple[Amount, Amount, Amount] = (0.0, 0.0, 0.0)  # m, of the base's origin, from the
     # vessel's reference point
-    roll: Turn = 0.0  # rad, about the vessel's x, last of the three
-    pitch: Turn = 0.0  # rad, about y, second
-    yaw: Turn = 0.0  # rad, about z, first: a crane that looks to port has 90 deg
+    roll: Turn = 0.0  # rad, about x, after the other two turns
+    pitch: Turn = 0.0  # rad, about y, after yaw
+    yaw: Turn = 0.0  # rad, about z: a crane that looks to port has 90 deg
 
     def carry(self, vessel: Base | SplineBase) -> MountedBase:
         """Return the motion of the base on a vessel."""
