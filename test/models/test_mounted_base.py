@@ -34,7 +34,7 @@ def on_ship(scene: str, motion: dict[str, Any], duration: float = 1.0) -> crane_
     return load_scene(scene, {"base_motion": motion, "duration": duration})
 
 
-def turn(angles: Any) -> mpmath.matrix:
+def turn(angles: Any) -> Any:
     """Return Rz(yaw) Ry(pitch) Rx(roll) of roll, pitch, yaw."""
     (sr, sp, sy), (cr, cp, cy) = map(mpmath.sin, angles), map(mpmath.cos, angles)
     rz = mpmath.matrix([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
@@ -58,10 +58,10 @@ def differentiated(base: Any, gravity: float, t: float) -> list[np.ndarray]:
     arm = mpmath.matrix(getattr(base, "position", (0, 0, 0)))
     mount = mpmath.matrix(getattr(base, "rows", [[1, 0, 0], [0, 1, 0], [0, 0, 1]]))
 
-    def axes(s: Any) -> mpmath.matrix:
+    def axes(s: Any) -> Any:
         return turn(axes_at(vessel, s)[3:]) * mount
 
-    def origin(s: Any) -> mpmath.matrix:
+    def origin(s: Any) -> Any:
         x = axes_at(vessel, s)
         return mpmath.matrix(x[:3]) + turn(x[3:]) * arm
 
@@ -70,7 +70,7 @@ def differentiated(base: Any, gravity: float, t: float) -> list[np.ndarray]:
         parts = [[mpmath.diff(lambda s, i=i, j=j: f(s)[i, j], t, n) for j in range(size[1])] for i in range(size[0])]
         return mpmath.matrix(parts)
 
-    def vector(skew: mpmath.matrix) -> mpmath.matrix:
+    def vector(skew: Any) -> Any:
         return mpmath.matrix([skew[2, 1], skew[0, 2], skew[1, 0]])
 
     with mpmath.workdps(40):
