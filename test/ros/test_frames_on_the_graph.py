@@ -104,7 +104,6 @@ def test_base_and_frames_are_there_before_the_run_and_in_it(ship: tuple[NodeProc
     for stamp in common:
         payload, base = listener.poses[stamp].pose, listener.odometry[stamp].pose.pose
         for pose, frame in ((payload, "a/payload_link"), (base, "a/base_link")):
-            place, turn = listener.pose(stamp, frame)
-            assert place == pytest.approx(vector(pose.position), abs=1e-9)  # of unit vectors, which are integrated
-            quaternion = [pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w]
-            assert (turn.inv() * Rotation.from_quat(quaternion)).magnitude() < 1e-9
+            assert listener.pose(stamp, frame)[0] == pytest.approx(vector(pose.position), abs=1e-12)  # rounding
+        turn = Rotation.from_quat([base.orientation.x, base.orientation.y, base.orientation.z, base.orientation.w])
+        assert (listener.pose(stamp, "a/base_link")[1].inv() * turn).magnitude() < 1e-12  # rad, rounding
