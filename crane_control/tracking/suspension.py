@@ -8,7 +8,7 @@ from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.trajectory import Trajectory
 
 
@@ -52,7 +52,7 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
 
 
 def make_tip_servo(
-    name: str, servo: Servo | None, nominal: Scene, base: Base | SplineBase | None
+    name: str, servo: Servo | None, nominal: Scene, base: AnyBase | None
 ) -> Servo | PositionServo | BoomServo:
     """Return the tip servo: the law's own, that of a plant that takes positions, or that of a knuckle boom.
 

@@ -11,7 +11,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.rope import RateRope
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import to_piecewise_polynomial
 from crane_sim.trajectories.trajectory import Trajectory
@@ -21,7 +21,7 @@ MIN_RADIUS = 0.2  # m, distance from the tower's axis
 PATH_SAMPLES = 2001  # instants of a trajectory at which its distance is checked
 
 
-def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: Base | SplineBase | None) -> BoomServo:
+def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | None) -> BoomServo:
     """Return the tip servo by a knuckle boom for the law called `name`.
 
     Setpoints of the tip's height and the rope's length are those at the start of the nominal scene. The

@@ -13,7 +13,7 @@ from crane_control.tracking.vision import measure
 from crane_sim.laws import with_initial_state
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.numerics.jit import generic, kernel, routine
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import Base, MountedBase, SplineBase
 from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
 INITIAL_DAMPING = 0.2  # of critical damping, of the gains at the start of a ramp
@@ -99,6 +99,7 @@ def base_acceleration(base, gravity, t):
 
 @base_acceleration.register(Base)
 @base_acceleration.register(SplineBase)
+@base_acceleration.register(MountedBase)
 def _(base, gravity, t):
     x, y, z = base_kinematics_at(base, gravity, t).imposed
     return gravity - z, (x, y)

@@ -14,6 +14,7 @@ import click
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import lock_file, unfinished_name
 from crane_sim.ros.common.command_stamps import COMMAND_STAMPS
+from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
@@ -42,6 +43,7 @@ _OPTIONS = (
         help="With --no-controller: stamps of commands: that of the state answered, ROS time (in lockstep /clock then "
         f"leads), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
     ),
+    click.option("--tf", help=f"Transforms on /tf and /tf_static: {' | '.join(TRANSFORM_SCOPES)} (default all)."),
     click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
@@ -61,6 +63,7 @@ class RunOptions(NamedTuple):
     restart: bool
     on_silence: str | None
     command_stamps: str | None
+    tf: str | None
     fifo: int | None
 
     def check(self) -> None:
@@ -75,6 +78,8 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--on-silence = {self.on_silence!r}: possible: {', '.join(COMMAND_TIMEOUT_ACTIONS)}")
         if self.command_stamps is not None and self.command_stamps not in COMMAND_STAMPS:
             raise SceneError(f"--command-stamps = {self.command_stamps!r}: possible: {', '.join(COMMAND_STAMPS)}")
+        if self.tf is not None and self.tf not in TRANSFORM_SCOPES:
+            raise SceneError(f"--tf = {self.tf!r}: possible: {', '.join(TRANSFORM_SCOPES)}")
         if self.fifo is not None and not 0 <= self.fifo <= 99:
             raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
         if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
@@ -114,7 +119,7 @@ class RunOptions(NamedTuple):
             if path is not None:
                 _check_writable(option, path)
         set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
-        set_options["command_stamps"] = self.command_stamps
+        set_options |= {"command_stamps": self.command_stamps, "tf": self.tf}
         set_options["wait"] = math.inf if self.wait == 0.0 else self.wait
         return {name: value for name, value in set_options.items() if value is not None} | {
             "mode": self.mode,

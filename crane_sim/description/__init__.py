@@ -1,6 +1,8 @@
 """The URDF of a crane: what robot_state_publisher and RViz draw, and the recording of a knuckle crane.
 
-Frames follow REP-103: x forward, y left, z up, SI units and radians; the root is `world`, the model's own frame.
+Frames follow REP-103: x forward, y left, z up, SI units and radians. The model's own frame is `base_link`. Below a base
+that rests it is fixed to the root, `world`; one that moves is the root itself, since no joint of a URDF may be a given
+motion: its place in the world is a transform (`description.transforms`), as for any vehicle (REP-105).
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from xml.etree import ElementTree
 
 from crane_sim.description import falls, knuckle, overhead, pendulum, suspended
 from crane_sim.description.limits import add_limits
-from crane_sim.description.robot import UNBOUNDED, add_comment
+from crane_sim.description.robot import UNBOUNDED, add_comment, add_joint
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 
+IMU = "imu_link"
+"""The frame of an inertial measurement unit on the base."""
 ABOUT = (
     "masses, centres and inertias are those that are simulated; links without an inertial have none",
     "every visual is a drawing: its size, shape and position are not those of the simulated crane",
@@ -30,7 +34,9 @@ def urdf(scene: Scene) -> str:
     robot = ElementTree.Element("robot", name=f"{scene.crane}_crane")
     for line in ABOUT:
         add_comment(robot, line)
-    ElementTree.SubElement(robot, "link", name="world")
+    if getattr(scene.model, "base", None) is None:
+        ElementTree.SubElement(robot, "link", name="world")
+        add_joint(robot, "fixed", "base", ("world", "base_link"))
     if scene.crane == "overhead":
         overhead.add_overhead_crane(robot, scene)
     elif scene.crane == "pendulum":
@@ -41,6 +47,9 @@ def urdf(scene: Scene) -> str:
         suspended.add_suspended_crane(robot, scene)
     else:
         knuckle.add_knuckle_crane(robot, scene.model, scene.joint_names)
+    if scene.instruments is not None and scene.instruments.imu is not None:
+        ElementTree.SubElement(robot, "link", name=IMU)
+        add_joint(robot, "fixed", "imu", ("base_link", IMU), scene.instruments.imu.position)
     add_limits(robot, scene)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)

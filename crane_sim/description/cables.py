@@ -4,7 +4,7 @@
   level by a joint `level_k` that mimics the link's angle with the multiplier -1.
 - Components of a link's unit vector are three prismatic joints; three more, `reach_k_*`, mimic them and scale the
   unit vector to the link's length. There is no angle, hence no singular posture.
-- Positions of the nodes are prismatic joints from the world.
+- Positions of the nodes are prismatic joints from the base.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class SuspendedCable(NamedTuple):
 
 
 def add_cable(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable, box: BoundingBox) -> None:
-    """Add the joints between `trolley_link` (or `world`) and the end links, which the caller adds."""
+    """Add the joints between `trolley_link` (or `base_link`) and the end links, which the caller adds."""
     hoisted = "hoist" in joints
     if "node_1_x" in joints:
         _add_free_nodes(robot, joints, cable)
@@ -131,10 +131,10 @@ def add_directed(
 
 
 def _add_free_nodes(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable) -> None:
-    """Add nodes with prismatic joints from the world."""
+    """Add nodes with prismatic joints from the base."""
     axes = [axis for axis in ALONG if f"node_1_{axis}" in joints]
     for k, end in enumerate(cable.end_link_names, start=1):
-        parent = "world"
+        parent = "base_link"
         for axis in axes:
             child = end if axis == axes[-1] else f"place_{k}_{axis}"
             _add_prismatic_joint(robot, f"node_{k}_{axis}", (parent, child), ALONG[axis], create_child=child != end)

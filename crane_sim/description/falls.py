@@ -1,8 +1,8 @@
 """The URDF of a gantry crane: a portal that travels, a trolley on it, and the load, which moves freely in the base.
 
-The origin of `world` is the trolley's rail, where `trolley` and `bridge` are zero. The falls are no joints: their ends
-follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps the
-axes of the base here, while a recording turns it.
+The origin of `base_link` is the trolley's rail, where `trolley` and `bridge` are zero. The falls are no joints: their
+ends follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps
+the axes of the base here, while a recording turns it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,6 @@ def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
     crane: FallsCrane = scene.model._replace(support=bare_support(scene.model.support))
     depth = depth_of(scene)
     reach = _reach(scene, depth)
-    add_joint(robot, "fixed", "base", ("world", "base_link"))
     add_link(robot, "base_link", [])
     add_link(robot, "bridge_link", _portal(*reach, depth), point_mass(crane.support.bridge.mass))
     add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))

@@ -1,8 +1,8 @@
 """The URDF of a knuckle-boom crane.
 
-`world` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF joint
-is relative to its parent. The level frames bridge the two: each mimics an elevation with the multiplier -1, so that
-the zero of the next joint is horizontal.
+`base_link` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF
+joint is relative to its parent. The level frames bridge the two: each mimics an elevation with the multiplier -1, so
+that the zero of the next joint is horizontal.
 
 Masses and inertias are the simulated ones. Without `axial_inertia` the model omits a rod from the slew inertia. No URDF
 body can do that: the rod gets half of its luffing inertia about its other two axes, and the tower is given that much
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
-    """Add links and joints: `joints`, the fixed `base`, and the mimic joints `boom_level` and `jib_level`."""
+    """Add links and joints: `joints`, and the mimic joints `boom_level` and `jib_level`."""
     _add_links(robot, crane)
     _add_joints(robot, crane, joints)
 
@@ -86,7 +86,6 @@ def _tower_comment(support: Knuckle, tower_inertia: float) -> str:
 def _add_joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
     boom_end, jib_end = ((rod.length, 0.0, 0.0) for rod in (crane.support.boom, crane.support.jib))
     slew, boom, jib, rope, tangential, radial = joints
-    add_joint(robot, "fixed", "base", ("world", "base_link"))
     add_joint(robot, "revolute", slew, ("base_link", "tower_link"), axis=UP)
     add_joint(robot, "revolute", boom, ("tower_link", "boom_link"), axis=RIGHT)
     add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), boom_end, RIGHT, mimic=boom)

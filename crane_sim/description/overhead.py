@@ -1,7 +1,8 @@
 """The URDF of an overhead crane: a trolley below a rail along x, with a bridge on runways along y, and a cable.
 
-`world` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>` and
-`payload_link` are the nodes of the cable. Masses are the scene's, as point masses; only links have moments of inertia.
+`base_link` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>`
+and `payload_link` are the nodes of the cable. Masses are the scene's, as point masses; only links have moments of
+inertia.
 """
 
 from __future__ import annotations
@@ -22,10 +23,9 @@ if TYPE_CHECKING:
 
 
 def add_overhead_crane(robot: ElementTree.Element, scene: Scene) -> None:
-    """Add links and joints: those of the scene, the fixed `rail`, and the mimic joints of the cable."""
+    """Add links and joints: those of the scene, and the mimic joints of the cable."""
     box, file = estimate_bounding_box(scene), validated_scene_file(scene)
     add_link(robot, "base_link", overhead_visuals.base(box))
-    add_joint(robot, "fixed", "rail", ("world", "base_link"))
     parent = "base_link"
     if box.spatial:
         add_link(robot, "bridge_link", overhead_visuals.bridge(box), _body(file.bridge))

@@ -1,7 +1,7 @@
 """The URDF of a payload below a driven suspension point: three sliding joints, and the rope's direction.
 
-`world` is the frame of the base. The suspension point is drawn as the head of a boom that the model does not have: it
-has no mass, since its motion is given.
+`base_link` is the frame of the base. The suspension point is drawn as the head of a boom that the model does not have:
+it has no mass, since its motion is given.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ if TYPE_CHECKING:
 
 
 def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
-    """Add links and joints; the fixed `base` and the followers of the rope's direction come on top of the scene's."""
+    """Add links and joints; the followers of the rope's direction come on top of the scene's."""
     length, mass = float(scene.model.cable.length), float(scene.model.load.mass)
     ElementTree.SubElement(robot, "link", name="base_link")
-    add_joint(robot, "fixed", "base", ("world", "base_link"))
     above = "base_link"
     for axis, way in ALONG.items():
         below = "tip_link" if axis == "z" else f"tip_{axis}_link"

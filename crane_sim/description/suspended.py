@@ -1,9 +1,9 @@
 """The URDF of tower, mobile and bridge cranes: the support, rope and swing, further links, the payload.
 
-The origin of `world` is the model's: at the height of the jib's underside on the tower's axis, on the slewing axis of a
-mobile crane, or on the trolley's rail. Further links are unit vectors in the axes of the base, so joints `level_*` undo
-the turns of rope and slew. A payload's attitude is four components of a quaternion, which no joints of a URDF can be:
-its link keeps the axes of the base here, while a recording turns it.
+The origin of `base_link` is the model's: at the height of the jib's underside on the tower's axis, on the slewing axis
+of a mobile crane, or on the trolley's rail. Further links are unit vectors in the axes of the base, so joints `level_*`
+undo the turns of rope and slew. A payload's attitude is four components of a quaternion, which no joints of a URDF can
+be: its link keeps the axes of the base here, while a recording turns it.
 """
 
 from __future__ import annotations
@@ -76,7 +76,6 @@ def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     crane: SuspendedCrane = scene.model._replace(support=rigid_support(support))
     bends = support if isinstance(support, FlexibleSupport) else None
     size = crane_size(scene)
-    add_joint(robot, "fixed", "base", ("world", "base_link"))
     if isinstance(crane.support, Bridge):
         tip = _add_bridge(robot, crane, scene, size)
     elif isinstance(crane.support, TowerCrane):

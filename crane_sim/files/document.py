@@ -10,7 +10,10 @@ import yaml
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.errors import SceneError, did_you_mean, one_word, shorten
 
-REAL = ("control", "brake", "sensors", "actuators", "faults", "backlash", "flexibility", "uncertain")
+REAL = (
+    *("control", "brake", "sensors", "imu", "camera", "actuators", "faults"),
+    *("backlash", "flexibility", "uncertain"),
+)
 """Groups that the nominal scene omits, unless `control.nominal` has them."""
 SHARED = ("servo", "tracker_rate", "vision")
 """Settings of measurement and drive that several laws share: another law that has them keeps them."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
-from crane_sim.trajectories.base_motion import base_motion_at
+from crane_sim.trajectories.base_motion import MountedBase, base_motion_at
 
 Vector = tuple[float, float, float]
 
@@ -109,6 +109,32 @@ def _(base, gravity, t):
     return None
 
 
+@base_kinematics_at.register(MountedBase)
+def _(base, gravity, t):
+    return mounted_kinematics(base, gravity, _base_kinematics_at(base.vessel, gravity, t))
+
+
+@lean_routine
+def mounted_kinematics(base, gravity, vessel):
+    """Return the BaseKinematics of a base mounted on a vessel with these, gravity [m/s²] along -z of the world.
+
+    At the lever arm r the velocity is v + ω × r and the acceleration a + α × r + ω × (ω × r).
+    """
+    w, w_dot, r = vessel.angular_velocity, vessel.angular_acceleration, base.position
+    vx, vy, vz = cross(w, r)
+    nx, ny, nz = cross(w, (vx, vy, vz))
+    ax, ay, az = cross(w_dot, r)
+    u, f = vessel.velocity, vessel.imposed
+    felt = (f[0] - ax - nx, f[1] - ay - ny, f[2] - az - nz - gravity)
+    px, py, pz = rotate_to_base(base.rows, felt)
+    return BaseKinematics(
+        rotate_to_base(base.rows, (u[0] + vx, u[1] + vy, u[2] + vz)),
+        (px, py, pz + gravity),
+        rotate_to_base(base.rows, w),
+        rotate_to_base(base.rows, w_dot),
+    )
+
+
 @lean_generic
 def imposed_acceleration(base, r, v):
     """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
@@ -189,6 +215,31 @@ def pose_at(base, t):
 @pose_at.register(type(None))
 def _(base, t):
     return None
+
+
+@pose_at.register(MountedBase)
+def _(base, t):
+    x, _, _ = base_motion_at(base.vessel, t)
+    rows, (first, second, third) = rotation(x[3], x[4], x[5]), base.rows
+    columns = (
+        (first[0], second[0], third[0]),
+        (first[1], second[1], third[1]),
+        (first[2], second[2], third[2]),
+    )
+    return Pose(
+        (product_row(rows[0], columns), product_row(rows[1], columns), product_row(rows[2], columns)),
+        (
+            x[0] + dot(rows[0], base.position),
+            x[1] + dot(rows[1], base.position),
+            x[2] + dot(rows[2], base.position),
+        ),
+    )
+
+
+@lean_kernel
+def product_row(row, columns):
+    """Return a row (3,) of a product of matrices, from a row of the first and the columns of the second."""
+    return dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])
 
 
 @lean_generic

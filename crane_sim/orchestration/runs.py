@@ -42,6 +42,7 @@ def run(
     restart: bool = False,
     on_silence: str | None = None,
     command_stamps: str | None = None,
+    tf: str | None = None,
     fifo: int | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
@@ -64,6 +65,8 @@ def run(
             "brake"; None: the default of the plant's parameter of that name.
         command_stamps: what stamps of commands have to be: "state", "ros" or "any"; None: the default of the plant's
             parameter of that name.
+        tf: which transforms the plant publishes: "all", those of the "base", or "off"; None: the default of the plant's
+            parameter `publish_tf`.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
@@ -76,6 +79,7 @@ def run(
     callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore)
     plant: dict[str, object] = {"mode": mode, "commanded": not controller}
     optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
+    optional |= {"publish_tf": tf}
     plant |= {name: value for name, value in optional.items() if value is not None}
     settings = _RunSettings(plant, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
     with (

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from crane_sim.hardware.settings import HardwareConfig
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
-    from crane_sim.trajectories.base_motion import Base, SplineBase
+    from crane_sim.trajectories.base_motion import AnyBase
 
     Numbers = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ WORLD = "world"  # the frame of everything that is not part of the crane
 BASE = "base_link"  # the frame of a base that moves
 
 
-def base_of(scene: Scene) -> Base | SplineBase | None:
+def base_of(scene: Scene) -> AnyBase | None:
     """Return how the base of a scene's crane moves; not every model can stand on one that does."""
     return getattr(scene.model, "base", None)
 

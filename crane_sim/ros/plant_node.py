@@ -15,14 +15,19 @@ from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
+from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
+from crane_sim.ros.plant.base_odometry import BaseOdometry
 from crane_sim.ros.plant.braking import brake_to_rest
+from crane_sim.ros.plant.instrument_topics import camera_topic, imu_topic
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.peers import peer_names
 from crane_sim.ros.plant.realtime import Realtime
 from crane_sim.ros.plant.scheduler import OpenLoop, StepScheduler
 from crane_sim.ros.plant.services import FaultServices, PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
+from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
+from crane_sim.ros.plant.transform_topics import TransformTopics, missing_package
 from crane_sim.ros.plant.warm_up import warm_up
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 from crane_sim.scenes.scene import Scene
@@ -64,6 +69,13 @@ PARAMETERS = {
     "step_timeout": Option(0.5, "s without a command until lockstep sends its state again", 1e-3, 3600.0),
     "beside": Option("", "lockstep: peers, the namespaces of other cranes on the same clock, with commas between them"),
     "clock": Option(True, "publish /clock; of several cranes on the same clock one does"),
+    "publish_tf": Option(
+        TransformScope.ALL.value,
+        "transforms: of all frames; of the base alone, beside a robot_state_publisher; or none",
+        choices=TRANSFORM_SCOPES,
+    ),
+    "tf_rate": Option(50.0, "transforms per second of the scene, at most one per period", 1e-3, 1e6),
+    "frame_prefix": Option("", "begins the names of all frames but world; for several cranes in one ROS domain"),
     "resends": Option(10, "of one state until lockstep reports that it waits, paused, for a command", 0, 1_000_000),
     "fifo_priority": Option(0, "SCHED_FIFO priority of the loop over steps; 0: ordinary scheduling", 0, 99),
     "step_count": Option(1, "steps that one call of ~/step_simulation takes", 1, 100_000_000, live=True),
@@ -84,7 +96,9 @@ class PlantNode:
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)
-        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads)
+        further = self._further_publishers(scene)
+        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further)
+        self._remark_on_transforms()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
         self._services = PlantServices(host, self._simulation, self._scheduler, settings)
@@ -111,6 +125,26 @@ class PlantNode:
             host.wait(lambda: "the order finish", simulation.publish_clock_if_due)
         if error and host.stop_reason not in ENDINGS:
             raise Fault(error)
+
+    def _further_publishers(self, scene: Scene) -> list[StatePublisher]:
+        """Return the publishers of base and frames that this scene has, and of which the messages are installed."""
+        node, settings, publishers = self._host.node, self._settings, list[StatePublisher]()
+        if getattr(scene.model, "base", None) is not None:
+            publishers.append(BaseOdometry(node, settings.frame_prefix))
+        if scene.instruments is not None and scene.instruments.imu is not None:
+            publishers.append(imu_topic(node, settings.frame_prefix, scene.instruments.imu))
+        if scene.instruments is not None and scene.instruments.camera is not None:
+            publishers.append(camera_topic(node, settings.frame_prefix, scene.instruments.camera))
+        if settings.publish_tf != TransformScope.OFF and not missing_package(settings.publish_tf):
+            publishers.append(TransformTopics(node, scene, settings))
+        return publishers
+
+    def _remark_on_transforms(self) -> None:
+        """Say in the diagnostics, and in the log of a node without a supervisor, why transforms are off."""
+        if missing := missing_package(self._settings.publish_tf):
+            self._simulation.remarks["transforms"] = missing
+            if not self._host.pipes.attached:
+                self._host.node.get_logger().info(f"/tf and /tf_static are {missing}")
 
     def _refuse_duplicate(self) -> None:
         """Raise Fault where another plant publishes the same joint states: each one's controller would drive both.

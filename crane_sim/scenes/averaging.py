@@ -18,7 +18,7 @@ from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.supports.hoist import PrescribedHoist
 from crane_sim.models.supports.rails import PrescribedAxis
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import Base, MountedBase, SplineBase
 from crane_sim.trajectories.inputs import Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import Motion
 from crane_sim.trajectories.wind import Gust, Wind
@@ -49,6 +49,11 @@ def _(part: SplineBase) -> SplineBase:
     spans, powers = np.diff(part.knots), np.arange(1, part.coefficients.shape[2] + 1)
     areas = np.sum(part.coefficients * spans[:, None] ** powers / powers, axis=(1, 2))
     return SplineBase(part.knots[[0, -1]], (areas / spans.sum()).reshape(-1, 1, 1))
+
+
+@average.register
+def _(part: MountedBase) -> MountedBase:
+    return part._replace(vessel=average(part.vessel))
 
 
 @average.register

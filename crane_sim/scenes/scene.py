@@ -12,8 +12,10 @@ from pydantic import ValidationError
 from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, read, set_value, switch_law, without_nulls
 from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shorten
+from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, make_law
 from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
+from crane_sim.scenes.instrument_settings import instruments_of
 from crane_sim.scenes.schema.bridge import BridgeFile
 from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
@@ -70,6 +72,7 @@ class Scene:
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
+    instruments: Instruments | None = None
 
     @property
     def period_ns(self) -> int:
@@ -180,8 +183,8 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, reason = choose_method(file.integrator, file.method_requirements(sampled))
-    hardware, noted = equipment_of(file, period)
-    model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
+    devices, noted = _devices(file, period)
+    model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(devices["hardware"]))
     check_fit(method, model, continuous)
     return Scene(
         **fields,
@@ -194,8 +197,14 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         source=source,
         notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
         document=document,
-        hardware=hardware,
+        **devices,
     )
+
+
+def _devices(file: SceneFile, period: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (the fields of a scene on hardware and instruments, notes on both)."""
+    (hardware, noted), (instruments, also_noted) = equipment_of(file, period), instruments_of(file, period)
+    return {"hardware": hardware, "instruments": instruments}, _join_notes(noted, also_noted)
 
 
 def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:

@@ -31,6 +31,21 @@ class SplineBase(NamedTuple):
     coefficients: Any  # (6, k - 1, 6) of the powers 0 .. 5 of t - knots[piece]
 
 
+class MountedBase(NamedTuple):
+    """A base that stands somewhere on a vessel, turned against it; the vessel's motion is given.
+
+    A point r of the base is position + M r on the vessel.
+    """
+
+    vessel: Any  # Base or SplineBase, of the vessel's reference point
+    position: tuple[float, float, float]  # m, of the base's origin in the vessel's axes
+    rows: tuple[tuple[float, float, float], ...]  # (3, 3) of M, which takes vectors of the base to the vessel
+
+
+AnyBase = Base | SplineBase | MountedBase
+"""The motions that a base can have."""
+
+
 @lean_generic
 def axis_at(base, t, i):
     """Return (position, velocity, acceleration) of axis i at time t [s], in m or rad."""
@@ -78,8 +93,33 @@ def fill_positions(base, t, out):
             out[i, k] = x[k]
 
 
-def base_positions(base: Base | SplineBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def base_positions(base: AnyBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the positions (K, 6) [m, rad] of a base at times t (K,) [s]."""
     out = np.empty((len(t), len(AXES)))
-    fill_positions(base, t, out)
+    if not isinstance(base, MountedBase):
+        fill_positions(base, t, out)
+        return out
+    fill_positions(base.vessel, t, out)
+    vessel = rotations(out[:, 3:])
+    out[:, :3] += vessel @ base.position
+    out[:, 3:] = angles_of(vessel @ np.array(base.rows))
     return out
+
+
+def rotations(angles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return Rz(yaw) Ry(pitch) Rx(roll) (K, 3, 3) of (roll, pitch, yaw) (K, 3) [rad]."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(angles).T, np.cos(angles).T
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def angles_of(rotation: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return (roll, pitch, yaw) (K, 3) [rad] of rotations (K, 3, 3), yaw continuous from one to the next."""
+    roll = np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
+    pitch = np.arctan2(-rotation[:, 2, 0], np.hypot(rotation[:, 0, 0], rotation[:, 1, 0]))
+    yaw = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
+    return np.column_stack([roll, pitch, yaw])

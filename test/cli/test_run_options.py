@@ -24,6 +24,7 @@ OPTIONS = RunOptions(
     restart=False,
     on_silence=None,
     command_stamps=None,
+    tf=None,
     fifo=None,
 )
 
@@ -40,6 +41,7 @@ OPTIONS = RunOptions(
         ({"fifo": 100}, "--fifo = 100: possible: 1 .. 99, and 0 for none"),
         ({"wait": -1.0}, "--wait = -1.0: must be a number of seconds, 0 or more"),
         ({"command_stamps": "wall"}, "--command-stamps = 'wall': possible: state, ros, any"),
+        ({"tf": "some"}, "--tf = 'some': possible: all, base, off"),
         ({"command_stamps": "ros"}, "--command-stamps = ros: only with --no-controller"),
         ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
         ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),

@@ -97,10 +97,10 @@ def _target(fd: str) -> str:
 
 
 def run_scene(name: str, folder: Path) -> dict[str, Any]:
-    """Run a scene; return the entries of its summary that the test checks."""
-    scene = load_scene(name, {"duration": BRIEF.get(name, DURATION)})
-    summary = orchestration.run(scene, record=folder / f"{name}.rrd")
-    keys = ("error", "steps", "recorded_steps", "lost_steps", "recording")
+    """Run a scene of the catalogue, or of a file; return the entries of its summary that the tests check."""
+    scene, stem = load_scene(name, {"duration": BRIEF.get(name, DURATION)}), Path(name).stem
+    summary = orchestration.run(scene, record=folder / f"{stem}.rrd", mcap=folder / f"{stem}.mcap")
+    keys = ("error", "steps", "recorded_steps", "lost_steps", "recording", "state_sha256")
     return {"scene": name, "due": scene.steps} | {key: summary[key] for key in keys if key in summary}
 
 

@@ -7,7 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from graph_messages import check_payload, messages_of
 
+from crane_sim import load_scene
 from crane_sim.files.catalogue import scene_files
 
 NAMES = sorted(scene_files())
@@ -17,7 +19,7 @@ LIMIT = 300.0  # s for a share, which takes less than one minute
 
 @pytest.mark.parametrize("share", range(SHARES))
 def test_every_scene_runs_and_is_recorded(share: int, tmp_path: Path) -> None:
-    """Every scene of the catalogue runs without an error, with all steps on the disk."""
+    """Every scene of the catalogue runs without an error, with all steps on the disk; its messages agree."""
     names = NAMES[share::SHARES]
     command = [sys.executable, str(Path(__file__).parents[1] / "programs" / "catalogue_runs.py"), str(tmp_path), *names]
     env = os.environ | {"NUMBA_DISABLE_JIT": "1", "TMPDIR": str(tmp_path)}
@@ -27,3 +29,5 @@ def test_every_scene_runs_and_is_recorded(share: int, tmp_path: Path) -> None:
     failed = [run for run in runs if "error" in run or not run["due"] == run["steps"] == run["recorded_steps"]]
     assert not failed, done.stderr
     assert all(Path(run["recording"]).stat().st_size for run in runs)
+    for name in names:
+        check_payload(load_scene(name), messages_of(tmp_path / f"{name}.mcap"))

@@ -19,9 +19,9 @@ from crane_sim.models.cables.chain import (
 from crane_sim.models.moving_base import BaseKinematics, imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import AnyBase
 
-Moving = Base | SplineBase
+Moving = AnyBase
 NO_LOAD = -0.0
 """Contribution of a base at rest: adding -0.0 does not even change the sign of a zero."""
 

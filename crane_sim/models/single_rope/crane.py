@@ -81,7 +81,7 @@ from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -98,7 +98,7 @@ class Crane(NamedTuple):
     swing_friction: SwingFriction | None = None
     drag: PayloadDrag | None = None
     energy_meter: Meter | None = None
-    base: Base | SplineBase | None = None
+    base: AnyBase | None = None
     force: PayloadForce | None = None
     stops: Stops | None = None
     wind: Wind | None = None

@@ -88,7 +88,7 @@ from crane_sim.models.suspended.torsion import (
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
-from crane_sim.trajectories.base_motion import Base, SplineBase
+from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -103,7 +103,7 @@ class SuspendedCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     drag: PayloadDrag | None = None
     energy_meter: Meter | None = None
-    base: Base | SplineBase | None = None
+    base: AnyBase | None = None
     force: PayloadForce | None = None
     stops: Stops | None = None
     wind: Wind | None = None

@@ -148,7 +148,7 @@ class RobotVisual:
         self._joints = {joint.name: joint for joint in tree.joints()}
         rec.send_chunks(tree.stream(include_joint_transforms=False))
         for joint in self._joints.values():
-            if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT and layout.stand != joint.child_link:
+            if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand), static=True)
 

@@ -4,9 +4,11 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from crane_sim.description.transforms import payload_orientation
 from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
+from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant, SimulationError
@@ -25,6 +27,7 @@ class SimulationRun:
         ending: why the run is on its way to its end, one line, or empty.
         failure: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
+        remarks: further entries of the diagnostics.
     """
 
     def __init__(
@@ -35,6 +38,7 @@ class SimulationRun:
         pipes: Pipes,
         largest: Sequence[float],
         clock_leads: bool = False,
+        further: Sequence[StatePublisher] = (),
     ) -> None:
         """Prepare a run; nothing is published yet.
 
@@ -42,8 +46,10 @@ class SimulationRun:
             scene, plant, topics, pipes: what runs, and where it is published and reported.
             largest: bounds (nu,) of efforts, N m or N.
             clock_leads: the scheduler publishes the clock, by `advance_clock`, before the state of that time.
+            further: what is published of every state besides.
         """
         self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
+        self._further, self.remarks = further, dict[str, object]()
         self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
         self.stamp, self.deadline_misses = 0, 0
         self.waiting = self.ending = self.failure = ""
@@ -115,8 +121,10 @@ class SimulationRun:
         self._publish_mode()
         self._start_time = time.monotonic()
         self._topics.update_subscribers()
+        for publisher in self._further:
+            publisher.update_subscribers()
         self.publish_state()
-        self._publish_clock_and_payload()
+        self._publish_what_follows()
 
     def publish_state(self) -> None:
         """Publish the present state, for the first time or again."""
@@ -135,7 +143,7 @@ class SimulationRun:
         self.publish_state()
         if self._topics.effort_subscribed:
             self._topics.publish_effort(stamp, self.plant.applied)
-        self._publish_clock_and_payload()
+        self._publish_what_follows()
 
     def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
         """Wait for a recorder every `block` steps, unless `should_stop`: the publishers' queues are limited."""
@@ -159,8 +167,12 @@ class SimulationRun:
             return
         self._next_progress = now + _PROGRESS
         self._topics.update_subscribers()
-        if self._clock == self._last_clock or not self.stamp:
+        stands = self._clock == self._last_clock or not self.stamp
+        if stands:
             self._topics.publish_clock(self._clock)
+        for publisher in self._further:
+            if publisher.update_subscribers() and stands:  # it would wait for the next step
+                publisher.publish(self.stamp or self.scene.period_ns, self.plant)
         self._last_clock = self._clock
 
     def end(self) -> None:
@@ -192,11 +204,16 @@ class SimulationRun:
         if self._clock_leads or self._topics.clock_subscribed:
             self._topics.publish_clock(stamp)
 
-    def _publish_clock_and_payload(self) -> None:
+    def _publish_what_follows(self) -> None:
+        """Publish what follows from a state that has just been published."""
         if not self._clock_leads:
             self.advance_clock(self.stamp)
         if self._topics.payload_subscribed:
-            self._topics.publish_payload(self.stamp, self.plant.payload)
+            plant = self.plant
+            orientation = payload_orientation(self.scene, plant.t, plant.q)
+            self._topics.publish_payload(self.stamp, plant.payload, orientation)
+        for publisher in self._further:
+            publisher.publish(self.stamp, self.plant)
 
     def _publish_mode(self) -> None:
         stands = self.paused or self.waiting
@@ -217,4 +234,5 @@ class SimulationRun:
             "min_rope_tension": physics["min_rope_tension"],
             **{f"commands {name}": number for name, number in self.validator.summary().items()},
             **{f"refused: {reason}": number for reason, number in self.validator.refused.items()},
+            **self.remarks,
         }

@@ -15,6 +15,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.ros.plant.sender_subscription import full_name, publishers
+from crane_sim.ros.plant.state_publisher import set_quaternion, set_vector
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
 
@@ -66,11 +67,11 @@ class PlantTopics:
             messages.set_stamp(self._clock_message.clock, stamp)
             self._clock.publish(self._clock_message)
 
-    def publish_payload(self, stamp: int, position: Sequence[float]) -> None:
-        """Publish the payload's position, m, in the world frame."""
+    def publish_payload(self, stamp: int, position: Sequence[float], orientation: Sequence[float]) -> None:
+        """Publish the payload's position, m, and orientation, x, y, z, w, in the world frame."""
         messages.set_stamp(self._payload.header.stamp, stamp)
-        point = self._payload.pose.position
-        point.x, point.y, point.z = position
+        set_vector(self._payload.pose.position, position)
+        set_quaternion(self._payload.pose.orientation, orientation)
         self._pose.publish(self._payload)
 
     def publish_description(self, urdf: str) -> None:

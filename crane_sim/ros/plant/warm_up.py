@@ -2,6 +2,8 @@
 
 from contextlib import suppress
 
+from crane_sim.hardware.instruments import normals
+from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.plant import Plant, SimulationError
 
 
@@ -18,3 +20,6 @@ def warm_up(plant: Plant, braking: bool) -> None:
             plant.advance(effort)
     plant.summary()
     plant.reset()
+    base_state(plant.scene, 0.0)
+    if plant.scene.instruments is not None:
+        normals(0, 0, 0, 1)

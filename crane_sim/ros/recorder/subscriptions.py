@@ -10,11 +10,12 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.type_support import check_for_type_support
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String, UInt8
 from trajectory_msgs.msg import JointTrajectory
 
@@ -49,6 +50,9 @@ _SOURCES = {
     "joint_trajectory": _Source(JointTrajectory, _STREAM),
     "tip_demand": _Source(JointTrajectory, _STREAM),
     "payload_pose": _Source(PoseStamped, _SENSOR),
+    "base/odometry": _Source(Odometry, _STREAM),
+    "base/imu": _Source(Imu, _STREAM),
+    "camera/payload_pose": _Source(PoseStamped, _STREAM),
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),
 }

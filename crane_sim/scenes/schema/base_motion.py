@@ -16,7 +16,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, reject_bool
 from crane_sim.scenes.schema.base_smoothing import MAX_ROWS, smooth
 from crane_sim.scenes.schema.groups import Group
-from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
+from crane_sim.trajectories.base_motion import AXES, AnyBase, Base, MountedBase, SplineBase, rotations
 from crane_sim.trajectories.waves import (
     BREAKING_STEEPNESS,
     ResponseAmplitudeOperator,
@@ -297,6 +297,25 @@ class SeaGroup(Group):
         return {"warnings": [line]}
 
 
+class Mount(Group):
+    """The place of the base on the vessel whose motion is given, in the vessel's axes: turned by roll, pitch, yaw.
+
+    The lever arm adds to the motion: at r from the vessel's reference point the acceleration is a + α × r +
+    ω × (ω × r).
+    """
+
+    position: tuple[Amount, Amount, Amount] = (0.0, 0.0, 0.0)  # m, of the base's origin, from the
+    # vessel's reference point
+    roll: Turn = 0.0  # rad, about x, after the other two turns
+    pitch: Turn = 0.0  # rad, about y, after yaw
+    yaw: Turn = 0.0  # rad, about z: a crane that looks to port has 90 deg
+
+    def carry(self, vessel: Base | SplineBase) -> MountedBase:
+        """Return the motion of the base on a vessel."""
+        rows = rotations(np.array([[self.roll, self.pitch, self.yaw]]))[0]
+        return MountedBase(vessel, self.position, tuple(map(tuple, rows.tolist())))
+
+
 class BaseMotion(Group):
     """Motion of the base in the world: sinusoids along and about its axes, a sea, both together, or a file.
 
@@ -317,12 +336,20 @@ class BaseMotion(Group):
     cut_off: Positive | None = None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
     # of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out: the rows as they are
 
-    def base(self, seed: int, duration: float) -> Base | SplineBase:
+    mount: Mount | None = None  # where the crane stands on the vessel whose motion this is; left out: at its reference
+    # point, in its axes
+
+    def base(self, seed: int, duration: float) -> AnyBase:
         """Return the motion of the base, for a run of `duration` [s]; a sea without its own seed takes `seed`.
 
         Raises:
             SceneError: settings contradict each other, or the file cannot be used.
         """
+        vessel = self._vessel(seed, duration)
+        return vessel if self.mount is None else self.mount.carry(vessel)
+
+    def _vessel(self, seed: int, duration: float) -> Base | SplineBase:
+        """Return the motion that the keys give; arguments and errors of `base`."""
         if self.file is not None:
             others = [name for name in (*AXES, "sea") if getattr(self, name)]
             if others:
@@ -335,7 +362,8 @@ class BaseMotion(Group):
     def notes(self, base: Any, duration: float) -> dict[str, Any]:
         """Return the notes for the summary on the motion `base` of this group over `duration` [s]."""
         if self.file is not None:
-            return peak_notes(f"base_motion.file = {self.file!r}", base, duration)
+            vessel = base.vessel if isinstance(base, MountedBase) else base
+            return peak_notes(f"base_motion.file = {self.file!r}", vessel, duration)
         return self.sea.notes() if self.sea is not None else {}
 
     def _sum(self, sea: dict[str, SineSum]) -> Base:

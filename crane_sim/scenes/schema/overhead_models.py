@@ -20,13 +20,14 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
+from crane_sim.scenes.schema.base_motion import Mount
 from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup, BristleGroup, FrictionGroup, JointsGroup
 from crane_sim.scenes.schema.overhead_stiffness import stiffest
-from crane_sim.trajectories.base_motion import AXES, Base, SplineBase
+from crane_sim.trajectories.base_motion import AXES, Base, MountedBase, SplineBase
 from crane_sim.trajectories.profiles import Shape
 
 IN_PLANE = ("surge", "heave", "pitch")  # motions of a base that keep a crane in its plane
@@ -312,7 +313,8 @@ def on_base(file: OverheadCrane, crane: Any) -> Any:
         return crane
     base = file.base_motion.base(file.seed, file.duration)
     if file.dimensions == 2:
-        _check_plane(base)
+        _check_plane(base.vessel if isinstance(base, MountedBase) else base)
+        _check_mount(file.base_motion.mount)
         return crane._replace(base=base)
     carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
     return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
@@ -337,6 +339,11 @@ def _check_plane(base: Base | SplineBase) -> None:
             raise SceneError(
                 f"base_motion: {name} leaves the plane; it takes dimensions: 3; 2 have {', '.join(IN_PLANE)}"
             )
+
+
+def _check_mount(mount: Mount | None) -> None:
+    if mount is not None and (mount.position[1] or mount.roll or mount.yaw):
+        raise SceneError("base_motion.mount: leaves the plane; it takes dimensions: 3; 2 have x, z and pitch")
 
 
 def check_straight(file: OverheadCrane) -> None:

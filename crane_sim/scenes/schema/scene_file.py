@@ -9,6 +9,7 @@ from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.base_motion import BaseMotion
 from crane_sim.scenes.schema.groups import Control, Method
 from crane_sim.scenes.schema.hardware import HardwareGroups
+from crane_sim.scenes.schema.instruments import CameraGroup, ImuGroup
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.uncertain import Distribution
@@ -32,6 +33,8 @@ class SceneFile(HardwareGroups, ABC):
     uncertain: dict[str, Distribution] | None = None  # distributions of parameters by dotted key, such as
     # `payload.mass`; the seed draws their values, which stand in the summary as `drawn`
     base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
+    imu: ImuGroup | None = None  # an inertial measurement unit on the base; left out: none
+    camera: CameraGroup | None = None  # a camera that measures the payload; left out: none
     wind: WindGroup | None = None  # presses on bodies with a `windage`; left out: the air rests, and nothing feels it
     control: Control | None = None  # the law; left out: open loop
     integrator: Method = DOP853()  # method and its accuracy

@@ -1,0 +1,158 @@
+"""Transforms between the frames of a crane, from its URDF and its joint positions: what a tree of transforms holds.
+
+Those of fixed joints never change. The others are one for each joint that moves, `world` to `base_link` where the base
+moves, and the payload's turn where its attitude is part of the state: no joint of a URDF can be a quaternion.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from crane_sim.description.suspended import ATTITUDE_JOINT
+from crane_sim.scenes.schema.rigging import ATTITUDE
+from crane_sim.simulation.base_state import base_state
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.base_state import BaseState
+
+WORLD, BASE = "world", "base_link"
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+NO_TURN: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+class Transform(NamedTuple):
+    """A child frame in the axes of its parent."""
+
+    parent: str
+    child: str
+    translation: Vector  # m
+    rotation: Quaternion = NO_TURN  # x, y, z, w: takes vectors of the child to the parent
+
+
+class MovingJoint(NamedTuple):
+    """A joint of a URDF that moves."""
+
+    parent: str
+    child: str
+    origin: Vector  # m
+    axis: Vector
+    slides: bool  # along the axis; else it turns about it
+    source: int  # index of the scene's joint that moves it
+    multiplier: float  # of that joint's position
+
+    def transform(self, q: Sequence[float]) -> Transform:
+        """Return the child's frame at the scene's joint positions q (nq,) [m or rad]."""
+        position, (x, y, z), (a, b, c) = self.multiplier * q[self.source], self.origin, self.axis
+        if self.slides:
+            return Transform(self.parent, self.child, (x + position * a, y + position * b, z + position * c))
+        s = sin(0.5 * position)
+        return Transform(self.parent, self.child, self.origin, (s * a, s * b, s * c, cos(0.5 * position)))
+
+
+class TransformTree:
+    """All transforms of a crane.
+
+    Attributes:
+        fixed: those that never change.
+    """
+
+    def __init__(self, document: str, joints: Sequence[str]) -> None:
+        """Read a URDF whose free joints are those of the scene, `joints` (nq,)."""
+        self._attitude = [joints.index(name) for name in ATTITUDE if name in joints]
+        self._turned: Transform | None = None  # the payload's frame without its turn
+        self.fixed: list[Transform] = []
+        self._moving: list[MovingJoint] = []
+        for joint in ElementTree.fromstring(document).iter("joint"):
+            parent, child, origin = _link(joint, "parent"), _link(joint, "child"), _vector(joint, "origin")
+            if joint.attrib["type"] != "fixed":
+                self._moving.append(_moving_joint(joint, joints))
+            elif joint.attrib["name"] == ATTITUDE_JOINT and self._attitude:
+                self._turned = Transform(parent, child, origin)
+            else:
+                self.fixed.append(Transform(parent, child, origin))
+
+    def moving(self, q: Sequence[float]) -> list[Transform]:
+        """Return the transforms of all that moves in the base, at joint positions q (nq,) [m or rad]."""
+        transforms = [joint.transform(q) for joint in self._moving]
+        if self._turned is not None:
+            w, x, y, z = (q[i] for i in self._attitude)
+            size = sqrt(w * w + x * x + y * y + z * z)
+            transforms.append(self._turned._replace(rotation=(x / size, y / size, z / size, w / size)))
+        return transforms
+
+
+def payload_orientation(scene: Scene, t: float, q: Sequence[float]) -> Quaternion:
+    """Return the payload's quaternion in the world at time t [s] and joint positions q (nq,); a point has no turn."""
+    indices = [scene.joint_names.index(name) for name in ATTITUDE if name in scene.joint_names]
+    if not indices:
+        return NO_TURN
+    a = base_transform(base_state(scene, t)).rotation
+    w, x, y, z = (q[i] / sqrt(sum(q[j] * q[j] for j in indices)) for i in indices)
+    return (
+        a[3] * x + a[0] * w + a[1] * z - a[2] * y,
+        a[3] * y - a[0] * z + a[1] * w + a[2] * x,
+        a[3] * z + a[0] * y - a[1] * x + a[2] * w,
+        a[3] * w - a[0] * x - a[1] * y - a[2] * z,
+    )
+
+
+def base_transform(state: BaseState) -> Transform:
+    """Return the frame of the base in the world."""
+    x, y, z = state.position.tolist()
+    return Transform(WORLD, BASE, (x, y, z), quaternion_of(state.rotation))
+
+
+def quaternion_of(rotation: NDArray[np.float64]) -> Quaternion:
+    """Return the unit quaternion (x, y, z, w) of a rotation matrix (3, 3), from its largest component (Shepperd 1978).
+
+    Every pair of components has its product among the sums and differences of the matrix's entries.
+    """
+    r, trace = rotation, float(np.trace(rotation))
+    products = np.array(
+        [
+            [1.0 + 2.0 * r[0, 0] - trace, r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+            [r[0, 1] + r[1, 0], 1.0 + 2.0 * r[1, 1] - trace, r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
+            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], 1.0 + 2.0 * r[2, 2] - trace, r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1.0 + trace],
+        ]
+    )
+    row = products[int(np.argmax(np.diag(products)))]
+    x, y, z, w = (row / np.linalg.norm(row)).tolist()
+    return x, y, z, w
+
+
+def _moving_joint(joint: ElementTree.Element, joints: Sequence[str]) -> MovingJoint:
+    mimic = joint.find("mimic")
+    name = joint.attrib["name"] if mimic is None else mimic.attrib["joint"]
+    return MovingJoint(
+        _link(joint, "parent"),
+        _link(joint, "child"),
+        _vector(joint, "origin"),
+        _vector(joint, "axis"),
+        joint.attrib["type"] == "prismatic",
+        list(joints).index(name),
+        1.0 if mimic is None else float(mimic.attrib["multiplier"]),
+    )
+
+
+def _link(joint: ElementTree.Element, end: str) -> str:
+    element = joint.find(end)
+    assert element is not None
+    return element.attrib["link"]
+
+
+def _vector(joint: ElementTree.Element, name: str) -> Vector:
+    element = joint.find(name)
+    assert element is not None
+    x, y, z = map(float, element.attrib["xyz"].split())
+    return x, y, z

@@ -1,0 +1,78 @@
+"""The topics `/tf` and `/tf_static`: the frames of the crane, where the package tf2_msgs is installed.
+
+They are those of robot_state_publisher, and `world` to `base_link` where the base moves, and the turn of a load that
+rotates: neither is a joint of the URDF. Beside a robot_state_publisher the parameter `publish_tf` is `base`, since one
+frame has one publisher.
+"""
+
+from collections.abc import Sequence
+from importlib import import_module
+from types import SimpleNamespace
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from crane_sim.description import urdf
+from crane_sim.description.transforms import WORLD, Transform, TransformTree, base_transform
+from crane_sim.ros.common import messages
+from crane_sim.ros.common.transform_scope import TransformScope
+from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.base_state import base_state
+from crane_sim.simulation.plant import Plant
+
+try:
+    TFMessage: Any = import_module("tf2_msgs.msg").TFMessage
+except ImportError:  # no wheel has it; `./crane interfaces` builds it
+    TFMessage = None
+
+DYNAMIC = QoSProfile(depth=100)  # as tf2_ros has them
+STATIC = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def missing_package(scope: str) -> str:
+    """Return one line on why transforms are off although they are wanted, empty where they are not."""
+    if scope == TransformScope.OFF or TFMessage is not None:
+        return ""
+    return "off: the package tf2_msgs is not installed, `./crane interfaces` builds it"
+
+
+class TransformTopics:
+    """Publisher of the transforms of a crane, `tf_rate` times per second of the scene."""
+
+    def __init__(self, node: Node, scene: Scene, settings: SimpleNamespace) -> None:
+        """Create the publishers, and publish what never changes, latched; tf2_msgs is there."""
+        self._tree = TransformTree(urdf(scene), scene.joint_names)
+        self._all, self._prefix = settings.publish_tf == TransformScope.ALL, settings.frame_prefix
+        self._moves = getattr(scene.model, "base", None) is not None
+        self._every = max(1, round(1.0 / (settings.tf_rate * scene.period)))
+        self._publisher = node.create_publisher(TFMessage, "/tf", DYNAMIC)
+        self._static = node.create_publisher(TFMessage, "/tf_static", STATIC)
+        self._subscribers = SubscriberCount(self._publisher)
+        if self._all and self._tree.fixed:
+            self._static.publish(self._message(0, self._tree.fixed))
+
+    def update_subscribers(self) -> bool:
+        """See `StatePublisher`."""
+        return self._subscribers.update()
+
+    def publish(self, stamp: int, plant: Plant) -> None:
+        """See `StatePublisher`; states in between are left out."""
+        if self._subscribers.number and plant.k % self._every == 0:
+            transforms = [base_transform(base_state(plant.scene, plant.t))] if self._moves else []
+            transforms += self._tree.moving(plant.q) if self._all else []
+            if transforms:
+                self._publisher.publish(self._message(stamp, transforms))
+
+    def _message(self, stamp: int, transforms: Sequence[Transform]) -> Any:
+        return TFMessage(transforms=[self._stamped(stamp, transform) for transform in transforms])
+
+    def _stamped(self, stamp: int, transform: Transform) -> TransformStamped:
+        message = TransformStamped(child_frame_id=self._prefix + transform.child)
+        message.header.frame_id = transform.parent if transform.parent == WORLD else self._prefix + transform.parent
+        messages.set_stamp(message.header.stamp, stamp)
+        set_vector(message.transform.translation, transform.translation)
+        set_quaternion(message.transform.rotation, transform.rotation)
+        return message

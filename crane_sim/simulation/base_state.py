@@ -1,0 +1,52 @@
+"""The motion of a scene's base at one instant: where it is, how it moves, and what an accelerometer on it feels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from crane_sim.models.moving_base import base_kinematics_at, pose_at
+from crane_sim.numerics.jit import entry_point
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from crane_sim.scenes.scene import Scene
+
+    Numbers = NDArray[np.float64]
+
+
+class BaseState(NamedTuple):
+    """Motion of the base's origin; vectors but the position are in the axes of the base."""
+
+    rotation: Numbers  # (3, 3), takes vectors of the base to the world
+    position: Numbers  # (3,) m, in the world
+    velocity: Numbers  # (3,) m/s
+    angular_velocity: Numbers  # (3,) rad/s
+    specific_force: Numbers  # (3,) m/s², acceleration less gravity: what an accelerometer shows
+    angular_acceleration: Numbers  # (3,) rad/s²
+
+
+@entry_point
+def fill_base_state(base, gravity, t, out):
+    """Fill out (8, 3) with the fields of `BaseState`, in their order, of a moving base at time t [s]."""
+    pose, motion = pose_at(base, t), base_kinematics_at(base, gravity, t)
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = pose.rows[i][j]
+        out[3, i], out[4, i] = pose.origin[i], motion.velocity[i]
+        out[5, i], out[6, i] = motion.angular_velocity[i], -motion.imposed[i]
+        out[7, i] = motion.angular_acceleration[i]
+    out[6, 2] += gravity  # `imposed` is without it
+
+
+def base_state(scene: Scene, t: float) -> BaseState:
+    """Return the motion of a scene's base at time t [s]; one that rests is at the origin of the world."""
+    base, gravity = getattr(scene.model, "base", None), float(scene.model.gravity)
+    rows = np.zeros((8, 3))
+    if base is None:
+        rows[:3], rows[6, 2] = np.eye(3), gravity
+    else:
+        fill_base_state(base, gravity, t, rows)
+    return BaseState(rows[:3], *rows[3:])

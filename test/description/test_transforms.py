@@ -1,0 +1,137 @@
+"""The tree of transforms, and URDF with the base's transform, put every crane of the catalogue where its model does."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from urdf_kinematics import forward
+
+from crane_sim import load_scene
+from crane_sim.description import urdf
+from crane_sim.description.transforms import (
+    Transform,
+    TransformTree,
+    base_transform,
+    payload_orientation,
+    quaternion_of,
+)
+from crane_sim.files.catalogue import scene_files
+from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.schema.rigging import ATTITUDE
+from crane_sim.simulation.base_state import base_state
+from crane_sim.simulation.metrics import world_points
+
+pytestmark = pytest.mark.interpreted
+
+STATES = 100
+LONGEST = 60  # joints: the two longest chains have the joints of the shorter ones, and take minutes
+
+
+def kinds() -> list[str]:
+    """Return one scene of the catalogue for each crane, set of joints, and kind of motion of the base."""
+    scenes = {name: load_scene(name) for name in sorted(scene_files(), reverse=True)}
+    short = {name: scene for name, scene in scenes.items() if len(scene.joint_names) < LONGEST}
+    return sorted(
+        {
+            (scene.crane, scene.joint_names, type(scene.model), type(getattr(scene.model, "base", None))): name
+            for name, scene in short.items()
+        }.values()
+    )
+
+
+NAMES = kinds()
+TIPS = {"overhead": "trolley_link", "pendulum": "tip_link", "gantry": "trolley_link"}  # others: swing_link
+
+
+def random_state(scene: Scene, seed: int) -> tuple[float, np.ndarray]:
+    """Return (time, joint positions (nq,)): unit vectors and quaternions of any direction, all else near the start."""
+    random = np.random.default_rng(seed)
+    q = np.array(scene.initial_q) + random.uniform(-0.3, 0.3, len(scene.initial_q))
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(scene.joint_names):
+        if name.startswith("link_") or name in ATTITUDE:
+            groups.setdefault("attitude" if name in ATTITUDE else name[:-2], []).append(i)
+    for indices in groups.values():
+        direction = random.normal(size=len(indices))
+        q[indices] = direction / np.linalg.norm(direction)
+    return random.uniform(0.0, scene.duration), q
+
+
+def poses(transforms: list[Transform]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return (rotation (3, 3), position (3,)) in the world of every frame, by chaining its transforms."""
+    above = {transform.child: transform for transform in transforms}
+    assert len(above) == len(transforms)  # one parent each
+    found: dict[str, tuple[np.ndarray, np.ndarray]] = {"world": (np.eye(3), np.zeros(3))}
+
+    def pose(frame: str) -> tuple[np.ndarray, np.ndarray]:
+        if frame not in found:
+            turn, at = pose(above[frame].parent)
+            own = Rotation.from_quat(above[frame].rotation).as_matrix()
+            found[frame] = turn @ own, at + turn @ np.array(above[frame].translation)
+        return found[frame]
+
+    for frame in above:
+        pose(frame)
+    return found
+
+
+def transforms_at(scene: Scene, tree: TransformTree, t: float, q: np.ndarray) -> list[Transform]:
+    """Return all transforms of a crane at time t [s] and joint positions q (nq,)."""
+    moves = getattr(scene.model, "base", None) is not None
+    base = [base_transform(base_state(scene, t))] if moves else []
+    return [*tree.fixed, *base, *tree.moving(q.tolist())]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_chained_transforms_give_payload_tip_and_nodes(name: str) -> None:
+    """From the world through all transforms to payload, tip and nodes: the model's points; the URDF's are the same."""
+    scene = load_scene(name)
+    document, tip_frame = urdf(scene), TIPS.get(scene.crane, "swing_link")
+    tree = TransformTree(document, scene.joint_names)
+    for seed in range(STATES):
+        t, q = random_state(scene, seed)
+        points, tip = world_points(scene.model, t, q, np.zeros_like(q))
+        frames = poses(transforms_at(scene, tree, t, q))
+        below = [f"node_{k}" for k in range(1, len(points) - 1 - tip)]
+        size = 1.0 + np.abs(points).max()  # rounding grows with lengths
+        for frame, point in zip([tip_frame, *below, "payload_link"], points[tip:], strict=True):
+            assert frames[frame][1] == pytest.approx(point, abs=1e-12 * size)
+        if seed < 3:  # what a subscriber computes from URDF, joint states and the base's place
+            base = base_state(scene, t)
+            aboard = forward(document, dict(zip(scene.joint_names, q.tolist(), strict=True)), "payload_link")
+            assert base.position + base.rotation @ aboard == pytest.approx(points[-1], abs=1e-12 * size)
+
+
+def test_a_load_turns_in_the_transforms() -> None:
+    """The payload's frame has the load's attitude, in the axes of the base, which no joint of the URDF can give."""
+    scene = load_scene("tower_gust")
+    t, q = random_state(scene, 5)
+    frames = poses(transforms_at(scene, TransformTree(urdf(scene), scene.joint_names), t, q))
+    w, x, y, z = (q[scene.joint_names.index(name)] for name in ATTITUDE)
+    assert frames["payload_link"][0] == pytest.approx(Rotation.from_quat([x, y, z, w]).as_matrix(), abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["tower_gust", "port_sts_container"])
+def test_the_pose_of_a_load_on_a_ship_has_its_turn_in_the_world(name: str) -> None:
+    """The orientation of `payload_pose` is that of the payload's frame in the tree: base and attitude together."""
+    turns = {"roll": {"amplitude": 0.1, "frequency": 0.7}, "yaw": {"amplitude": 0.2, "frequency": 0.4}}
+    scene = load_scene(name, {"base_motion": turns | {"mount": {"yaw": 2.0}}})
+    for seed in range(5):
+        t, q = random_state(scene, seed)
+        frames = poses(transforms_at(scene, TransformTree(urdf(scene), scene.joint_names), t, q))
+        turn = Rotation.from_quat(payload_orientation(scene, t, q.tolist())).as_matrix()
+        assert turn == pytest.approx(frames["payload_link"][0], abs=1e-14)  # rounding
+
+
+def test_a_moving_base_is_the_root_of_the_urdf() -> None:
+    """Only below a base that rests is there a `world` in the URDF: one frame has one parent, and one publisher."""
+    assert '<link name="world"' not in urdf(load_scene("overhead_sway"))
+    assert '<link name="world"' in urdf(load_scene("overhead_energy"))
+
+
+def test_quaternions_are_those_of_their_matrices() -> None:
+    """Each of the four branches of the quaternion gives back its matrix, half turns included."""
+    turns = list(Rotation.random(200, np.random.default_rng(1)))
+    turns += [Rotation.from_rotvec(np.pi * axis) for axis in np.eye(3)]
+    for turn in turns:
+        again = Rotation.from_quat(quaternion_of(turn.as_matrix())).as_matrix()
+        assert again == pytest.approx(turn.as_matrix(), abs=1e-15 * 8)  # rounding of a few products
