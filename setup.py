@@ -21,6 +21,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", glob("config/*.*")),
+        (f"share/{NAME}/launch", glob("launch/*.launch.py")),
         (f"share/{NAME}/config/scenes", glob("config/scenes/*.yaml")),
         (f"share/{NAME}/config/references", glob("config/references/*.json")),
     ],
