@@ -8,6 +8,7 @@ from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.joint_contacts import JointContacts
+from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.friction_checks import checked
@@ -39,6 +40,8 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         contacts = JointContacts(i, friction, contacts) if friction is not None else contacts
     _check_joints(support, file, names)
     motors = tuple(_motor_of(name, file) for name in names)
+    if isinstance(support, Knuckle):  # its mass matrix has them
+        motors = (0.0,) * len(names)
     if contacts is None and not any(motors):
         return support
     if isinstance(support, FlexibleSupport):
