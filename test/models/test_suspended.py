@@ -396,7 +396,7 @@ def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, driv
     np.testing.assert_allclose(got, [*MOVES[1], *second], rtol=0.0, atol=bound)
 
 
-def directed(q: Any, v: Any, a: Any) -> tuple[Any, Any, Any]:
+def directed(q: Any, v: Any, a: Any) -> Any:
     """Return unit vectors and quaternion of the reference's angles, with their first and second derivatives."""
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))

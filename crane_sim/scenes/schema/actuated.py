@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.errors import SceneError
 from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
@@ -30,7 +30,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         joints: of the support, each (name, unit of its position, unit of its effort).
 
     Raises:
-        SceneError: there is no such joint, it is locked or belongs to a structure that bends, or its friction or motor
+        SceneError: a joint is locked or belongs to a structure that bends, or its friction or motor
             is given twice.
     """
     names = [name for name, _, _ in joints]
@@ -38,7 +38,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
     for i in reversed(range(len(names))):
         friction = _friction_of(names[i], file)
         contacts = JointContacts(i, friction, contacts) if friction is not None else contacts
-    _check_joints(support, file, names)
+    _check_locked(support, file)
     motors = tuple(_motor_of(name, file) for name in names)
     if isinstance(support, Knuckle):  # its mass matrix has them
         motors = (0.0,) * len(names)
@@ -50,13 +50,11 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
     return ActuatedSupport(support, motors if any(motors) else None, contacts)
 
 
-def _check_joints(support: Any, file: Any, names: Sequence[str]) -> None:
-    """Reject friction and motors of joints that there are not, or that are locked."""
+def _check_locked(support: Any, file: Any) -> None:
+    """Reject friction and motors of a slew that is locked."""
     locked = isinstance(getattr(support, "slew", None), LockedSlew)
     for key in ("friction", "lugre"):
         for name in getattr(file, key):
-            if name not in names:
-                raise SceneError(f"{key}: {unknown_key(name, names, 'joint')}")
             if name == "slew" and locked:
                 raise SceneError(f"{key}.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
     if locked and reflected_inertia(file, "slew") > 0.0:

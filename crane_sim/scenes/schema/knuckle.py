@@ -1,7 +1,7 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
 from math import sin
-from typing import Literal
+from typing import ClassVar, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
@@ -15,6 +15,7 @@ from crane_sim.models.supports.friction import Friction as DryFriction
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.groups import Channel, Friction, Group
 from crane_sim.scenes.schema.knuckle_checks import check_rods, checked_friction
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
@@ -61,10 +62,13 @@ class InputGroup(Group):
 class KnuckleFile(SuspendedFile):
     """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on rope and links.
 
-    One rope and a point mass have equations of their own, `models.single_rope`; what these know and what they do not
-    is in `rope_only` and `further_keys`.
+    One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events`, `backlash` and
+    `rope.reeving`, `rope.friction`, `rope.torsion` choose the suspended cable of the other cranes, beside which
+    `swing_friction`, `springs.rope` and `friction.rope` are refused.
     """
 
+    support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("boom", "rad", "N m"), ("jib", "rad", "N m"))
+    contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
     crane: Literal["knuckle"]  # which form the file has
     boom: Rod  # the rod at the tower
     jib: Rod  # the rod at the boom's end
@@ -76,11 +80,6 @@ class KnuckleFile(SuspendedFile):
     swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
-
-    @property
-    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
-        """Joints of the support, each (name, unit of its position, unit of its effort)."""
-        return ("slew", "rad", "N m"), ("boom", "rad", "N m"), ("jib", "rad", "N m")
 
     @property
     def tip_height(self) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.errors import SceneError
 from crane_sim.models.single_rope.joint_friction import Contacts
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.knuckle_boom import Rod
@@ -44,12 +44,9 @@ def checked_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre
         drive: of the rope.
 
     Raises:
-        SceneError: there is no such joint, it has both, a value is out of range, or no force drives the winch.
+        SceneError: a joint has both, a value is out of range, or no force drives the winch.
     """
     parts, names = {}, Contacts._fields
-    for key, name in ((key, name) for key, group in (("friction", friction), ("lugre", lugre)) for name in group):
-        if name not in names:
-            raise SceneError(f"{key}: {unknown_key(name, names, 'joint')}")
     for name in names:
         groups = {"friction": friction.get(name), "lugre": lugre.get(name)}
         given = [(key, part) for key, part in groups.items() if part is not None]

@@ -77,7 +77,11 @@ class InputGroup(Group):
 
 
 class PendulumFile(RiggedFile):
-    """A scene with a payload on rope and links below a driven suspension point."""
+    """A scene with a payload on rope and links below a driven suspension point.
+
+    One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events` and `rope.torsion`
+    choose the suspended cable of the other cranes, beside which `swing_friction` is refused.
+    """
 
     crane: Literal["pendulum"]  # which form the file has
     suspension: Suspension = Suspension()  # the suspension point

@@ -3,14 +3,24 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from math import cos, sin
-from typing import Any
+from typing import Any, ClassVar
+
+from pydantic import ValidationInfo, field_validator
 
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.schema.actuated import actuated, has_strength
-from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
+from crane_sim.scenes.schema.backlash import (
+    JointDrives,
+    SupportJoints,
+    drive_names,
+    drive_start,
+    drive_units,
+    geared,
+    known_joints,
+    shaft_frequency,
+)
 from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.rigged import RiggedFile
@@ -22,6 +32,8 @@ from crane_sim.trajectories.inputs import Constant, Inputs
 class SuspendedFile(RiggedFile):
     """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
 
+    support_joints: ClassVar[SupportJoints]  # each (name, unit of its position, unit of its effort)
+    contact_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction; empty: the support's
     rope: ReevedRope = ReevedRope()  # the winch
     friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch has `rope.friction`
     lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
@@ -36,10 +48,12 @@ class SuspendedFile(RiggedFile):
             SceneError: its groups contradict each other.
         """
 
-    @property
-    @abstractmethod
-    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
-        """Joints of the support, each (name, unit of its position, unit of its effort)."""
+    @field_validator("friction", "lugre", "backlash", mode="before")
+    @classmethod
+    def _check_names(cls, group: Any, info: ValidationInfo) -> Any:
+        """Reject groups of joints that the support does not have, before their values are read."""
+        names = tuple(name for name, _, _ in cls.support_joints)
+        return known_joints(group, names if info.field_name == "backlash" else cls.contact_joints or names)
 
     @property
     def tip_height(self) -> float:
@@ -160,7 +174,7 @@ class SuspendedFile(RiggedFile):
         """Whether something other than limits switches the model or ends a run."""
         return bool(self.events or self.backlash or self.rope.torsion or has_strength(self.friction, self.lugre))
 
-    def model(self) -> SuspendedCrane:
+    def model(self) -> Any:
         """Return the parameters of the crane.
 
         Raises:
