@@ -156,6 +156,12 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     ),
     "attachment alone": (KNUCKLE, {"payload.attachment": [0, 0, 1]}, "payload.attachment: belongs to a body"),
     "torque without a drum": (KNUCKLE, {"rope.drive": "torque"}, "rope.drive = 'torque': is that of a drum"),
+    "group of other cranes": (
+        KNUCKLE,
+        {"flexibility": {"lateral": {"stiffness": 1.0}}},
+        "unknown key 'flexibility' .*; 'flexibility' belongs to crane: tower, mobile",
+    ),
+    "group of another crane": (("bridge_hook_and_sling", {}), {"contact": {}}, "; 'contact' belongs to crane: gantry"),
     "directions without links": (
         KNUCKLE,
         {"initial.rigging": {"directions": [[0, 0, -1]]}},

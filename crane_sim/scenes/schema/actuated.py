@@ -1,6 +1,6 @@
 """The groups `friction` and `lugre` of a crane with a support, and the motors of its joints."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from crane_sim.files.errors import SceneError
@@ -45,9 +45,19 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
     if contacts is None and not any(motors):
         return support
     if isinstance(support, FlexibleSupport):
-        key = "friction and lugre" if contacts is not None else "actuators: a motor's inertia"
+        key = next(_keys_of_joints(file, names))
         raise SceneError(f"flexibility: stands beside {key}; possible: flexibility, or friction and inertia of joints")
     return ActuatedSupport(support, motors if any(motors) else None, contacts)
+
+
+def _keys_of_joints(file: Any, names: Sequence[str]) -> Iterator[str]:
+    """Yield the keys of the file that give joints friction or the inertia of a motor."""
+    for name in names:
+        if _friction_of(name, file) is not None:
+            yield f"friction.{name}" if name in file.friction else f"lugre.{name}"
+    for name in names:
+        if _motor_of(name, file) > 0.0:
+            yield f"actuators.{name}.motor.inertia"
 
 
 def _check_locked(support: Any, file: Any) -> None:
