@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from crane_control.one_rope import check_one_rope
 from crane_control.tracking.knuckle_boom import BoomServo
+from crane_control.tracking.one_rope import check_one_rope
 from crane_control.tracking.tip_servo import Servo, suspension_effort
 from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum

@@ -9,9 +9,8 @@ def check_one_rope(law: str, nominal: Scene) -> None:
     """Raise SceneError where the nominal crane has further links or a payload with a body; law: its name."""
     if not isinstance(nominal.model, SuspendedCrane):
         return
-    keys = getattr(nominal.file, "further_keys", ["links"])
+    keys = ", ".join(getattr(nominal.file, "further_keys", ["links"]))
     raise SceneError(
-        f"control.nominal: control.law = {law!r} knows one rope and a point mass, here is {keys[0]}; take "
-        "control.nominal: {links: [], payload: {mass: ..., inertia: null, attachment: null}}, which leave out what the "
-        "scene has of them"
+        f"control.nominal: control.law = {law!r} knows one rope and a point mass, here is {keys}; leave that out there, "
+        "as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"
     )
