@@ -11,6 +11,6 @@ def check_one_rope(law: str, nominal: Scene) -> None:
         return
     keys = ", ".join(getattr(nominal.file, "further_keys", ["links"]))
     raise SceneError(
-        f"control.nominal: control.law = {law!r} knows one rope and a point mass, here is {keys}; leave that out there, "
-        "as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"
+        f"control.nominal: control.law = {law!r} knows one rope and a point mass, here is {keys}; leave that out "
+        "there, as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"
     )
