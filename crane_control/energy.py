@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from crane_control import knuckle_energy, knuckle_load_estimation, overhead_energy
+from crane_control.tracking.one_rope import check_one_rope
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import Law
 from crane_sim.scenes.scene import Scene
@@ -29,4 +30,5 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
         raise SceneError(f"control.law = 'energy': there is none for crane = {nominal.crane!r}; possible: {[*LAWS]}")
     if nominal.path is not None:
         raise SceneError("reference.path: control.law = 'energy' follows none, it goes to reference.q; leave it out")
+    check_one_rope("energy", nominal)
     return LAWS[nominal.crane](settings, nominal)

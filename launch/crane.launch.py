@@ -25,7 +25,7 @@ ARGUMENTS = (
     ("path", "runs/run.rrd", "of the recording"),
     ("state_publisher", "false", "start a robot_state_publisher; the plant's transforms are then the base's alone"),
     ("autostart", "true", "nodes activate themselves; false: a manager of lifecycles does"),
-    ("parameters", PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "parameters.yaml"]), "a ROS parameter file"),
+    ("parameters", PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "parameters.yaml"]), "a parameter file"),
 )
 
 
@@ -44,7 +44,10 @@ def crane_nodes(config: dict[str, LaunchConfiguration]) -> list[Node]:
     watched = {"expected_recorders": one_if(config["record"])}
     return [
         LifecycleNode(
-            name="plant", executable="plant_node", parameters=[config["parameters"], scene, mode, managed, plant], **shared
+            name="plant",
+            executable="plant_node",
+            parameters=[config["parameters"], scene, mode, managed, plant],
+            **shared,
         ),
         LifecycleNode(
             name="controller",

@@ -38,29 +38,41 @@ if TYPE_CHECKING:
 
 def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
     """Add links and joints: `joints`, and the mimic joints `boom_level` and `jib_level`."""
-    _add_links(robot, crane)
-    _add_joints(robot, crane, joints)
-
-
-def pedestal_height(crane: Crane) -> float:
-    """Return the height of the boom pivot above the visual ground [m]; the model has no ground."""
-    return 0.6 * crane.support.boom.length
-
-
-def _add_links(robot: ElementTree.Element, crane: Crane) -> None:
-    support, load = crane.support, crane.load
-    unit = support.boom.length / 5.0  # the proportions below are those of a 5 m boom
-    for name in ("boom_level_link", "jib_level_link", "swing_link", "rope_link"):
+    tip = add_knuckle_boom(robot, crane.support, joints[:3])
+    rope, tangential, radial = joints[3:]
+    for name in ("swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
-    add_link(robot, "base_link", _pedestal(pedestal_height(crane), unit))
+    add_link(robot, "payload_link", crate(0.55 * _unit(crane.support)), point_mass(crane.load.mass))
+    add_joint(robot, "revolute", tangential, (tip, "swing_link"), axis=FORWARD)
+    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RIGHT)
+    add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
+
+
+def add_knuckle_boom(robot: ElementTree.Element, support: Knuckle, joints: Sequence[str]) -> str:
+    """Add pedestal, tower, boom and jib; return the link at the jib's end, whose axes are level."""
+    unit = _unit(support)
+    for name in ("boom_level_link", "jib_level_link"):
+        ElementTree.SubElement(robot, "link", name=name)
+    add_link(robot, "base_link", _pedestal(pedestal_height(support), unit))
     tower_inertia, slew_fraction = split_rod_inertia(support)
     add_link(
         robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia))
     )
     add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod_body(support.boom, slew_fraction))
     add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, slew_fraction))
-    add_link(robot, "payload_link", crate(0.55 * unit), point_mass(load.mass))
     add_comment(robot, _tower_comment(support, tower_inertia))
+    _add_joints(robot, support, joints)
+    return "jib_level_link"
+
+
+def pedestal_height(support: Knuckle) -> float:
+    """Return the height of the boom pivot above the visual ground [m]; the model has no ground."""
+    return 0.6 * support.boom.length
+
+
+def _unit(support: Knuckle) -> float:
+    """Return the length [m] that the proportions of what is drawn refer to: they are those of a 5 m boom."""
+    return support.boom.length / 5.0
 
 
 def split_rod_inertia(support: Knuckle) -> tuple[float, float]:
@@ -83,17 +95,14 @@ def _tower_comment(support: Knuckle, tower_inertia: float) -> str:
     return f"{mass}; of its {inertia:g} kg m² {moved}"
 
 
-def _add_joints(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
-    boom_end, jib_end = ((rod.length, 0.0, 0.0) for rod in (crane.support.boom, crane.support.jib))
-    slew, boom, jib, rope, tangential, radial = joints
+def _add_joints(robot: ElementTree.Element, support: Knuckle, joints: Sequence[str]) -> None:
+    boom_end, jib_end = ((rod.length, 0.0, 0.0) for rod in (support.boom, support.jib))
+    slew, boom, jib = joints
     add_joint(robot, "revolute", slew, ("base_link", "tower_link"), axis=UP)
     add_joint(robot, "revolute", boom, ("tower_link", "boom_link"), axis=RIGHT)
     add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), boom_end, RIGHT, mimic=boom)
     add_joint(robot, "revolute", jib, ("boom_level_link", "jib_link"), axis=RIGHT)
     add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), jib_end, RIGHT, mimic=jib)
-    add_joint(robot, "revolute", tangential, ("jib_level_link", "swing_link"), axis=FORWARD)
-    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RIGHT)
-    add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
 
 
 def _rod_body(rod: Rod, slew_fraction: float) -> Body:

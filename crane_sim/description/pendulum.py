@@ -9,17 +9,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+import numpy as np
+
 from crane_sim.description.cables import ALONG, SuspendedCable, add_directed
 from crane_sim.description.robot import add_joint, add_link
 from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, point_mass
+from crane_sim.description.suspended import add_payload, hook_block
+from crane_sim.models.loads import RigidLoad
+from crane_sim.models.suspended.crane import SuspendedCrane
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 
 def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
-    """Add links and joints; the followers of the rope's direction come on top of the scene's."""
-    length, mass = float(scene.model.cable.length), float(scene.model.load.mass)
+    """Add links and joints; the followers of the directions come on top of the scene's."""
+    crane, length = scene.model, cable_length(scene)
     ElementTree.SubElement(robot, "link", name="base_link")
     above = "base_link"
     for axis, way in ALONG.items():
@@ -27,8 +32,28 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
         add_link(robot, below, _head(length) if axis == "z" else [])
         add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way)
         above = below
-    add_directed(robot, SuspendedCable((length,), (mass,)), False, above)
-    add_link(robot, "payload_link", crate(0.12 * length), point_mass(mass))
+    if isinstance(crane, SuspendedCrane):
+        _add_links(robot, crane, above, length)
+    else:
+        mass = float(crane.load.mass)
+        add_directed(robot, SuspendedCable((length,), (mass,)), False, above)
+        add_link(robot, "payload_link", crate(0.12 * length), point_mass(mass))
+
+
+def cable_length(scene: Scene) -> float:
+    """Return the length of rope and further links [m]."""
+    cable = scene.model.cable
+    return float(np.sum(cable.lengths)) if isinstance(scene.model, SuspendedCrane) else float(cable.length)
+
+
+def _add_links(robot: ElementTree.Element, crane: SuspendedCrane, above: str, size: float) -> None:
+    """Add rope, further links and the payload."""
+    lengths, masses = crane.cable.lengths.tolist(), [*crane.cable.masses[:-1].tolist(), crane.load.mass]
+    last = "attachment_link" if isinstance(crane.load, RigidLoad) else "payload_link"
+    for k in range(1, len(masses)):
+        add_link(robot, f"node_{k}", hook_block(0.03 * size), point_mass(masses[k - 1]))
+    add_directed(robot, SuspendedCable(tuple(lengths), tuple(masses)), False, above, 1, last)
+    add_payload(robot, crane, last, size)
 
 
 def _head(length: float) -> list[Shape]:

@@ -1,4 +1,4 @@
-"""The URDF of tower, mobile and bridge cranes: the support, rope and swing, further links, the payload.
+"""The URDF of cranes with a suspended cable: the support, rope and swing, further links, the payload.
 
 The origin of `base_link` is the model's: at the height of the jib's underside on the tower's axis, on the slewing axis
 of a mobile crane, or on the trolley's rail. Further links are unit vectors in the axes of the base, so joints `level_*`
@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from crane_sim.description.cables import SuspendedCable, add_directed
+from crane_sim.description.knuckle import add_knuckle_boom, pedestal_height
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_comment, add_joint, add_link
 from crane_sim.description.solids import (
     ACROSS,
@@ -33,6 +34,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
+from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.supports.tower_crane import TowerCrane
 
@@ -55,6 +57,8 @@ def crane_size(scene: Scene) -> float:
         limits = support.trolley.limits
         radii = [start[1], *(scene.reference or ())[1:2], *(limits or ())]
         return 1.1 * max(map(abs, radii))
+    if isinstance(support, Knuckle):
+        return support.boom.length + support.jib.length
     limits = support.telescope.limits
     return max([start[2], *(scene.reference or ())[2:3], *(limits or ())])
 
@@ -67,6 +71,8 @@ def ground_height(scene: Scene) -> float:
         return -1.3 * length
     if isinstance(support, TowerCrane):
         return -max(MAST_HEIGHT * crane_size(scene), 1.15 * length)
+    if isinstance(support, Knuckle):
+        return -pedestal_height(support)
     return -FOOT_HEIGHT * crane_size(scene)
 
 
@@ -80,6 +86,8 @@ def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
         tip = _add_bridge(robot, crane, scene, size)
     elif isinstance(crane.support, TowerCrane):
         tip = _add_tower(robot, crane.support, bends, size, ground_height(scene))
+    elif isinstance(crane.support, Knuckle):
+        tip = add_knuckle_boom(robot, crane.support, scene.joint_names[:3])
     else:
         tip = _add_boom(robot, crane.support, bends, size, scene.initial_q[2])
     for name in ("swing_link", "rope_link"):
@@ -103,15 +111,19 @@ def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene
         add_joint(robot, "revolute", f"level_{joint}", (end, level), ORIGIN, axis, mimic=joint)
         end = level
     for k in range(1, len(masses)):
-        add_link(robot, f"node_{k}", _hook_block(0.012 * size), point_mass(masses[k - 1]))
-    rotates = isinstance(crane.load, RigidLoad)
-    last = "attachment_link" if rotates else "payload_link"
+        add_link(robot, f"node_{k}", hook_block(0.012 * size), point_mass(masses[k - 1]))
+    last = "attachment_link" if isinstance(crane.load, RigidLoad) else "payload_link"
     if len(masses) == 1:
         add_joint(robot, "fixed", "hook", (end, last))
     else:
         add_joint(robot, "fixed", "hook", (end, "node_1"))
         add_directed(robot, SuspendedCable(tuple(lengths[1:]), tuple(masses[1:])), False, "node_1", 2, last)
-    if rotates:
+    add_payload(robot, crane, last, size)
+
+
+def add_payload(robot: ElementTree.Element, crane: SuspendedCrane, last: str, size: float) -> None:
+    """Add the payload, and the link `last` where a body hangs."""
+    if isinstance(crane.load, RigidLoad):
         ElementTree.SubElement(robot, "link", name=last)
         add_joint(robot, "fixed", ATTITUDE_JOINT, (last, "payload_link"))
     shapes, body = payload_visual(crane.load, size)
@@ -156,7 +168,8 @@ def products_of(load: RigidLoad) -> tuple[float, float, float]:
     return load.inertia[0][1], load.inertia[0][2], load.inertia[1][2]
 
 
-def _hook_block(unit: float) -> list[Shape]:
+def hook_block(unit: float) -> list[Shape]:
+    """Return the solids of a hook block whose size is some `unit` [m]."""
     return [
         Shape((0.9 * unit, 0.5 * unit), ORIGIN, STEEL, ACROSS),
         Shape((0.9 * unit, 0.5 * unit, 1.6 * unit), (0.0, 0.0, -0.3 * unit), YELLOW),

@@ -9,12 +9,13 @@ import numpy as np
 
 from crane_sim.description.falls import depth_of
 from crane_sim.description.knuckle import pedestal_height
+from crane_sim.description.pendulum import cable_length
 from crane_sim.description.suspended import crane_size, ground_height
 from crane_sim.models.supports.actuated_support import bare_support
+from crane_sim.models.suspended.crane import SuspendedCrane
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
-    from crane_sim.models.single_rope.crane import Crane
     from crane_sim.scenes.scene import Scene
 
 Vector = tuple[float, float, float]
@@ -38,13 +39,13 @@ class Framing(NamedTuple):
 
 def of_knuckle(scene: Scene) -> Framing:
     """Return how to draw a scene's knuckle-boom crane."""
-    crane: Crane = scene.model
-    size = crane.support.boom.length + crane.support.jib.length
+    support = bare_support(scene.model.support)
+    size = support.boom.length + support.jib.length
     heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])  # where the crane works
     aside = heading - radians(72.0)
     return Framing(
         size=size,
-        ground=(0.0, 0.0, -pedestal_height(crane)),
+        ground=(0.0, 0.0, -pedestal_height(support)),
         ground_size=1.25 * size,
         eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
         look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
@@ -101,6 +102,13 @@ def heaviest_load(crane: Any) -> float:
     return crane.load.mass if crane.exchange is None else float(crane.exchange.masses.max())
 
 
+def hung_mass(crane: Any) -> float:
+    """Return the mass [kg] that hangs on a crane's rope: of links and load, the heaviest one where it is exchanged."""
+    if not isinstance(crane, SuspendedCrane):
+        return crane.load.mass
+    return heaviest_load(crane) + float(crane.cable.masses[:-1].sum())
+
+
 def gantry_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
     crane = scene.model
@@ -116,7 +124,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
     crane = scene.model
-    weight = crane.gravity * (heaviest_load(crane) + float(crane.cable.masses[:-1].sum()))
+    weight = crane.gravity * hung_mass(crane)
     scales = {"N m": radius * weight, "N": weight, "m/s²": 1.0, "m/s": 1.0}
     shares = [0.1 if name in ("slew", "trolley", "bridge") else 1.0 for name in scene.actuated]
     return tuple(max(share * scales[unit], 1e-9) for share, unit in zip(shares, scene.effort_units, strict=True))
@@ -124,7 +132,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
 
 def of_pendulum(scene: Scene) -> Framing:
     """Return how to draw a suspension point and its payload."""
-    (x, y, z), length = scene.initial_q[:3], float(scene.model.cable.length)
+    (x, y, z), length = scene.initial_q[:3], cable_length(scene)
     ends = [(x, y), (scene.reference or (x, y))[:2]]
     (x, y), span = np.mean(ends, axis=0), float(np.ptp(ends, axis=0).max())
     far = 1.8 * max(length, 0.7 * span)
@@ -143,8 +151,9 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth. A winch that
     takes its acceleration or its rate gets one of its unit.
     """
-    crane: Crane = scene.model
-    boom, jib, load = crane.support.boom, crane.support.jib, crane.load.mass
+    crane = scene.model
+    support, load = bare_support(crane.support), hung_mass(crane)
+    boom, jib = support.boom, support.jib
     scales = {"N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass), "N": load * crane.gravity}
     scales |= {"m/s²": 1.0, "m/s": 1.0}
     slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)

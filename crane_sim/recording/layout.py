@@ -21,7 +21,6 @@ from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
-from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.camera import (
     Framing,
@@ -301,21 +300,21 @@ def label(name: str) -> str:
 def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if cable:
         return of_room(cable.room)
-    if isinstance(scene.model, SuspendedCrane):
-        return of_suspended(scene)
-    if isinstance(scene.model, FallsCrane):
-        return of_gantry(scene)
-    return of_pendulum(scene) if scene.crane == "pendulum" else of_knuckle(scene)
+    if scene.crane == "pendulum":
+        return of_pendulum(scene)
+    if scene.crane == "knuckle":
+        return of_knuckle(scene)
+    return of_suspended(scene) if isinstance(scene.model, SuspendedCrane) else of_gantry(scene)
 
 
 def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
     if scene.crane == "pendulum":
         return (1.0,) * len(scene.actuated)  # m/s², or m
+    if scene.crane == "knuckle":
+        return knuckle_scales(scene)
     if isinstance(scene.model, SuspendedCrane):
         return suspended_scales(scene)
-    if isinstance(scene.model, FallsCrane):
-        return gantry_scales(scene)
-    return effort_scales(scene, cable.hang) if cable else knuckle_scales(scene)
+    return effort_scales(scene, cable.hang) if cable else gantry_scales(scene)
 
 
 def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, read, set_value, switch_law, without_nulls
-from crane_sim.files.errors import SceneError, nearest, one_line, one_word, shorten
+from crane_sim.files.errors import SceneError, foreign_key, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, make_law
 from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
@@ -304,7 +304,13 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     try:
         return form.model_validate(without_nulls(document))
     except ValidationError as error:
-        raise SceneError(one_line(error, form)) from None
+        raise SceneError(one_line(error, form) + _cranes_with(foreign_key(error))) from None
+
+
+def _cranes_with(key: str | None) -> str:
+    """Return the end of a line on an unknown group that other cranes have, empty where none does."""
+    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields]
+    return f"; {key!r} belongs to crane: {', '.join(cranes)}" if cranes else ""
 
 
 def _law(file: SceneFile, document: dict[str, Any]) -> Law:

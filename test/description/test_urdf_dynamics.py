@@ -43,8 +43,11 @@ BENT_BOOM = BELOW | {
     "flexibility": SPRINGS,
     "initial": {"q": [0.4, 0.6, 7.0, 2.5, 0.2, -0.3]},
 }
+HOOK = {"links": BELOW["links"]}
 MOVING = {
     "pendulum": load_scene("pendulum_free"),
+    "hook and load below a point": load_scene("pendulum_free", HOOK),
+    "hook and load below a knuckle boom": load_scene("knuckle_setpoint", HOOK | AXIAL | {"control": None}),
     "spatial chain": load_scene(SPATIAL),
     "jib that bends": load_scene(BENT_JIB),
     "boom that bends": load_scene(BENT_BOOM),

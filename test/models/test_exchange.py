@@ -4,17 +4,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from point_masses import Point, body_points, mp, mpf, mpmath, plus, ring_points, rotate
+from point_masses import Point, body_points, mp, mpf, mpmath, plus, ring_points, rod_points, rotate
 
 import crane_sim
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
+from crane_sim.models.effects import BoomSpring
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.driven_point import Lift, Servo
+from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.exchange import Exchange
@@ -25,7 +29,10 @@ STEP = mpf(10) ** -18  # of central differences in 60 digits: an error of 36 dig
 SUPPORTS = {
     "tower": TowerCrane(Slew(900.0), JibTrolley(8.0)),
     "bridge": Bridge(DrivenAxis(8.0), DrivenAxis(30.0)),
+    "knuckle": Knuckle(Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0), BoomSpring(900.0, 0.2)),
+    "point": DrivenPoint(Servo(4.0, 3.0), Lift()),
 }
+FREE = ["tower", "bridge"]  # supports some of whose momentum no drive takes
 HOISTS = {"force": ForceHoist(1.5), "rate": RateHoist(), "massless": MasslessHoist(1.0)}
 NODES, LENGTHS = (2.0, 1.5), (2.5, 1.2, 0.8)  # kg, m
 HOOK = {
@@ -36,9 +43,9 @@ HOOK = {
 TAKEN_MASS, TAKEN_CENTER = 20.0, np.array([0.3, -0.2, -1.4])  # kg, m from the attachment, in the body's axes
 TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])  # kg m², about its centre
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
+START = {"tower": (0.4, 6.0), "bridge": (0.4, 6.0), "knuckle": (0.4, 0.6, -0.2), "point": (0.4, 6.0, 1.0)}
+RATES = {name: (0.3, -0.2, 0.25)[: len(start)] for name, start in START.items()}
 Q = (
-    0.4,
-    6.0,
     2.5,
     0.7,
     0.4,
@@ -49,8 +56,8 @@ Q = (
     0.5,
     -0.4,
     0.8,
-)  # support, length, (azimuth, inclination) of links, body
-V = (0.3, -0.2, 0.15, 0.4, -0.3, 0.2, 0.5, -0.4, 0.1, 0.3, -0.2, 0.4)
+)  # length, (azimuth, inclination) of links, body
+V = (0.15, 0.4, -0.3, 0.2, 0.5, -0.4, 0.1, 0.3, -0.2, 0.4)
 
 
 def composite() -> dict[str, Any]:
@@ -102,27 +109,52 @@ def places(name: str, q: Any, rigid: bool) -> tuple[list[tuple[Any, Point]], lis
 
     Bridge: the bridge's own mass is a point at x = 0, which only y moves.
     """
-    if name == "tower":
-        tip = rotate(2, q[0], (q[1], mpf(0), mpf(0)))
-        points = [*ring_points(900.0, q[0]), (mpf(8), tip)]
-    else:
-        tip = (q[0], q[1], mpf(0))
-        points = [(mpf(8), tip), (mpf(30), (mpf(0), q[1], mpf(0)))]
-    node, n = tip, [direction(q[3 + 2 * k : 5 + 2 * k]) for k in range(3)]
+    points, tip = support_places(name, q)
+    ns = len(START[name])
+    node, n = tip, [direction(q[ns + 1 + 2 * k : ns + 3 + 2 * k]) for k in range(3)]
     for k in range(3):
-        length = q[2] if k == 0 else mpf(LENGTHS[k])
+        length = q[ns] if k == 0 else mpf(LENGTHS[k])
         node = plus(node, tuple(length * a for a in n[k]))
         if k < 2:
             points.append((mpf(NODES[k]), node))
-    x, y, z = rotate(2, -q[0], n[0]) if name == "tower" else n[0]
-    joints = [*q[:3], mpmath.atan2(y, -z), mpmath.asin(x), *n[1], *n[2]]
+    x, y, z = rotate(2, -q[0], n[0]) if name in ("tower", "knuckle") else n[0]
+    first = (x, y, z) if name == "point" else (mpmath.atan2(y, -z), mpmath.asin(x))
+    joints = [*q[: ns + 1], *first, *n[1], *n[2]]
     if not rigid:
         return [*points, (mpf(HOOK["mass"]), node)], [(mpf(TAKEN_MASS), node)], joints
-    hook = plus(node, turn(q[9:], tuple(-a for a in HOOK["attachment"])))
-    centre = plus(node, turn(q[9:], TAKEN_CENTER))
-    points += [(m, plus(hook, turn(q[9:], r))) for m, r in body_points(HOOK["mass"], np.array(HOOK["inertia"]))]
-    taken = [(m, plus(centre, turn(q[9:], r))) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
-    return points, taken, [*joints, *quaternion(q[9:])]
+    angles = q[ns + 7 :]
+    hook = plus(node, turn(angles, tuple(-a for a in HOOK["attachment"])))
+    centre = plus(node, turn(angles, TAKEN_CENTER))
+    points += [(m, plus(hook, turn(angles, r))) for m, r in body_points(HOOK["mass"], np.array(HOOK["inertia"]))]
+    taken = [(m, plus(centre, turn(angles, r))) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
+    return points, taken, [*joints, *quaternion(angles)]
+
+
+def support_places(name: str, q: Any) -> tuple[list[tuple[Any, Point]], Point]:
+    """Return (points of the support, its tip) at coordinates q; a driven point has no mass."""
+    if name == "tower":
+        tip = rotate(2, q[0], (q[1], mpf(0), mpf(0)))
+        return [*ring_points(900.0, q[0]), (mpf(8), tip)], tip
+    if name == "point":
+        return [], (q[0], q[1], q[2])
+    if name == "bridge":
+        return [(mpf(8), (q[0], q[1], mpf(0))), (mpf(30), (mpf(0), q[1], mpf(0)))], (q[0], q[1], mpf(0))
+    elbow = along(q[1], mpf(5))
+    points = [(m, along(q[1], s)) for m, s in rod_points(2.0, 4.2, mpf("2.5"))]
+    points += [(m, plus(elbow, along(q[2], s))) for m, s in rod_points(3.0, 4.0, mpf(2))]
+    tip = plus(elbow, along(q[2], mpf(4)))
+    return [*ring_points(8.0, q[0]), *((m, rotate(2, q[0], r)) for m, r in points)], rotate(2, q[0], tip)
+
+
+def along(elevation: Any, distance: Any) -> Point:
+    """Return the point at a distance along a rod of this elevation, at yaw 0."""
+    return distance * mpmath.cos(elevation), mpf(0), distance * mpmath.sin(elevation)
+
+
+def start(name: str, rigid: bool) -> tuple[list[Any], list[Any]]:
+    """Return the coordinates before an exchange, and their rates."""
+    n = 10 if rigid else 7
+    return [mpf(a) for a in (*START[name], *Q[:n])], [mpf(a) for a in (*RATES[name], *V[:n])]
 
 
 class Reference:
@@ -130,8 +162,8 @@ class Reference:
 
     def __init__(self, name: str, hoist: str, rigid: bool) -> None:
         """Differentiate the places."""
-        self.n = 12 if rigid else 9
-        q = [mpf(a) for a in Q[: self.n]]
+        q, _ = start(name, rigid)
+        self.n = len(q)
         own, taken, joints = places(name, q, rigid)
         self.count, self.joints = len(own), joints
         self.masses, self.places = [m for m, _ in own + taken], [r for _, r in own + taken]
@@ -142,7 +174,8 @@ class Reference:
             columns.append([(b - a) / (2 * STEP) for a, b in zip(*ends, strict=True)])
             self.joint_columns.append([(b - a) / (2 * STEP) for a, b in zip(low[2], high[2], strict=True)])
         self.jacobian = mpmath.matrix(columns).T
-        self.drum, self.held = mpf(1.5) if hoist == "force" else mpf(0), hoist == "rate"
+        self.drum, self.length = mpf(1.5) if hoist == "force" else mpf(0), len(START[name])
+        self.held = [*(range(self.length) if name == "point" else ()), *([self.length] if hoist == "rate" else ())]
 
     def velocities(self, v: Any) -> Any:
         """Return the velocities of all points (3 n, 1)."""
@@ -159,12 +192,12 @@ class Reference:
             for j in range(self.n):
                 weighted[i, j] = self.masses[i // 3] * self.jacobian[i, j]
         matrix, right = weighted.T * self.jacobian, weighted.T * before
-        matrix[2, 2] += self.drum
-        right[2] += self.drum * v[2]
-        if self.held:
+        matrix[self.length, self.length] += self.drum
+        right[self.length] += self.drum * v[self.length]
+        for i in self.held:
             for j in range(self.n):
-                matrix[2, j] = mpf(j == 2)
-            right[2] = v[2]
+                matrix[i, j] = mpf(j == i)
+            right[i] = v[i]
         return mpmath.lu_solve(matrix, right)
 
     def joint_rates(self, v: Any) -> Any:
@@ -198,7 +231,7 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
     """After a load is taken up all velocities are those that the projected momentum of point masses gives."""
     with mp.workdps(60):
         reference, p = Reference(name, hoist, rigid), crane(name, hoist, rigid, up(rigid))
-        v = [mpf(a) for a in V[: reference.n]]
+        v = start(name, rigid)[1]
         q, rates = reference.joint_rates(v)
         expected = reference.joint_rates(reference.jumped(v, VELOCITY))[1]
     x = system.state(p, 0.0, q, rates)
@@ -209,12 +242,12 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
-@pytest.mark.parametrize("name", SUPPORTS)
+@pytest.mark.parametrize("name", FREE)
 def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool) -> None:
     """Taking up and letting go keep what no rail takes: linear momentum on a bridge, angular momentum on a tower."""
     with mp.workdps(60):
         reference, p = Reference(name, "force", rigid), crane(name, "force", rigid, up(rigid), down(rigid))
-        q, rates = reference.joint_rates([mpf(a) for a in V[: reference.n]])
+        q, rates = reference.joint_rates(start(name, rigid)[1])
         x = system.state(p, 0.0, q, rates)
         laden = exchange_now(p, x)
         free = exchange_now(p, laden, 1)
@@ -250,12 +283,13 @@ def momentum(name: str, reference: Reference, velocities: Any) -> list[float]:
 @pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the hook", "at rest"])
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("hoist", HOISTS)
-def test_the_meter_takes_what_the_impact_loses(hoist: str, rigid: bool, velocity: Any) -> None:
+@pytest.mark.parametrize("name", ["tower", "knuckle", "point"])
+def test_the_meter_takes_what_the_impact_loses(name: str, hoist: str, rigid: bool, velocity: Any) -> None:
     """The meter's jump, computed from impulses, is that of the crane's energy; what joins loses by the impact."""
-    p = crane("tower", hoist, rigid, up(rigid, velocity=velocity), down(rigid))
+    p = crane(name, hoist, rigid, up(rigid, velocity=velocity), down(rigid))
     with mp.workdps(60):
-        reference = Reference("tower", hoist, rigid)
-        q, rates = reference.joint_rates([mpf(a) for a in V[: reference.n]])
+        reference = Reference(name, hoist, rigid)
+        q, rates = reference.joint_rates(start(name, rigid)[1])
     x = system.state(p, 0.0, q, rates)
     laden = exchange_now(p, x)
     for before, after in ((x, laden), (laden, exchange_now(p, laden, 1))):
@@ -264,7 +298,7 @@ def test_the_meter_takes_what_the_impact_loses(hoist: str, rigid: bool, velocity
         assert supplied == pytest.approx(gained, abs=1e-12 * energy_scale(p, x))
     if velocity == "hook":
         np.testing.assert_array_equal(laden[:-2], x[:-2])
-    elif hoist != "rate":  # a winch by rate does work in an impact
+    elif not reference.held:  # a drive that imposes its motion does work in an impact
         own = 0.5 * TAKEN_MASS * sum(a * a for a in (velocity or (0.0, 0.0, 0.0)))
         assert system.kinetic(p, laden) < system.kinetic(p, x) + own
 

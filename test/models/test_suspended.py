@@ -22,12 +22,14 @@ from point_masses import (
 
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
-from crane_sim.models.cables.rope import ForceRope, RateRope
+from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports.actuated_support import ActuatedSupport, held_loads
+from crane_sim.models.supports.driven_point import Lift, Servo
+from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
 from crane_sim.models.supports.joint_contacts import JointContacts
@@ -261,7 +263,14 @@ def test_a_locked_slew_makes_a_bridge_crane() -> None:
 
 
 DRY = Friction(3.0, 5.0, 0.7)
-STUCK = {"slew": ("tower", (0,)), "trolley": ("tower", (1,)), "boom": ("mobile", (1,)), "two": ("mobile", (0, 2))}
+STUCK = {
+    "slew": ("tower", (0,)),
+    "trolley": ("tower", (1,)),
+    "boom": ("mobile", (1,)),
+    "two": ("mobile", (0, 2)),
+    "jib": ("knuckle", (2,)),
+    "slew and boom": ("knuckle", (0, 1)),
+}
 MOTORS = (40.0, 7.0, 9.0)
 
 
@@ -295,7 +304,10 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     contacts = None
     for i in reversed(range(ns)):
         contacts = JointContacts(i, DRY, contacts)
-    support = ActuatedSupport(SUPPORTS[name], tuple(motors.tolist()), contacts)
+    inertias = tuple(motors.tolist())
+    support = ActuatedSupport(SUPPORTS[name], inertias, contacts)
+    if name == "knuckle":  # which has its motors in its mass matrix
+        support = ActuatedSupport(SUPPORTS[name]._replace(motors=inertias), None, contacts)
     cable, sea_base = Chain(np.array(MASSES), np.array(LENGTHS)), base() if sea else None
     crane = SuspendedCrane(support, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=sea_base)
     joints, rates, second = mapped(name, q, v, expected)
@@ -326,3 +338,107 @@ def test_a_slew_that_sticks_is_a_locked_one() -> None:
         crane = SuspendedCrane(support, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
         results.append(system.acceleration(crane, 0.7, system.state(crane, 0.7, q, v), u))
     np.testing.assert_allclose(*results, rtol=0.0, atol=1e-12)  # rounding of some 50 terms
+
+
+def test_a_knuckle_boom_held_in_line_is_a_telescopic_boom() -> None:
+    """Boom and jib that friction holds in line, at sea, have all accelerations of a boom and telescope held so."""
+    q, v = [0.4, 2.5, 0.4, -0.3, 0.6, 0.0, -0.8], [0.3, 0.1, -0.5, 0.4, 0.0, 0.7, 0.0]
+    bars = BaseSection(2.0, 2.5, 4.2), TelescopedSection(3.0, 2.0, 4.0)
+    cases = {
+        "knuckle": (SUPPORTS["knuckle"], [0.6, 0.6]),
+        "mobile": (TelescopicBoom(Superstructure(8.0), *bars), [0.6, 9.0]),
+    }
+    cable, results = Chain(np.array([2.0, 14.0]), np.array([2.5, 1.2])), []
+    for support, posture in cases.values():
+        held = ActuatedSupport(support, None, JointContacts(1, DRY, JointContacts(2, DRY)))
+        crane = SuspendedCrane(held, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
+        x = system.state(crane, 0.7, np.array([q[0], *posture, *q[1:]]), np.array([v[0], 0.0, 0.0, *v[1:]]))
+        results.append(system.acceleration(crane, 0.7, x, (3.0, 0.0, 0.0, -110.0)))
+    np.testing.assert_allclose(*results, rtol=0.0, atol=1e-12)  # rounding of some 50 terms
+
+
+DRIVES = {"by acceleration": None, "by a servo": Servo(4.0, 3.0)}
+MOVES = (0.3, -0.2, 0.25), (0.7, 1.1, -0.6)  # m/s, m/s², of a driven point
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
+def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, drive: str) -> None:
+    """Three links and a load below a point that moves on a moving base: accelerations agree with virtual work.
+
+    The reference has the point's place as a function of time, with the velocity and acceleration of this instant.
+    """
+    rng, now, tip = np.random.default_rng(5), 1.3, (0.4, 6.0, 1.0)
+    q = np.array([0.7, 0.4, -1.1, 0.5, 2.0, 0.3, *([0.5, -0.4, 0.8] if rigid else [])])
+    v, shape = rng.uniform(-0.6, 0.6, len(q)), body_points(10.0, INERTIA) if rigid else []
+
+    def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
+        s, points = t - mpf(now), []
+        node = tuple(mpf(x) + s * mpf(u) + s * s / 2 * mpf(a) for x, u, a in zip(tip, *MOVES, strict=True))
+        for k in range(3):
+            node = plus(node, tuple(mpf(LENGTHS[k]) * a for a in direction(q[2 * k : 2 * k + 2])))
+            if k < 2 or not rigid:
+                points.append((mpf(MASSES[k]), node))
+        centre = plus(node, turn(q[6:], tuple(-mpf(x) for x in ATTACHMENT))) if rigid else node
+        points += [(m, plus(centre, turn(q[6:], r))) for m, r in shape]
+        return [(m, on_base(SEA, t, r)) for m, r in points]
+
+    expected = accelerations(places, now, q, v, np.zeros(len(q)))
+    joints, rates, second = directed(q, v, expected)
+    servo = DRIVES[drive]
+    u = [a if servo is None else x + (a + servo.kd * w) / servo.kp for x, w, a in zip(tip, *MOVES, strict=True)]
+    load = body() if rigid else PointLoad(MASSES[-1])
+    cable = Chain(np.array(MASSES), np.array(LENGTHS))
+    crane = SuspendedCrane(DrivenPoint(servo, Lift()), cable, load, base=base())
+    x = system.state(crane, now, np.array([*tip, *joints]), np.array([*MOVES[0], *rates]))
+    got = system.acceleration(crane, now, x, (u[0], u[1], u[2]))
+    bound = 1e-12 * max(1.0, abs(second).max())  # rounding, 50 terms
+    np.testing.assert_allclose(got, [*MOVES[1], *second], rtol=0.0, atol=bound)
+
+
+def directed(q: Any, v: Any, a: Any) -> Any:
+    """Return unit vectors and quaternion of the reference's angles, with their first and second derivatives."""
+    with mp.workdps(60):
+        h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
+        rows = []
+        for s in (-h, 0, h):
+            angles = [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]
+            links = [component for k in range(3) for component in direction(angles[2 * k : 2 * k + 2])]
+            rows.append([*links, *(attitude(angles[6:]) if len(angles) > 6 else [])])
+        low, middle, high = rows
+        first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
+        second = [(x - 2 * y + z) / h**2 for x, y, z in zip(high, middle, low, strict=True)]
+        return tuple(np.array([float(x) for x in row]) for row in (middle, first, second))
+
+
+def test_one_link_and_a_point_mass_below_a_driven_point_are_the_simple_pendulum() -> None:
+    """Below a point that a servo drives at sea, both models have the same accelerations, tension, energies, power."""
+    q, v = (0.3, 0.6, -0.2, 0.36, 0.48, -0.8), (0.2, -0.1, 0.3, 0.8, -0.6, 0.0)
+    support, load, u, results = DrivenPoint(Servo(4.0, 3.0), Lift()), PointLoad(1.4), (0.5, 0.2, 0.1), []
+    cable = Chain(np.array([1.4]), np.array([2.5]))
+    for p in (
+        Crane(support, LockedRope(2.5), load, drag=PayloadDrag(0.3), base=base()),
+        SuspendedCrane(support, cable, load, drag=PayloadDrag(0.3), base=base()),
+    ):
+        x, tensions = system.state(p, 0.7, np.array(q), np.array(v)), np.empty((1, 1))
+        system.tensions(p, 0.7, x, u, tensions, 0, 0)
+        energies = system.kinetic(p, x), system.potential(p, x), *system.base_energy(p, 0.7, x)
+        power = system.power(p, 0.7, x, u)
+        results.append(np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, power]))
+    np.testing.assert_allclose(results[1], results[0], rtol=1e-12, atol=1e-12)  # rounding of some 50 terms
+
+
+def test_hook_and_load_below_a_driven_point_have_two_modes() -> None:
+    """The frequencies of a hanging double pendulum are those of its characteristic equation.
+
+    With R the ratio of load to hook: ω⁴ - g (1 + R)(1/a + 1/b) ω² + g² (1 + R) / (a b) = 0 for lengths a, b.
+    """
+    hook, load, a, b, g = 60.0, 180.0, 4.0, 1.5, 9.81
+    p = SuspendedCrane(DrivenPoint(), Chain(np.array([hook, load]), np.array([a, b])), PointLoad(load))
+    q = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, -1.0])
+    jacobian = system.compute_jacobian(p, 0.0, system.state(p, 0.0, q, np.zeros(9)), (0.0, 0.0))
+    stiffness = -jacobian[np.ix_([12, 15], [3, 6])]  # of the links along x; rates begin at 9
+    half, product = 0.5 * g * (1 + load / hook) * (1 / a + 1 / b), g * g * (1 + load / hook) / (a * b)
+    squares = half + np.array([-1.0, 1.0]) * np.sqrt(half * half - product)
+    found = np.sort(np.linalg.eigvals(stiffness).real)
+    np.testing.assert_allclose(found, squares, rtol=1e-8)  # central differences of a smooth function

@@ -16,7 +16,10 @@ from crane_sim.scenes.scene import load_scene
 
 REJECTED = [
     ({"crane": "gantree"}, "crane = 'gantree': possible: knuckle"),
-    ({"payload.mas": 1.0}, "payload: unknown key 'mas', did you mean 'mass'? (known: mass, windage)"),
+    (
+        {"payload.mas": 1.0},
+        "payload: unknown key 'mas', did you mean 'mass'? (known: mass, inertia, windage, attachment)",
+    ),
     ({"payloads": {"mass": 1.0}}, "unknown key 'payloads', did you mean 'payload'?"),
     ({"boom.lenght": 5.0}, "boom: unknown key 'lenght', did you mean 'length'?"),
     ({"payload.mass": -1.0}, "payload.mass = -1.0: must be greater than 0"),
@@ -38,7 +41,7 @@ REJECTED = [
     ({"seed": -1}, "seed = -1: must be greater than or equal to 0"),
     ({"seed": 1.5}, "seed = 1.5: must be a whole number"),
     ({"swing_friction": 3}, "swing_friction = 3: must be a group of keys, with model: quadratic | linear | paper"),
-    ({"rope.drive": "push"}, "rope.drive = 'push': must be 'force', 'rate' or 'locked'"),
+    ({"rope.drive": "push"}, "rope.drive = 'push': must be 'force', 'torque', 'rate' or 'locked'"),
     ({"rope.drive": "rate"}, "rope.drive = 'rate': the energy law commands a rope force; possible: force, locked"),
     ({"rope.time_constant": 1.0}, "rope.time_constant: only a rate drive has one"),
     ({"rope.drive": "locked", "initial.v": [0, 0, 0, 1, 0, 0]}, "initial.v[3] = 1.0: a locked rope starts at rest"),

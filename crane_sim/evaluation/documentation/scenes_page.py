@@ -16,7 +16,7 @@ from crane_sim.simulation.metrics import world_points
 from crane_sim.simulation.rollout import simulate
 
 PORTS_AND_SITES = (
-    *("tower_gust", "tower_flexible_jib", "mobile_lift", "reeved_twelve_falls"),
+    *("tower_gust", "tower_flexible_jib", "mobile_lift", "reeved_twelve_falls", "knuckle_hook_and_sling"),
     *("bridge_hook_and_sling", "bridge_pick_up", "tandem_play"),
     *("port_sts_container", "spreader_skew", "set_down_on_deck", "spreader_pick_up"),
 )

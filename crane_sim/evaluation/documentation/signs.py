@@ -64,7 +64,7 @@ SIGNS = (
     Sign("bridge", "rope", "m", "the hook at the trolley", "longer"),
     Sign("bridge", "swing_tangential", "rad", "the rope across y", "along y"),
     Sign("bridge", "swing_radial", "rad", "the rope across x", "along x"),
-    Sign("bridge", "link_k_x", "1", "further link k across x; of tower and mobile cranes, too", "along x"),
+    Sign("bridge", "link_k_x", "1", "further link k across x; of all cranes with `links`", "along x"),
     Sign("bridge", "link_k_y", "1", "further link k across y", "along y"),
     Sign("bridge", "link_k_z", "1", "a horizontal link k", "upwards: hanging it is -1"),
     Sign(
@@ -110,10 +110,10 @@ force on its length, positive pays out, so that a hanging load is held by a nega
 links are unit vectors, for which no angle is singular.""",
     "tower": """Of a jib that bends (`flexibility`), `slew` is where its drive is, and swing angles are in the plane of
 the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes.""",
-    "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower and mobile cranes as
-well, are unit vectors in the axes of the base. A payload with an inertia adds its attitude `payload_qw` ..
-`payload_qz`, the unit quaternion from its axes to those of the base. A drive with play (`backlash`) adds its position,
-`JOINT_drive_k`, reflected to its joint; so on tower and mobile cranes.""",
+    "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower, mobile and knuckle
+cranes and of the pendulum as well, are unit vectors in the axes of the base. A payload with an inertia adds its
+attitude `payload_qw` .. `payload_qz`, the unit quaternion from its axes to those of the base. A drive with play
+(`backlash`) adds its position, `JOINT_drive_k`, reflected to its joint; so on tower, mobile and knuckle cranes.""",
     "gantry": """`payload_qw` .. `payload_qz` are the unit quaternion from the load's axes to those of the base. Skew,
 trim and list are its rotations about z, y and x.""",
     "base": """The base turns by yaw first, then by pitch about its new y, then by roll about its new x: its axes in

@@ -27,31 +27,13 @@ from crane_sim.numerics.states import replace_entry, replace_field
 STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
 
 
-class JointFriction(NamedTuple):
-    """Dry friction of the actuated joints; sticking and slipping are located as events."""
-
-    slew: Friction | None = None  # N m, of the tower's bearing
-    boom: Friction | None = None  # N m, of the joint at the tower
-    jib: Friction | None = None  # N m, of the joint between boom and jib, on the jib's elevation
-    rope: Friction | None = None  # N, of a winch driven by force, in terms of the rope
-
-
-class JointLuGre(NamedTuple):
-    """Dry friction of the actuated joints by bristles, the smooth alternative to `friction`."""
-
-    slew: LuGre | None = None  # N m, of the tower's bearing
-    boom: LuGre | None = None  # N m, of the joint at the tower
-    jib: LuGre | None = None  # N m, of the joint between boom and jib, on the jib's elevation
-    rope: LuGre | None = None  # N, of a winch driven by force, in terms of the rope
-
-
 class Contacts(NamedTuple):
     """Friction of the actuated joints, of either kind."""
 
-    slew: Friction | LuGre | None
-    boom: Friction | LuGre | None
-    jib: Friction | LuGre | None
-    rope: Friction | LuGre | None
+    slew: Friction | LuGre | None  # N m, of the tower's bearing
+    boom: Friction | LuGre | None  # N m, of the joint at the tower
+    jib: Friction | LuGre | None  # N m, of the joint between boom and jib, on the jib's elevation
+    rope: Friction | LuGre | None  # N, of a winch driven by force, in terms of the rope
 
 
 @generic

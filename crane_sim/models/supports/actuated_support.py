@@ -1,6 +1,6 @@
 """Friction of a support's joints, and motors whose inertia moves with them.
 
-The mass matrix of these supports is diagonal. With the inertia M_i of a joint (`joint_mobilities`: 1 / M_i), the
+The mass matrix of most supports is diagonal. With the inertia M_i of a joint (`joint_mobilities`: 1 / M_i), the
 reflected inertia m_i = ratio² × that of the rotor of its motor, and the acceleration a_i that all efforts, friction
 among them, would give it without the motor,
 
@@ -8,6 +8,9 @@ among them, would give it without the motor,
 
 which holds the load M_i a_i. The tip's mobility has the same ratios. A motor turns relative to the support: a base's
 motion does not accelerate what it reflects, of which the ratio's square, not the ratio, counts.
+
+Boom and jib of a knuckle boom are coupled: `Knuckle` has its motors in its own mass matrix, and leaves joints that are
+held out of it.
 """
 
 from typing import Any, NamedTuple
@@ -19,6 +22,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_loads,
     joint_mobilities,
     joint_motion,
     support_acceleration,
@@ -56,8 +60,9 @@ from crane_sim.models.supports.joint_contacts import (
     without_held,
     write_list_rates,
 )
+from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
-from crane_sim.numerics.states import replace_entry
+from crane_sim.numerics.states import replace_entry, replace_field
 from crane_sim.system import Switching
 
 
@@ -65,7 +70,7 @@ class ActuatedSupport(NamedTuple):
     """A support whose joints have friction, motors or both; what is None is not modelled."""
 
     support: Any  # of `crane_sim.models.supports`, not a `GearedSupport`, which can carry this one
-    motors: tuple[float, ...] | None  # (n,) kg or kg m², reflected to the joints
+    motors: tuple[float, ...] | None  # (n,) kg or kg m², reflected to the joints; a `Knuckle` has its own
     contacts: JointContacts | None
 
     def coordinate(self, i: int) -> tuple[str, str]:
@@ -140,6 +145,28 @@ def _(motors, mobilities):
     return mobilities
 
 
+@lean_generic
+def free_ratios(support, motors, pose):
+    """Return the ratios (n,) of accelerations with motors to those without, a tuple, where no joint is held."""
+    return motor_ratios(motors, joint_mobilities(support, pose))
+
+
+@free_ratios.register(Knuckle)
+def _(support, motors, pose):
+    return 1.0, 1.0, 1.0
+
+
+@generic
+def held_posture(support, pose, ratio):
+    """Return the support's posture, from which joints whose ratio is 0 are left out if its mass matrix couples them."""
+    return pose
+
+
+@held_posture.register(Knuckle)
+def _(support, pose, ratio):
+    return replace_field(pose, "free", (ratio[0] > 0.0, ratio[1] > 0.0, ratio[2] > 0.0))
+
+
 @lean_kernel
 def joint_rates(support, xs, rates):
     """Return the rates of the joints; `rates` is any tuple of their number."""
@@ -151,9 +178,8 @@ def joint_rates(support, xs, rates):
 @forward_kinematics.register(ActuatedSupport)
 def _(support, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    mobilities = joint_mobilities(support.support, pose)
-    ratio = without_held(support.contacts, motor_ratios(support.motors, mobilities), xs.floats, 0)
-    rates = joint_rates(support, xs, mobilities)
+    ratio = without_held(support.contacts, free_ratios(support.support, support.motors, pose), xs.floats, 0)
+    pose, rates = held_posture(support.support, pose, ratio), joint_rates(support, xs, ratio)
     return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.floats)
 
 
@@ -172,11 +198,22 @@ def _(support, pose, gravity, tau, force):
 
 @tip_mobility.register(ActuatedSupport)
 def _(support, pose, n):
-    levers, mobilities = tip_levers(support.support, pose.inner, n), joint_mobilities(support.support, pose.inner)
+    return mobility_of(support.support, pose, n)
+
+
+@generic
+def mobility_of(support, pose, n):
+    """Return the result of `tip_mobility` for a support in an `ActuatedPosture`."""
+    levers, mobilities = tip_levers(support, pose.inner, n), joint_mobilities(support, pose.inner)
     total = 0.0
     for i in range(len(levers)):
         total += pose.ratio[i] * mobilities[i] * levers[i] * levers[i]
     return total
+
+
+@mobility_of.register(Knuckle)
+def _(support, pose, n):
+    return tip_mobility(support, pose.inner, n)
 
 
 @lean_generic
@@ -216,7 +253,7 @@ def _(support, pose, out):
 @fill_support_modes.register(ActuatedSupport)
 def _(support, x, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    fill_contacts(support.contacts, joint_rates(support, xs, joint_mobilities(support.support, pose)), x)
+    fill_contacts(support.contacts, joint_rates(support, xs, free_ratios(support.support, None, pose)), x)
 
 
 @generic
@@ -253,12 +290,23 @@ def _(support, xs):
 @kernel
 def held_loads(support, pose, gravity, tau, force):
     """Return the efforts (n,) that friction holds where a joint sticks; arguments of `support_acceleration`."""
-    loads = support_acceleration(support.support, pose.inner, gravity, tau, force)
-    mobilities = joint_mobilities(support.support, pose.inner)
+    return loads_of(support.support, pose.inner, gravity, tau, force)
+
+
+@generic
+def loads_of(support, pose, gravity, tau, force):
+    """Return the result of `held_loads` for a support in its own posture."""
+    loads = support_acceleration(support, pose, gravity, tau, force)
+    mobilities = joint_mobilities(support, pose)
     for i in range(len(mobilities)):
         if mobilities[i] > 0.0:  # the slew of a tower crane may be locked
             loads = replace_entry(loads, i, loads[i] / mobilities[i])
     return loads
+
+
+@loads_of.register(Knuckle)
+def _(support, pose, gravity, tau, force):
+    return joint_loads(support, pose, gravity, tau, force, support_acceleration(support, pose, gravity, tau, force))
 
 
 @generic

@@ -27,6 +27,7 @@ from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_a
 from crane_sim.models.supports import (
     contact_count,
     coordinate_count,
+    drive_power,
     forward_kinematics,
     support_acceleration,
     tip_mobility,
@@ -54,6 +55,7 @@ from crane_sim.models.suspended.load_dynamics import (
 )
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.states import replace_entry
 
 ROUNDING = 1e-12  # of momentum: a jump across the link has an impulse of 0, whose sign is that of rounding
 
@@ -125,6 +127,19 @@ def at_rest(support, x, nq):
     return forward_kinematics(support, xs), sincos(yaw(support, xs))
 
 
+@kernel
+def jumps_of_joints(support, pose, nothing, pull):
+    """Return the jumps of the joints' rates by an impulse (3,) [N s] on the tip; `nothing`: efforts that are all 0.
+
+    Springs of joints and servos, whose accelerations need no impulse, are taken off.
+    """
+    jumps = support_acceleration(support, pose, 0.0, nothing, pull)
+    steady = support_acceleration(support, pose, 0.0, nothing, (0.0, 0.0, 0.0))
+    for i in range(len(jumps)):
+        jumps = replace_entry(jumps, i, jumps[i] - steady[i])
+    return jumps
+
+
 @routine
 def add_jumps(p, load, x, y, state, joined):
     """Add the jumps of all velocities to state y, by the impulses that bring cable and load together.
@@ -155,7 +170,8 @@ def add_jumps(p, load, x, y, state, joined):
         y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
     pull = impulse[0] * turned[0], impulse[0] * turned[1], impulse[0] * turned[2]
-    jumps = support_acceleration(p.support, pose, 0.0, nothing, pull)
+    lost -= drive_power(p.support, nothing, forward_kinematics(p.support, support_state(p.support, x, nq)), pull)
+    jumps = jumps_of_joints(p.support, pose, nothing, pull)
     for i in range(len(jumps)):
         y[nq + i] += jumps[i]
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, jumps, s, c)

@@ -1,13 +1,14 @@
 """The groups `friction` and `lugre` of a crane with a support, and the motors of its joints."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.errors import SceneError
 from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.joint_contacts import JointContacts
+from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.friction_checks import checked
@@ -29,7 +30,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         joints: of the support, each (name, unit of its position, unit of its effort).
 
     Raises:
-        SceneError: there is no such joint, it is locked or belongs to a structure that bends, or its friction or motor
+        SceneError: a joint is locked or belongs to a structure that bends, or its friction or motor
             is given twice.
     """
     names = [name for name, _, _ in joints]
@@ -37,23 +38,33 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
     for i in reversed(range(len(names))):
         friction = _friction_of(names[i], file)
         contacts = JointContacts(i, friction, contacts) if friction is not None else contacts
-    _check_joints(support, file, names)
+    _check_locked(support, file)
     motors = tuple(_motor_of(name, file) for name in names)
+    if isinstance(support, Knuckle):  # its mass matrix has them
+        motors = (0.0,) * len(names)
     if contacts is None and not any(motors):
         return support
     if isinstance(support, FlexibleSupport):
-        key = "friction and lugre" if contacts is not None else "actuators: a motor's inertia"
+        key = next(_keys_of_joints(file, names))
         raise SceneError(f"flexibility: stands beside {key}; possible: flexibility, or friction and inertia of joints")
     return ActuatedSupport(support, motors if any(motors) else None, contacts)
 
 
-def _check_joints(support: Any, file: Any, names: Sequence[str]) -> None:
-    """Reject friction and motors of joints that there are not, or that are locked."""
+def _keys_of_joints(file: Any, names: Sequence[str]) -> Iterator[str]:
+    """Yield the keys of the file that give joints friction or the inertia of a motor."""
+    for name in names:
+        if _friction_of(name, file) is not None:
+            yield f"friction.{name}" if name in file.friction else f"lugre.{name}"
+    for name in names:
+        if _motor_of(name, file) > 0.0:
+            yield f"actuators.{name}.motor.inertia"
+
+
+def _check_locked(support: Any, file: Any) -> None:
+    """Reject friction and motors of a slew that is locked."""
     locked = isinstance(getattr(support, "slew", None), LockedSlew)
     for key in ("friction", "lugre"):
         for name in getattr(file, key):
-            if name not in names:
-                raise SceneError(f"{key}: {unknown_key(name, names, 'joint')}")
             if name == "slew" and locked:
                 raise SceneError(f"{key}.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
     if locked and reflected_inertia(file, "slew") > 0.0:

@@ -34,6 +34,18 @@ Backlash = Mapping[str, Sequence[Drive]]
 SupportJoints = Sequence[tuple[str, str, str]]
 
 
+def known_joints(group: Any, names: Sequence[str]) -> Any:
+    """Return a group of a file by joint as it is.
+
+    Raises:
+        ValueError: there is no joint of one of its keys.
+    """
+    for name in group if isinstance(group, Mapping) else ():
+        if name not in names:
+            raise ValueError(unknown_key(str(name), names, "joint"))
+    return group
+
+
 def _ordered(backlash: Backlash, joints: SupportJoints) -> list[tuple[int, str, Drive]]:
     """Return (index of the joint, name of the drive, drive) in the order of the joints."""
     return [
@@ -77,12 +89,10 @@ def geared(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
     """Return the support with its drives that have play, as it is without any.
 
     Raises:
-        SceneError: there is no such joint, it is locked, or a drive starts in its joint's flank.
+        SceneError: a joint is locked, or a drive starts in its joint's flank.
     """
     names, drives = [name for name, _, _ in joints], _ordered(backlash, joints)
     for name in backlash:
-        if name not in names:
-            raise SceneError(f"backlash: {unknown_key(name, names, 'joint')}")
         if name == "slew" and isinstance(getattr(support, "slew", None), LockedSlew):
             raise SceneError("backlash.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
     for name, joint in backlash.items():

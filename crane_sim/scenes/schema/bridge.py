@@ -1,9 +1,10 @@
 """The form of a scene file with a bridge crane whose load hangs on hook and sling, and the model that it describes."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from crane_sim.files.types import Positive, Real, Tilt
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -37,17 +38,13 @@ class InputGroup(Group):
 class BridgeFile(SuspendedFile):
     """A scene with a bridge crane: a trolley on a bridge, a payload with a body on rope, hook and sling."""
 
+    support_joints: ClassVar[SupportJoints] = (("trolley", "m", "N"), ("bridge", "m", "N"))
     crane: Literal["bridge"]  # which form the file has
     trolley: DrivenAxis  # along x
     bridge: DrivenAxis  # along y
     initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
-
-    @property
-    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
-        """Joints of the support, each (name, unit of its position, unit of its effort)."""
-        return ("trolley", "m", "N"), ("bridge", "m", "N")
 
     @property
     def limits(self) -> tuple[TravelLimits, ...]:

@@ -5,6 +5,7 @@ from math import inf
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import field_validator
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, LengthRange, NonNegative, Positive, Real
@@ -18,7 +19,15 @@ from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.actuated import actuated
-from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
+from crane_sim.scenes.schema.backlash import (
+    JointDrives,
+    drive_names,
+    drive_start,
+    drive_units,
+    geared,
+    known_joints,
+    shaft_frequency,
+)
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.exchange import exchange_of, windages_of
 from crane_sim.scenes.schema.falls import FallsGroup, check_ends, load_at_rest, stiffest_frequency
@@ -128,6 +137,12 @@ class GantryFile(SceneFile):
     # have play; a joint that is left out has none
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
+
+    @field_validator("friction", "lugre", "backlash", mode="before")
+    @classmethod
+    def _check_names(cls, group: Any) -> Any:
+        """Reject groups of joints that the support does not have, before their values are read."""
+        return known_joints(group, [name for name, _, _ in SUPPORT_JOINTS])
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -1,28 +1,29 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
-from math import cos, sin
-from typing import Literal
+from math import sin
+from typing import ClassVar, Literal
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import Angle, NonNegative, Positive, Real, Tilt
+from crane_sim.files.types import Angle, Positive, Real, Tilt
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
-from crane_sim.models.effects import BoomSpring, JibSpring, PayloadDrag, RopeSpring
+from crane_sim.models.effects import BoomSpring, JibSpring, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.single_rope.joint_friction import Contacts, JointFriction, JointLuGre
+from crane_sim.models.single_rope.joint_friction import Contacts
 from crane_sim.models.stops import Stops
+from crane_sim.models.supports.friction import Friction as DryFriction
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
+from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
-from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.backlash import SupportJoints
+from crane_sim.scenes.schema.groups import Channel, Friction, Group
 from crane_sim.scenes.schema.knuckle_checks import check_rods, checked_friction
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.motors import reflected_inertia
-from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
-from crane_sim.scenes.schema.scene_file import SceneFile
-from crane_sim.scenes.schema.winch import Rope
-from crane_sim.trajectories.inputs import Constant, Inputs
-from crane_sim.trajectories.trajectory import Trajectory
+from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.suspended import SuspendedFile
+from crane_sim.trajectories.inputs import Constant
 
 
 class Springs(Group):
@@ -40,6 +41,7 @@ class Initial(Group):
     # swing_radial; angles may be text such as `30 deg`
     v: tuple[Real, Real, Real, Real, Real, Real] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # rad/s, of the same joints; of the
     # rope [m/s]
+    rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
 class Reference(ReferenceGroup):
@@ -57,77 +59,38 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
-class KnuckleFile(SceneFile):
-    """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on a rope."""
+class KnuckleFile(SuspendedFile):
+    """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on rope and links.
 
+    One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events`, `backlash` and
+    `rope.reeving`, `rope.friction`, `rope.torsion` choose the suspended cable of the other cranes, beside which
+    `swing_friction`, `springs.rope` and `friction.rope` are refused.
+    """
+
+    support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("boom", "rad", "N m"), ("jib", "rad", "N m"))
+    contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
     crane: Literal["knuckle"]  # which form the file has
-    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
     boom: Rod  # the rod at the tower
     jib: Rod  # the rod at the boom's end
     tower: Tower  # what slews besides boom and jib
-    rope: Rope = Rope()  # the winch
-    payload: PointLoad  # a point mass at the rope's end
     initial: Initial  # the state at t = 0
     springs: Springs = Springs()  # springs on joints
-    friction: JointFriction | None = None  # dry friction of the actuated joints
-    lugre: JointLuGre | None = None  # the same by bristles, of joints without `friction`
-    swing_friction: Friction = None  # friction of the swing joints
-    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
-    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
+    # friction; below further links, or with a body, the winch has `rope.friction`
+    swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints: three of the boom, the rope's length, two angles of its swing."""
-        return "slew", "boom", "jib", "rope", "swing_tangential", "swing_radial"
-
-    @property
-    def joint_units(self) -> tuple[str, ...]:
-        """Units of the joints' positions."""
-        return "rad", "rad", "rad", "m", "rad", "rad"
-
-    @property
-    def initial_q(self) -> tuple[float, ...]:
-        """Joint positions at t = 0."""
-        return self.initial.q
-
-    @property
-    def initial_v(self) -> tuple[float, ...]:
-        """Joint velocities at t = 0."""
-        return self.initial.v
-
-    @property
-    def effort_units(self) -> tuple[str, ...]:
-        """Units of the commands, of the actuated joints only."""
-        return "N m", "N m", "N m", *self.rope.effort_unit
-
-    @property
-    def target(self) -> tuple[float, ...] | None:
-        """Target of the actuated joints."""
-        return self.reference.q[: len(self.effort_units)] if self.reference and self.reference.q else None
-
-    @property
-    def payload_mass(self) -> float:
-        """Mass of the payload at t = 0 [kg]."""
-        return self.payload.mass
-
-    @property
-    def rope_length(self) -> float:
-        """Length of the rope at t = 0 [m]."""
-        return self.initial.q[3]
-
-    @property
-    def payload_height(self) -> float:
-        """Height of the payload above the tower's foot at t = 0 [m]."""
-        _, beta, gamma, length, tangential, radial = self.initial.q
-        return self.boom.length * sin(beta) + self.jib.length * sin(gamma) - length * cos(tangential) * cos(radial)
+    def tip_height(self) -> float:
+        """Height of the jib's end above the tower's foot at t = 0 [m]."""
+        _, beta, gamma, *_ = self.initial.q
+        return self.boom.length * sin(beta) + self.jib.length * sin(gamma)
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
         """Windages of the bodies by key, None where a body has none."""
-        bodies = {"payload": self.payload, "boom": self.boom, "jib": self.jib}
-        return {f"{name}.windage": body.windage for name, body in bodies.items()}
+        return super().windages | {"boom.windage": self.boom.windage, "jib.windage": self.jib.windage}
 
     @property
     def limits(self) -> tuple[TravelLimits, ...]:
@@ -139,24 +102,56 @@ class KnuckleFile(SceneFile):
             ("rope", "rope.limits", self.rope.limits),
         )
 
-    def path(self) -> Trajectory | None:
-        """Return the compiled path, None where the scene has none."""
-        return compile_path(self.reference, self)
+    @property
+    def further_keys(self) -> list[str]:
+        """Keys that the file has, and that the equations of one rope and a point mass do not know."""
+        rope = {f"rope.{key}": getattr(self.rope, key) for key in ("reeving", "friction", "torsion")}
+        body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
+        return [key for key, value in (body | {"backlash": self.backlash} | rope).items() if value]
 
-    def method_requirements(self, sampled: bool) -> MethodRequirements:
-        """Return the scene's requirements on its method."""
-        smooth = not sampled and self._stops() is None
-        return MethodRequirements(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+    @property
+    def rope_only(self) -> list[str]:
+        """Keys that the file has, and that only the equations of one rope and a point mass know."""
+        groups = {"swing_friction": self.swing_friction, "springs.rope": self.springs.rope}
+        groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}
+        return [key for key, value in groups.items() if value is not None]
 
-    def model(self) -> Crane:
+    def support(self) -> Knuckle:
+        """Return the parameters of the support.
+
+        Raises:
+            SceneError: no rigid body has such an inertia, or nothing resists the joints' efforts.
+        """
+        check_rods(self.boom, self.jib)
+        motors = tuple(reflected_inertia(self, name) for name, _, _ in self.support_joints)
+        slew, boom, jib = motors
+        springs = self.springs
+        return Knuckle(
+            self.boom, self.jib, self.tower, springs.boom, springs.jib, (slew, boom, jib) if any(motors) else None
+        )
+
+    def model(self) -> Crane | SuspendedCrane:
         """Return the parameters of the crane.
 
         Raises:
             SceneError: groups contradict each other.
         """
-        check_rods(self.boom, self.jib)
-        support = Knuckle(self.boom, self.jib, self.tower, self.springs.boom, self.springs.jib, self._motors())
-        crane = Crane(support, self._cable(), self.payload, self.gravity, self.swing_friction, self.payload_drag)
+        if not self.further_keys:
+            return self._crane_with_one_rope()
+        for key in self.rope_only:
+            raise SceneError(
+                f"{key}: belongs to one rope and a point mass, here is {self.further_keys[0]}; leave out one of both"
+                + ("; the winch has rope.friction" if key == "friction.rope" else "")
+            )
+        return super().model()
+
+    def _crane_with_one_rope(self) -> Crane:
+        """Return the parameters of the crane with one rope and a point mass."""
+        support, cable, load = self.support(), self._cable(), self.payload.load()
+        assert isinstance(load, PointLoad)
+        crane = Crane(support, cable, load, self.gravity, self.swing_friction, self.payload_drag)
+        if reflected_inertia(self, "rope") > 0.0:
+            raise SceneError("actuators.rope.motor.inertia: the winch of rope.drive: force has no inertia; must be 0")
         base_motion, force = self.base_motion, self.payload_force
         return crane._replace(
             base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
@@ -166,19 +161,13 @@ class KnuckleFile(SceneFile):
             friction=self._joint_friction(),
         )
 
-    def _motors(self) -> tuple[float, float, float] | None:
-        """Return the inertias of the motors of slew, boom and jib [kg m²], None without any."""
-        if reflected_inertia(self, "rope") > 0.0:
-            raise SceneError("actuators.rope.motor.inertia: the winch of rope.drive: force has no inertia; must be 0")
-        slew, boom, jib = (reflected_inertia(self, name) for name in ("slew", "boom", "jib"))
-        return (slew, boom, jib) if slew or boom or jib else None
-
     def _joint_friction(self) -> Contacts | None:
-        return checked_friction(self.friction or JointFriction(), self.lugre or JointLuGre(), self.rope.drive)
+        """Return the friction of the joints above one rope and a point mass, None where none has any."""
+        return checked_friction(self.friction, self.lugre, self.rope.drive)
 
     def _stops(self) -> Stops | None:
-        """Return the stops of the run, None where nothing has to be watched."""
-        return self.rope.stops(bool(self.limits or self._joint_friction()))
+        """Return the conditions that end a run, None where nothing ends or switches it."""
+        return super()._stops() if self.further_keys else self.rope.stops(bool(self.limits or self._joint_friction()))
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive
@@ -188,11 +177,3 @@ class KnuckleFile(SceneFile):
         if drive == "locked":
             return LockedRope(self.initial.q[3])
         return RateRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)
-
-    def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""
-        inputs = self.inputs
-        if inputs is None:
-            return (0.0,) * len(self.actuated)
-        winch = None if self.rope.drive == "locked" else Inputs(inputs.rope)
-        return Inputs(inputs.slew, Inputs(inputs.boom, Inputs(inputs.jib, winch)))

@@ -1,8 +1,12 @@
 """Validation of a knuckle-boom crane: inertias that no body has, singular inertia matrices, friction of joints."""
 
+from collections.abc import Mapping
+
 from crane_sim.files.errors import SceneError
-from crane_sim.models.single_rope.joint_friction import Contacts, JointFriction, JointLuGre
+from crane_sim.models.single_rope.joint_friction import Contacts
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.knuckle_boom import Rod
+from crane_sim.models.supports.lugre import LuGre
 from crane_sim.scenes.schema.friction_checks import checked
 
 ROUNDING = 1e-9
@@ -32,19 +36,19 @@ def _check_mass(boom: Rod, jib: Rod) -> None:
         )
 
 
-def checked_friction(friction: JointFriction, lugre: JointLuGre, drive: str) -> Contacts | None:
-    """Return the friction of the joints, None where no joint has any.
+def checked_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> Contacts | None:
+    """Return the friction of the joints of a crane with one rope, None where no joint has any.
 
     Args:
-        friction, lugre: by events, by bristles.
+        friction, lugre: by joint: by events, by bristles.
         drive: of the rope.
 
     Raises:
-        SceneError: a joint has both, or a value is out of range, or the winch is not driven by force.
+        SceneError: a joint has both, a value is out of range, or no force drives the winch.
     """
-    parts = {}
-    for name in JointFriction._fields:
-        groups = {"friction": getattr(friction, name), "lugre": getattr(lugre, name)}
+    parts, names = {}, Contacts._fields
+    for name in names:
+        groups = {"friction": friction.get(name), "lugre": lugre.get(name)}
         given = [(key, part) for key, part in groups.items() if part is not None]
         if len(given) == 2:
             raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")

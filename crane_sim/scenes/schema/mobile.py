@@ -1,13 +1,14 @@
 """The form of a scene file with a mobile crane, and the model that it describes."""
 
 from math import sin
-from typing import Literal
+from typing import ClassVar, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.flexibility import BoomFlexibility, flexible_boom
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
@@ -45,6 +46,7 @@ class InputGroup(Group):
 class MobileFile(SuspendedFile):
     """A scene with a mobile crane: a boom that slews, luffs and telescopes, a payload on rope and links."""
 
+    support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("boom", "rad", "N m"), ("telescope", "m", "N"))
     crane: Literal["mobile"]  # which form the file has
     superstructure: Superstructure  # what slews besides the boom
     boom: BaseSection  # the boom's base section
@@ -53,11 +55,6 @@ class MobileFile(SuspendedFile):
     initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
-
-    @property
-    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
-        """Joints of the support, each (name, unit of its position, unit of its effort)."""
-        return ("slew", "rad", "N m"), ("boom", "rad", "N m"), ("telescope", "m", "N")
 
     @property
     def tip_height(self) -> float:

@@ -1,25 +1,24 @@
 """The form of a scene file with a payload below a driven suspension point, and the model that it describes."""
 
 from math import sqrt
-from typing import Literal
+from typing import Any, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.models.cables.rope import LockedRope
-from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
-from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.groups import Channel, Friction, Group, PayloadForceGroup
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.models.suspended.torsion import Torsion
+from crane_sim.scenes.schema.groups import Channel, Friction, Group
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
-from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path, target_of
-from crane_sim.scenes.schema.rigging import UNIT_TOLERANCE, Vector
-from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.reference import ReferenceGroup, target_of
+from crane_sim.scenes.schema.rigged import RiggedFile
+from crane_sim.scenes.schema.rigging import ATTITUDE, UNIT_TOLERANCE, RiggingStart, Vector, link_names, rigging_start
 from crane_sim.trajectories.inputs import Constant, Inputs
-from crane_sim.trajectories.trajectory import Trajectory
 
 
 class Suspension(Group):
@@ -55,7 +54,8 @@ class Rope(Group):
     """The rope, which stays as long as it is."""
 
     length: Positive  # m, from the suspension point to the payload
-    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
+    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope, or a further link, would push
+    torsion: Torsion | None = None  # what resists a twist between point and payload; left out: the payload turns freely
 
 
 class Initial(Group):
@@ -65,6 +65,7 @@ class Initial(Group):
     tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s, its velocity
     direction: Vector = (0.0, 0.0, -1.0)  # -, unit vector from the point to the payload
     direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
+    rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
 class InputGroup(Group):
@@ -75,50 +76,63 @@ class InputGroup(Group):
     tip_z: Channel | None = None  # effort's unit, along z, with `suspension.height: driven`
 
 
-class PendulumFile(SceneFile):
-    """A scene with a payload below a driven suspension point."""
+class PendulumFile(RiggedFile):
+    """A scene with a payload on rope and links below a driven suspension point.
+
+    One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events` and `rope.torsion`
+    choose the suspended cable of the other cranes, beside which `swing_friction` is refused.
+    """
 
     crane: Literal["pendulum"]  # which form the file has
-    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
     suspension: Suspension = Suspension()  # the suspension point
     rope: Rope  # the rope, of fixed length
-    payload: PointLoad  # a point mass at the rope's end
     initial: Initial = Initial()  # the state at t = 0
-    swing_friction: Friction = None  # friction of the swing joints
-    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
-    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
     reference: ReferenceGroup | None = None  # where the crane should go
     inputs: InputGroup | None = None  # of the suspension point where there is no law
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: coordinates of the suspension point, and the unit vector from there to the payload."""
-        return "tip_x", "tip_y", "tip_z", "link_1_x", "link_1_y", "link_1_z"
+        """Joints: coordinates of the suspension point, unit vectors down rope and links, the payload's attitude."""
+        body = ATTITUDE if self.payload.inertia is not None else ()
+        return ("tip_x", "tip_y", "tip_z", *link_names(len(self.links) + 1, 1), *body)
 
     @property
     def joint_units(self) -> tuple[str, ...]:
         """Units of the joints' positions."""
-        return "m", "m", "m", "1", "1", "1"
+        return "m", "m", "m", *("1",) * (len(self.joint_names) - 3)
+
+    @property
+    def _direction(self) -> tuple[float, ...]:
+        """Unit vector (3,) down the rope at t = 0."""
+        start = self.initial
+        length = sqrt(sum(x * x for x in start.direction))
+        if not abs(length - 1.0) < UNIT_TOLERANCE:
+            raise SceneError(f"initial.direction = {list(start.direction)}: must be a unit vector")
+        return tuple(x / length for x in start.direction)
+
+    def _rigging(self) -> tuple[Any, Any]:
+        """Return (q, v) of further links and attitude."""
+        rope = self._direction, self.initial.direction_rate
+        start = self.initial.rigging or RiggingStart()
+        start = start if self._torsion is None else start.nearest_to(0.0)
+        return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
 
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0.
 
         Raises:
-            SceneError: the direction is no unit vector.
+            SceneError: a direction is no unit vector.
         """
-        start = self.initial
-        length = sqrt(sum(x * x for x in start.direction))
-        if not abs(length - 1.0) < UNIT_TOLERANCE:
-            raise SceneError(f"initial.direction = {list(start.direction)}: must be a unit vector")
-        return (*start.tip, *(x / length for x in start.direction))
+        return (*self.initial.tip, *self._direction, *self._rigging()[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0.
 
         Raises:
-            SceneError: the rope's direction changes along itself, or the point leaves its fixed height.
+            SceneError: a direction changes along itself, or the point leaves its fixed height.
         """
         start = self.initial
         along = sum(x * v for x, v in zip(start.direction, start.direction_rate, strict=True))
@@ -126,7 +140,7 @@ class PendulumFile(SceneFile):
             raise SceneError(f"initial.direction_rate = {list(start.direction_rate)}: must be across the direction")
         if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
             raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
-        return (*start.tip_velocity, *start.direction_rate)
+        return (*start.tip_velocity, *start.direction_rate, *self._rigging()[1])
 
     @property
     def effort_units(self) -> tuple[str, ...]:
@@ -144,24 +158,15 @@ class PendulumFile(SceneFile):
         return target_of(self.reference, self.actuated)
 
     @property
-    def payload_mass(self) -> float:
-        """Mass of the payload at t = 0 [kg]."""
-        return self.payload.mass
-
-    @property
     def rope_length(self) -> float:
-        """Length of the rope [m]."""
-        return self.rope.length
+        """Length of rope and further links [m]."""
+        return self.rope.length + sum(link.length for link in self.links)
 
     @property
     def payload_height(self) -> float:
-        """Height of the payload above the base's origin at t = 0 [m]."""
-        return self.initial.tip[2] + self.rope.length * self.initial_q[5]
-
-    @property
-    def windages(self) -> dict[str, AnyWindage | None]:
-        """Windages of the bodies by key, None where a body has none."""
-        return {"payload.windage": self.payload.windage}
+        """Height of the payload's attachment above the base's origin at t = 0 [m]."""
+        further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
+        return self.initial.tip[2] + self.rope.length * self._direction[2] + sum(further)
 
     @property
     def limits(self) -> tuple[TravelLimits, ...]:
@@ -173,31 +178,45 @@ class PendulumFile(SceneFile):
             ("tip_z", "suspension.limits.z", box.z),
         )
 
-    def path(self) -> Trajectory | None:
-        """Return the compiled path, None where the scene has none."""
-        return compile_path(self.reference, self)
+    @property
+    def further_keys(self) -> list[str]:
+        """Keys that the file has, and that the equations of one rope and a point mass do not know."""
+        body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
+        return [key for key, value in (body | {"rope.torsion": self.rope.torsion}).items() if value]
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
-        smooth = not sampled and self._stops() is None
-        return MethodRequirements(None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
+        smooth, stiffest = not sampled and self._stops() is None, self._twist_frequency()
+        return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None without any."""
         taut = self.rope.slack == "stop"
-        return Stops(taut=float(taut)) if taut or self.limits else None
+        return Stops(taut=float(taut)) if taut or self.limits or self.events or self.rope.torsion else None
 
-    def model(self) -> Crane:
+    def model(self) -> Crane | SuspendedCrane:
         """Return the parameters of the crane.
 
         Raises:
             SceneError: groups contradict each other.
         """
+        point, load = self.suspension.point(), self.payload.load()
+        if not self.further_keys:
+            assert isinstance(load, PointLoad)
+            return self._crane_with_one_rope(point, load)
+        if self.swing_friction is not None:
+            raise SceneError(f"swing_friction: belongs to one rope and a point mass, here is {self.further_keys[0]}")
+        if self.rope.torsion is not None and self.payload.inertia is None:
+            raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
+        return self.suspended_crane(point, self.rope.length, None, self._stops(), ())
+
+    def _crane_with_one_rope(self, point: Point, load: PointLoad) -> Crane:
+        """Return the parameters of the crane with one rope and a point mass."""
         base_motion = self.base_motion
         return Crane(
-            self.suspension.point(),
+            point,
             LockedRope(self.rope.length),
-            self.payload,
+            load,
             self.gravity,
             self.swing_friction,
             self.payload_drag,

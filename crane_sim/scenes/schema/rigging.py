@@ -11,6 +11,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.loads import PointLoad, RigidLoad
+from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.hardware import PayloadChange
@@ -115,9 +116,16 @@ def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain
     return Chain(np.array(masses, dtype=float), np.array(lengths, dtype=float))
 
 
-def link_names(count: int) -> tuple[str, ...]:
-    """Return the joints of `count` further links."""
-    return tuple(f"link_{k}_{axis}" for k in range(2, count + 2) for axis in "xyz")
+def twist_frequency(torsion: Torsion | None, inertias: Sequence[Any]) -> float:
+    """Return the largest frequency [rad/s] of payloads with these inertias (3, 3) on the rope's torsion, 0 without."""
+    if torsion is None:
+        return 0.0
+    return (torsion.stiffness / min(float(np.linalg.eigvalsh(inertia)[0]) for inertia in inertias)) ** 0.5
+
+
+def link_names(count: int, first: int = 2) -> tuple[str, ...]:
+    """Return the joints of `count` links, numbered from `first` on; the rope is number 1."""
+    return tuple(f"link_{k}_{axis}" for k in range(first, count + first) for axis in "xyz")
 
 
 ATTITUDE = ("payload_qw", "payload_qx", "payload_qy", "payload_qz")

@@ -3,50 +3,38 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from math import cos, sin
-from typing import Any
+from typing import Any, ClassVar
 
-import numpy as np
+from pydantic import ValidationInfo, field_validator
 
-from crane_sim.files.types import NonNegative
-from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.actuated import actuated, has_strength
-from crane_sim.scenes.schema.backlash import JointDrives, drive_names, drive_start, drive_units, geared, shaft_frequency
-from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
-from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
-from crane_sim.scenes.schema.groups import PayloadForceGroup
-from crane_sim.scenes.schema.integrator import MethodRequirements
-from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
-from crane_sim.scenes.schema.rigging import (
-    ATTITUDE,
-    Link,
-    Payload,
-    RiggingStart,
-    chain_of,
-    check_equipment,
-    link_names,
-    rigging_start,
+from crane_sim.scenes.schema.backlash import (
+    JointDrives,
+    SupportJoints,
+    drive_names,
+    drive_start,
+    drive_units,
+    geared,
+    known_joints,
+    shaft_frequency,
 )
-from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
+from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.rigged import RiggedFile
+from crane_sim.scenes.schema.rigging import ATTITUDE, RiggingStart, link_names, rigging_start
 from crane_sim.scenes.schema.winch import ReevedRope
 from crane_sim.trajectories.inputs import Constant, Inputs
-from crane_sim.trajectories.trajectory import Trajectory
 
 
-class SuspendedFile(SceneFile):
+class SuspendedFile(RiggedFile):
     """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
 
-    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    support_joints: ClassVar[SupportJoints]  # each (name, unit of its position, unit of its effort)
+    contact_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction; empty: the support's
     rope: ReevedRope = ReevedRope()  # the winch
-    links: tuple[Link, ...] = ()  # further links below the rope, from the top
-    payload: Payload  # at the end of rope or links
-    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
-    payload_force: PayloadForceGroup | None = None  # a given force on the payload
-    events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
     friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch has `rope.friction`
     lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
     backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
@@ -60,10 +48,12 @@ class SuspendedFile(SceneFile):
             SceneError: its groups contradict each other.
         """
 
-    @property
-    @abstractmethod
-    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
-        """Joints of the support, each (name, unit of its position, unit of its effort)."""
+    @field_validator("friction", "lugre", "backlash", mode="before")
+    @classmethod
+    def _check_names(cls, group: Any, info: ValidationInfo) -> Any:
+        """Reject groups of joints that the support does not have, before their values are read."""
+        names = tuple(name for name, _, _ in cls.support_joints)
+        return known_joints(group, names if info.field_name == "backlash" else cls.contact_joints or names)
 
     @property
     def tip_height(self) -> float:
@@ -73,10 +63,6 @@ class SuspendedFile(SceneFile):
     @property
     def _start(self) -> Any:
         return getattr(self, "initial")  # noqa: B009  (every form declares its own)
-
-    @property
-    def _reference(self) -> ReferenceGroup | None:
-        return getattr(self, "reference", None)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -160,11 +146,6 @@ class SuspendedFile(SceneFile):
         return reference.q[: len(self.effort_units)] if reference is not None and reference.q is not None else None
 
     @property
-    def payload_mass(self) -> float:
-        """Mass of the payload at t = 0 [kg]."""
-        return self.payload.mass
-
-    @property
     def rope_length(self) -> float:
         """Length of rope and further links at t = 0 [m]."""
         return self._start.q[len(self.support_joints)] + sum(link.length for link in self.links)
@@ -176,15 +157,6 @@ class SuspendedFile(SceneFile):
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
         return self.tip_height + self._rise - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
-    @property
-    def windages(self) -> dict[str, AnyWindage | None]:
-        """Windages of the bodies by key, None where a body has none."""
-        return windages_of(self.payload, self.events)
-
-    def path(self) -> Trajectory | None:
-        """Return the compiled path, None where the scene has none."""
-        return compile_path(self._reference, self)
-
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
@@ -192,14 +164,6 @@ class SuspendedFile(SceneFile):
         if self._bending:
             stiffest = max(stiffest, structure_frequency(self.support(), self._place))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
-
-    def _twist_frequency(self) -> float:
-        """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""
-        if self.rope.torsion is None:
-            return 0.0
-        payloads = [self.payload, *(event.payload for event in self.events)]
-        least = min(float(np.linalg.eigvalsh(payload.inertia)[0]) for payload in payloads if payload.inertia)
-        return (self.rope.torsion.stiffness / least) ** 0.5
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
@@ -210,7 +174,7 @@ class SuspendedFile(SceneFile):
         """Whether something other than limits switches the model or ends a run."""
         return bool(self.events or self.backlash or self.rope.torsion or has_strength(self.friction, self.lugre))
 
-    def model(self) -> SuspendedCrane:
+    def model(self) -> Any:
         """Return the parameters of the crane.
 
         Raises:
@@ -220,23 +184,14 @@ class SuspendedFile(SceneFile):
         self.rope.check(start.q[ns], start.v[ns], ns)
         self.rope.check_surroundings(self)
         names = tuple(name for name, _, _ in self.support_joints)
-        check_equipment(self, self.payload, (*names, "rope") if self.rope.takes_motor else names)
-        base_motion, force = self.base_motion, self.payload_force
-        load, exchange = exchange_of(self.payload, self.events)
-        return SuspendedCrane(
-            geared(actuated(self.support(), self, self.support_joints), self.backlash, self.support_joints),
-            chain_of(start.q[ns], self.links, load.mass),
-            load,
-            self.rope.drive_of(self),
-            self.gravity,
-            self.payload_drag,
-            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
-            force=force.force() if force is not None else None,
-            stops=self._stops(),
-            wind=self.airflow(),
-            exchange=exchange,
-            torsion=self.rope.torsion,
-        )
+        geared_joints = (*names, "rope") if self.rope.takes_motor else names
+        hoist, stops = self.rope.drive_of(self), self._stops()
+        return self.suspended_crane(self._driven_support(), start.q[ns], hoist, stops, geared_joints)
+
+    def _driven_support(self) -> Any:
+        """Return the support with its drives."""
+        joints = self.support_joints
+        return geared(actuated(self.support(), self, joints), self.backlash, joints)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
         """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""

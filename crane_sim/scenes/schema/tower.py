@@ -1,12 +1,13 @@
 """The form of a scene file with a tower crane, and the model that it describes."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.flexibility import JibFlexibility, flexible_jib
 from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validator
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
@@ -42,6 +43,7 @@ class InputGroup(Group):
 class TowerFile(SuspendedFile):
     """A scene with a tower crane: a jib that slews, a trolley on the jib, a payload on rope and links."""
 
+    support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("trolley", "m", "N"))
     crane: Literal["tower"]  # which form the file has
     slew: Annotated[Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})]  # jib and counter-jib
     trolley: JibTrolley  # on the jib
@@ -49,11 +51,6 @@ class TowerFile(SuspendedFile):
     initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
-
-    @property
-    def support_joints(self) -> tuple[tuple[str, str, str], ...]:
-        """Joints of the support, each (name, unit of its position, unit of its effort)."""
-        return ("slew", "rad", "N m"), ("trolley", "m", "N")
 
     @property
     def limits(self) -> tuple[TravelLimits, ...]:

@@ -67,13 +67,6 @@ class Winch(Group):
         return MasslessHoist() if self.drive == "force" else None
 
 
-class Rope(Winch):
-    """Drive of the rope by the winch."""
-
-    drive: Literal["force", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N], positive pays
-    # out; the rope's acceleration [m/s²]; or nothing, the length stays
-
-
 class ReevedRope(Winch):
     """Drive of the rope by the winch, and what the winch turns."""
 

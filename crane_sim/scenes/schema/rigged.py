@@ -1,0 +1,95 @@
+"""Base class of scene files of cranes whose payload hangs on one rope and further links, below any support."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from crane_sim.files.types import NonNegative
+from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports.hoist import MasslessHoist, RateHoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.models.suspended.torsion import Torsion
+from crane_sim.models.wind_load import AnyWindage
+from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
+from crane_sim.scenes.schema.groups import PayloadForceGroup
+from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
+from crane_sim.scenes.schema.rigging import Link, Payload, chain_of, check_equipment, twist_frequency
+from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.trajectories.trajectory import Trajectory
+
+
+class RiggedFile(SceneFile):
+    """The groups of all such cranes: what hangs below the support."""
+
+    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    links: tuple[Link, ...] = ()  # further links below the rope, from the top
+    payload: Payload  # at the end of rope or links
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+    events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
+
+    @property
+    def _reference(self) -> ReferenceGroup | None:
+        return getattr(self, "reference", None)
+
+    @property
+    def _torsion(self) -> Torsion | None:
+        return getattr(self, "rope").torsion  # noqa: B009  (every form declares its own)
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.payload.mass
+
+    @property
+    def windages(self) -> dict[str, AnyWindage | None]:
+        """Windages of the bodies by key, None where a body has none."""
+        return windages_of(self.payload, self.events)
+
+    def path(self) -> Trajectory | None:
+        """Return the compiled path, None where the scene has none."""
+        return compile_path(self._reference, self)
+
+    def _twist_frequency(self) -> float:
+        """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""
+        payloads = [self.payload, *(event.payload for event in self.events)]
+        return twist_frequency(self._torsion, [payload.inertia for payload in payloads if payload.inertia])
+
+    def suspended_crane(
+        self,
+        support: Any,
+        length: float,
+        hoist: MasslessHoist | RateHoist | ReevedHoist | None,
+        stops: Stops | None,
+        joints: Sequence[str],
+    ) -> SuspendedCrane:
+        """Return the parameters of the crane.
+
+        Args:
+            support: of `models.supports`, with its drives.
+            length: of the rope at t = 0 [m].
+            hoist: drive of the rope; None: its length stays.
+            stops: conditions that end a run.
+            joints: those whose motors add their inertia.
+
+        Raises:
+            SceneError: groups contradict each other.
+        """
+        check_equipment(self, self.payload, joints)
+        base_motion, force = self.base_motion, self.payload_force
+        load, exchange = exchange_of(self.payload, self.events)
+        return SuspendedCrane(
+            support,
+            chain_of(length, self.links, load.mass),
+            load,
+            hoist,
+            self.gravity,
+            self.payload_drag,
+            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
+            force=force.force() if force is not None else None,
+            stops=stops,
+            wind=self.airflow(),
+            exchange=exchange,
+            torsion=self._torsion,
+        )
