@@ -24,6 +24,7 @@ from crane_sim.scenes.schema.hardware import (
 )
 from crane_sim.scenes.schema.motors import motor_of
 from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.servo_settings import servos_of
 
 CLOSE = 1e-6  # of a period: smaller deviations are rounding errors
 
@@ -81,6 +82,7 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
         names=tuple(file.faults),
         payload_fault=PayloadFault(file.payload_mass) if changes else None,
         brake=_brakes(file),
+        servos=servos_of(file),
         ideal=ideal,
     )
     return equipment, {"rounded": periods.rounded} if periods.rounded else {}
