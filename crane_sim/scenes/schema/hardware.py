@@ -83,7 +83,7 @@ class ServoGroup(Group):
     `limit` and `motor`, where the integral is clamped.
     """
 
-    gain: PositiveOrInfinite  # effort's unit × s/joint's unit, effort for a deviation of the speed; `.inf`: the joint
+    gain: PositiveOrInfinite  # effort's unit s/joint's unit, effort for a deviation of the speed; `.inf`: the joint
     # follows its reference exactly
     integral_time: Positive | None = None  # s, of the speed loop; left out: none, a static load costs speed
     position_gain: Positive | None = None  # 1/s, with `drive: position`: speed for a deviation of the position, sampled
