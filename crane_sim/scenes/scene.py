@@ -200,9 +200,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, reason = choose_method(file.integrator, file.method_requirements(sampled))
-    hardware, noted = equipment_of(file, period)
-    if law is not None and control is not None:
-        check_commands(control.law, law, file.actuated, commands_of(hardware, len(file.actuated)))
+    hardware, noted = _equipment(file, period, law)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(hardware))
     check_fit(method, model, continuous)
     return Scene(
@@ -218,6 +216,14 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         document=document,
         hardware=hardware,
     )
+
+
+def _equipment(file: SceneFile, period: float, law: Law | None) -> tuple[Any, dict[str, Any]]:
+    """Return (hardware, notes on it), whose drives take what the law commands; arguments of `equipment_of`."""
+    hardware, noted = equipment_of(file, period)
+    if law is not None and file.control is not None:
+        check_commands(file.control.law, law, file.actuated, commands_of(hardware, len(file.actuated)))
+    return hardware, noted
 
 
 def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:

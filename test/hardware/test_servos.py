@@ -10,6 +10,7 @@ from hardware_scenes import PERIOD
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from crane_sim import orchestration
 from crane_sim.files.errors import SceneError
 from crane_sim.hardware.reference_profiles import PHASES, Bounds, plan_position, plan_velocity
 from crane_sim.scenes.scene import Scene, load_scene
@@ -299,3 +300,13 @@ def test_contradictions_are_told_in_one_line(changes: dict[str, Any], message: s
     with pytest.raises(SceneError) as caught:
         trolley(PI, actuator=changes)
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.slow
+def test_lockstep_is_simulate() -> None:
+    """Over DDS a crane whose law commands speeds ends in the same state, to the last bit, as `simulate` does."""
+    name = "bridge_speed_drive"
+    there, here = orchestration.run(load_scene(name), record=None), simulate(name).summary
+    same = ("state_sha256", "saturated_steps", "energy_audit_error", "rhs_evaluations")
+    assert {key: there.get(key) for key in same} == {key: here.get(key) for key in same}
+    assert here["energy_audit_error"] < 1e-12
