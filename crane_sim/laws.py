@@ -33,7 +33,11 @@ class ForeignSetting(SceneError):
 
 
 class Law(Protocol):
-    """Efforts from time and joint coordinates. A NamedTuple with a registered `system.command` runs compiled."""
+    """Commands from time and joint coordinates. A NamedTuple with a registered `system.command` runs compiled.
+
+    They are efforts unless the law's class has an attribute `commands`: "velocity" or "position", or one of these and
+    "effort" for each actuated joint, for drives that are commanded so (`actuators.JOINT.drive`).
+    """
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
@@ -92,6 +96,16 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         raise SceneError(f"control: {error}") from None
     except Exception as error:  # an external package: any error of it is one line for the user
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
+
+
+def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequence[str]) -> None:
+    """Raise SceneError where a law does not command what the drives of the actuated joints take, (nu,) each."""
+    given = getattr(law, "commands", "effort")
+    kinds = [given] * len(drives) if isinstance(given, str) else given
+    for joint, kind, drive in zip(actuated, kinds, drives, strict=True):
+        if kind != drive:
+            line = f"control.law = {name!r}: commands {kind} of the {joint}"
+            raise SceneError(f"{line}, whose drive takes {drive} (actuators.{joint}.drive)")
 
 
 class SlowHalf(Protocol):

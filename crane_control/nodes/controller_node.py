@@ -14,9 +14,9 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import fast_half, slow_half
 from crane_sim.ros.common import messages, node_host
+from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
-from crane_sim.ros.common.serialization import EFFORT, JointWire
 from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic, make_law
 from crane_sim.ros.controller.responder import serve_responder
 from crane_sim.ros.controller.setpoints import Setpoints
@@ -42,7 +42,7 @@ class ControllerNode(LawNode):
         scene = self._scene
         self._next_reference = 0  # ns
         self._command = b""  # the newest, serialized
-        self._command_wire = JointWire(scene.actuated, EFFORT)
+        self._command_wire = CommandWire(scene)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
         half, lockstep = slow_half(self._law), settings.mode == RunMode.LOCKSTEP

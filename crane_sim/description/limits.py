@@ -20,19 +20,22 @@ class Limit(NamedTuple):
     lower: float  # m or rad
     upper: float
     effort: float  # N or N m, largest size
+    speed: float = inf  # m/s or rad/s, of a servo drive
 
 
 def joint_limit(scene: Scene, joint: str) -> Limit:
     """Return the limit that a scene sets a joint: `limits` of its group, and `limit` of its actuator."""
     low = 0.0 if joint in LENGTHS else -inf
     lower, upper = next(((span.low, span.high) for span in scene.limits if span.joint == joint), (low, inf))
-    effort = inf
+    effort = speed = inf
     if scene.hardware is not None and joint in scene.actuated:
         column = scene.actuated.index(joint)
         if scene.effort_units[column] in ("N", "N m"):  # others are no efforts to a URDF
             drive = scene.hardware.drives[column]
             effort = float(max(abs(drive.low), abs(drive.high)))
-    return Limit(lower, upper, effort)
+        if scene.hardware.servos is not None:
+            speed = float(scene.hardware.servos[column].max_speed)
+    return Limit(lower, upper, effort, speed)
 
 
 def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
@@ -43,8 +46,8 @@ def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
         limit = joint_limit(scene, joint.attrib["name"])
         if joint.get("type") == "revolute" and not (isfinite(limit.lower) or isfinite(limit.upper)):
             joint.set("type", "continuous")
-            if isfinite(limit.effort):
-                add_limit(joint, None, limit.effort, UNBOUNDED)
+            if isfinite(limit.effort) or isfinite(limit.speed):
+                add_limit(joint, None, min(limit.effort, UNBOUNDED), min(limit.speed, UNBOUNDED))
         else:
             lower, upper = max(limit.lower, -UNBOUNDED), min(limit.upper, UNBOUNDED)
-            add_limit(joint, (lower, upper), min(limit.effort, UNBOUNDED), UNBOUNDED)
+            add_limit(joint, (lower, upper), min(limit.effort, UNBOUNDED), min(limit.speed, UNBOUNDED))

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.hardware.brakes import clip, compute_brake_effort
+from crane_sim.hardware.servos import command_servos, demanded_effort, enter_phases, latch_servos
+from crane_sim.hardware.stiff_servos import add_imposed_efforts
 from crane_sim.numerics.arrays import assign, store
 from crane_sim.numerics.jit import lean_kernel, routine
 
@@ -20,6 +22,7 @@ class Drives(NamedTuple):
 
     begin: float  # s, of the period
     records: Any  # DRIVE (nu,)
+    servos: Any  # `servos.Servos`, None where all drives are commanded efforts
 
 
 @lean_kernel
@@ -54,26 +57,30 @@ def motor_effort(drive, effort):
 
 @system.effort.register(Drives)
 def _(u, p, t, x):
-    return drive_efforts(p, u.records, t - u.begin, x)
+    return drive_efforts(p, u, t, x)
 
 
 @routine
-def drive_efforts(p, drives, s, x):
-    """Return the efforts (nu,) of drives and brakes in state x, s seconds after the start of the period."""
+def drive_efforts(p, u, t, x):
+    """Return the efforts (nu,) of drives and brakes in state x at time t [s]."""
+    drives = u.records
     q, v = system.actuated_joints(p, x)
     assign(drives.position, q)
     assign(drives.velocity, v)
     for i in range(len(drives)):
         drive = drives[i]
-        effort = motor_effort(drive, drive.factor * effort_at(drive, s))
+        demanded = demanded_effort(u.servos, drive, i, t, effort_at(drive, t - u.begin))
+        effort = motor_effort(drive, drive.factor * demanded)
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
+    add_imposed_efforts(u.servos, drives, p, t, x)
     return system.saturate(p, system.efforts_from_row(p, drives.effort))
 
 
 @routine
-def accept_command(p, drives, queue, k, command):
-    """Set the command (nu,) of period k; return whether a limit changed a component of it."""
-    depth, saturated = len(queue), False
+def accept_command(p, u, x, queue, k, command):
+    """Set the command (nu,) of period k, which begins in state x; return whether a limit changed a component of it."""
+    drives = u.records
+    depth = len(queue)
     store(queue, k % depth, 0, command)
     if k == 0:  # before the start the command was the first one
         for d in range(depth):
@@ -84,6 +91,7 @@ def accept_command(p, drives, queue, k, command):
         drive.effort = 0.0 if abs(delayed) < drive.deadband else delayed
         drive.target = min(max(drive.effort, drive.low), drive.high)
     assign(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
+    saturated = command_servos(u.servos, drives, p, u.begin, x, k == 0)
     for i in range(len(drives)):
         drive = drives[i]
         saturated = saturated or drive.target != drive.effort
@@ -100,7 +108,7 @@ def next_breakpoint(u, t, end):
         kink = u.begin + ramp_time(abs(drive.target - drive.origin), drive.rate_limit, drive.lag)
         if not drive.engaged and t + least < kink < end - least:
             end = kink
-    return end
+    return enter_phases(u.servos, t, end, least)
 
 
 @routine
@@ -110,3 +118,4 @@ def latch(p, u, t, x):
     for i in range(len(u.records)):
         drive = u.records[i]
         drive.origin = drive.effort if drive.engaged else effort_at(drive, t - u.begin)
+    latch_servos(u.servos, u.records, t)

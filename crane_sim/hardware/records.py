@@ -41,6 +41,36 @@ DRIVE = np.dtype(
     ]
 )
 """A drive and its brake."""
+SERVO = np.dtype(
+    [
+        ("kind", np.int64),  # index in `servos.COMMANDS`
+        # speed loop
+        ("gain", float),  # effort for a deviation of the speed
+        ("stiffness", float),  # gain over integral time: effort for a deviation of the position
+        ("position_gain", float),  # 1/s, speed for a deviation of the position
+        ("stiff", np.bool_),  # the gain is infinite: the effort makes the joint follow its reference
+        ("offset", float),  # m or rad, between reference and spring's end at the start of the period
+        ("correction", float),  # m/s or rad/s, of the position loop in this period
+        ("integral", float),  # effort of the integral at the start of the period
+        ("begin", float),  # s, of the period
+        ("restarts", np.bool_),  # the reference begins anew with the joint's motion
+        # reference generator
+        ("max_speed", float),
+        ("max_acceleration", float),
+        ("max_jerk", float),
+        ("command", float),  # that the plan is for
+        ("plan_begin", float),  # s
+        ("plan_position", float),  # of the reference at the plan's beginning
+        # present phase of the reference
+        ("phase_begin", float),  # s
+        ("phase_end", float),
+        ("phase_position", float),
+        ("phase_velocity", float),
+        ("phase_acceleration", float),
+        ("phase_jerk", float),
+    ]
+)
+"""The reference generator and the loops of a servo drive."""
 SENSOR = np.dtype(
     [
         ("noise", float),  # standard deviation
@@ -71,7 +101,7 @@ COUNTERS = np.dtype(
 
 
 def make_records(kind: Any, count: int) -> Any:
-    """Return records of DRIVE, SENSOR or COUNTERS (count,), all fields 0."""
+    """Return records of DRIVE, SERVO, SENSOR or COUNTERS (count,), all fields 0."""
     return np.zeros(count, kind).view(np.recarray)
 
 
@@ -82,6 +112,13 @@ def ideal_drives(nu: int) -> Any:
     drives.switch_low, drives.switch_high = -np.inf, np.inf
     drives.peak, drives.no_load_speed = np.inf, np.inf
     return drives
+
+
+def effort_servos(nu: int) -> Any:
+    """Return records of servo drives (nu,), none of which is one: all are commanded efforts."""
+    servos = make_records(SERVO, nu)
+    servos.max_speed, servos.max_acceleration, servos.max_jerk = np.inf, np.inf, np.inf
+    return servos
 
 
 def ideal_sensors(nq: int) -> Any:

@@ -26,6 +26,7 @@ class HardwareConfig(NamedTuple):
     names: tuple[str, ...] = ()  # of the faults
     payload_fault: PayloadFault | None = None
     brake: BrakeSettings = BrakeSettings()
+    servos: Any = None  # records of SERVO (nu,), None where all drives are commanded efforts
     ideal: bool = True  # nothing but brakes, which do nothing until they are applied
 
     @property

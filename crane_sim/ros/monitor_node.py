@@ -1,7 +1,7 @@
 """The node `monitor`: an independent subscriber, part of no run, that logs messages to a file; for soaks and tests.
 
 A line of its file is a letter (s: joint_states, e: applied_effort, c: joint_commands), the instant at which the message
-was sent [ns of the system's clock], its stamp [ns], and the efforts.
+was sent [ns of the system's clock], its stamp [ns], and the numbers: efforts, or commands.
 """
 
 import sys
@@ -11,6 +11,7 @@ from typing import TextIO
 
 from crane_sim import load_scene
 from crane_sim.ros.common import node_host
+from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
@@ -30,8 +31,9 @@ class Monitor:
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Subscribe."""
         scene = load_scene(settings.scene)
-        efforts = JointWire(scene.actuated, EFFORT)
-        wires = {"s": JointWire(scene.joint_names, STATE), "e": efforts, "c": efforts}
+        self._commands = CommandWire(scene)
+        states, efforts = JointWire(scene.joint_names, STATE), JointWire(scene.actuated, EFFORT)
+        wires: dict[str, JointWire | CommandWire] = {"s": states, "e": efforts, "c": self._commands}
         self._subscriptions = [
             (letter, wires[letter], PolledSubscription(host.node, name, _ignore)) for letter, name in _TOPICS.items()
         ]
@@ -41,7 +43,8 @@ class Monitor:
         for letter, wire, subscription in self._subscriptions:
             for message in subscription.take_all():
                 frame = wire.decode(message.data)
-                print(letter, message.sent, frame.stamp, *frame.effort, file=file)
+                numbers = self._commands.values(frame) if wire is self._commands else frame.effort
+                print(letter, message.sent, frame.stamp, *numbers, file=file)
         file.flush()
 
 

@@ -9,6 +9,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.hardware.faults import KINDS, Faults
 from crane_sim.hardware.payloads import PayloadFault
 from crane_sim.hardware.records import ideal_drives, ideal_sensors
+from crane_sim.hardware.servos import COMMANDS
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig
 from crane_sim.scenes.schema.hardware import (
     ALL,
@@ -24,6 +25,7 @@ from crane_sim.scenes.schema.hardware import (
 )
 from crane_sim.scenes.schema.motors import motor_of
 from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.servo_settings import servos_of
 
 CLOSE = 1e-6  # of a period: smaller deviations are rounding errors
 
@@ -81,6 +83,7 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
         names=tuple(file.faults),
         payload_fault=PayloadFault(file.payload_mass) if changes else None,
         brake=_brakes(file),
+        servos=servos_of(file),
         ideal=ideal,
     )
     return equipment, {"rounded": periods.rounded} if periods.rounded else {}
@@ -89,6 +92,12 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
 def acts(equipment: HardwareConfig | None) -> bool:
     """Return whether efforts change within a period, or laws get other values than the true state."""
     return equipment is not None and not equipment.ideal
+
+
+def commands_of(equipment: HardwareConfig | None, nu: int) -> tuple[str, ...]:
+    """Return what the drives of the actuated joints are commanded (nu,): effort, velocity or position."""
+    servos = equipment.servos if equipment is not None else None
+    return ("effort",) * nu if servos is None else tuple(COMMANDS[kind] for kind in servos.kind)
 
 
 def _check_joints(group: str, groups: dict[str, Any], known: tuple[str, ...]) -> None:

@@ -13,8 +13,8 @@ from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, read, set_value, switch_law, without_nulls
 from crane_sim.files.errors import SceneError, foreign_key, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
-from crane_sim.laws import ForeignSetting, Law, make_law
-from crane_sim.scenes.hardware_settings import CLOSE, acts, equipment_of
+from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
+from crane_sim.scenes.hardware_settings import CLOSE, acts, commands_of, equipment_of
 from crane_sim.scenes.instrument_settings import instruments_of
 from crane_sim.scenes.schema.bridge import BridgeFile
 from crane_sim.scenes.schema.gantry import GantryFile
@@ -83,6 +83,26 @@ class Scene:
     def steps(self) -> int:
         """Control periods in the run, at least one."""
         return max(1, round(self.duration / self.period))
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What the drives of the actuated joints are commanded (nu,): effort, velocity or position."""
+        return commands_of(self.hardware, len(self.actuated))
+
+    @property
+    def command_units(self) -> tuple[str, ...]:
+        """Units of the commands (nu,)."""
+        own = dict(zip(self.joint_names, self.joint_units, strict=True))
+        units = {"velocity": "{}/s", "position": "{}"}
+        named = zip(self.actuated, self.commands, self.effort_units, strict=True)
+        return tuple(units[kind].format(own[name]) if kind in units else unit for name, kind, unit in named)
+
+    @property
+    def idle_command(self) -> tuple[float, ...]:
+        """The command (nu,) that moves nothing at the start: the initial position of position drives, else zero."""
+        start = dict(zip(self.joint_names, self.initial_q, strict=True))
+        named = zip(self.actuated, self.commands, strict=True)
+        return tuple(start[name] if kind == "position" else 0.0 for name, kind in named)
 
     def with_external_commands(self) -> "Scene":
         """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
@@ -183,7 +203,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, reason = choose_method(file.integrator, file.method_requirements(sampled))
-    devices, noted = _devices(file, period)
+    devices, noted = _devices(file, period, law)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(devices["hardware"]))
     check_fit(method, model, continuous)
     return Scene(
@@ -201,9 +221,11 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
     )
 
 
-def _devices(file: SceneFile, period: float) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return (the fields of a scene on hardware and instruments, notes on both)."""
+def _devices(file: SceneFile, period: float, law: Law | None) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (the fields of a scene on hardware and instruments, notes on both); drives take what the law commands."""
     (hardware, noted), (instruments, also_noted) = equipment_of(file, period), instruments_of(file, period)
+    if law is not None and file.control is not None:
+        check_commands(file.control.law, law, file.actuated, commands_of(hardware, len(file.actuated)))
     return {"hardware": hardware, "instruments": instruments}, _join_notes(noted, also_noted)
 
 

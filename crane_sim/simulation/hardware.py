@@ -14,7 +14,10 @@ from crane_sim.hardware.faults import SCHEDULED, FaultLog
 from crane_sim.hardware.payloads import with_payload
 from crane_sim.hardware.random import seed_to_uint64
 from crane_sim.hardware.records import COUNTERS, make_records
+from crane_sim.hardware.reference_profiles import PHASES
+from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
+from crane_sim.hardware.stiff_servos import StiffServos
 from crane_sim.models.supports.backlash import GearedSupport
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.scenes.averaging import average_scene
@@ -103,6 +106,14 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
     return JointMechanics(free, np.where(forces, np.maximum(locked, free), free), static_load)
 
 
+def holding_efforts(scene: Scene, config: HardwareConfig) -> Array:
+    """Return the efforts (nu,) that servo drives with an integral begin with: those which hold the crane at rest."""
+    integral = config.servos.stiffness > 0.0
+    if not integral.any():
+        return np.zeros(len(integral))
+    return np.clip(integral * joint_mechanics(scene).static_load, config.drives.low, config.drives.high)
+
+
 def choose_brake_stiffness(scene: Scene, joints: JointMechanics) -> Array:
     """Return spring stiffnesses (nu,) low enough for the integration step and for the control period of the slip."""
     safe_step = getattr(scene.method, "safe_step", None)
@@ -133,6 +144,8 @@ class HardwareRun:
         self._scene, self.faults = scene, config.names
         self.state = _initial_hardware(scene.seed, config)
         self._has_brakes = False
+        if config.servos is not None:
+            self.state.servos.loops.integral = holding_efforts(scene, config)
         if config.can_stick:
             self._fit_brakes()
 
@@ -215,6 +228,14 @@ class HardwareRun:
         return figures | ({"braked_time": float(counters.braked) * self._scene.period} if counters.braked else {})
 
 
+def _initial_servos(loops: Any) -> Servos | None:
+    """Return the servo drives at the start of a run; None where all drives are commanded efforts."""
+    if loops is None:
+        return None
+    stiff = StiffServos(np.flatnonzero(loops.stiff)) if loops.stiff.any() else None
+    return Servos(loops.copy(), np.zeros((len(loops), PHASES, 4)), stiff)
+
+
 def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:
     """Return the hardware at the start of a run."""
     drives, sensors, n = config.drives, config.sensors, len(config.names)
@@ -225,6 +246,7 @@ def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:
         faults=config.faults,
         payload_fault=config.payload_fault,
         drives=drives.copy(),
+        servos=_initial_servos(config.servos),
         queue=np.zeros((1 + int(drives.delay.max(initial=0)), len(drives))),
         sensors=sensors.copy(),
         ring=np.zeros((1 + int(sensors.delay.max(initial=0)), len(sensors))),

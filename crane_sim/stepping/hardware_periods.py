@@ -28,6 +28,7 @@ class HardwareState(NamedTuple):
     faults: Faults
     payload_fault: PayloadFault | None
     drives: Any  # records of DRIVE (nu,)
+    servos: Any  # `servos.Servos`, None where all drives are commanded efforts
     queue: Any  # (depth, nu), the last commands
     sensors: Any  # records of SENSOR (2 nq,)
     ring: Any  # (depth, 2 nq), the last samples
@@ -109,13 +110,13 @@ def _(fault):
 def apply_command(p, hardware, integration, k, period, command):
     """Return the source of period k, in which the drives take `command` (nu,)."""
     update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
-    counters = hardware.counters[0]
-    saturated = accept_command(p, hardware.drives, hardware.queue, k, command)
+    counters, u = hardware.counters[0], Drives(k * period, hardware.drives, hardware.servos)
+    saturated = accept_command(p, u, integration.x, hardware.queue, k, command)
     counters.saturated += 1 if saturated and not counters.braking else 0
     counters.braked += 1 if counters.braking else 0
     assign(hardware.drives.position, system.actuated_joints(p, integration.x)[0])
     apply_to_drives(hardware.faults, hardware.active, hardware.drives, counters.braking)
-    return Drives(k * period, hardware.drives)
+    return u
 
 
 @routine

@@ -30,7 +30,9 @@ class FakeSimulation:
     def __init__(self, steps: int = 80) -> None:
         """Begin at the first state; end after `steps` steps."""
         self.steps = steps
-        self.scene = SimpleNamespace(actuated=JOINTS, period=PERIOD, sampled=True)
+        self.scene = SimpleNamespace(
+            actuated=JOINTS, period=PERIOD, sampled=True, commands=("effort",) * 2, idle_command=(0.0, 0.0)
+        )
         self.validator = CommandValidator(JOINTS, (1e9, 1e9))
         self.plant = SimpleNamespace(braking=False)
         self.efforts: list[tuple[float, ...]] = []

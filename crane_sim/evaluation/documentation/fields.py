@@ -21,7 +21,8 @@ from crane_sim.scenes.schema.groups import WORDS, InlineUnion
 
 UNITS = frozenset(
     """-|s|Hz|1/s|1/s²|m|m²|m/s|m/s²|m/s³|s/m|m²/s²|rad|rad/s|kg|kg/m|kg/m³|kg m²|N|N/m|N s/m|N m|N m/rad|N m s|N m s²|
-    N m s/rad|joint's unit|parameter's unit|joint's unit/s|effort's unit|effort's unit/s|effort's unit s/joint's unit|
+    N m s/rad|joint's unit|parameter's unit|joint's unit/s|joint's unit/s²|
+    joint's unit/s³|command's unit|effort's unit|effort's unit/s|effort's unit s/joint's unit|
     effort's unit s²/joint's unit|effort's unit/joint's unit|rad/joint's unit|input's unit|state's unit|
     coordinate's unit|coordinate's unit/s|coordinate's unit/s²|coordinate's unit/s³""".replace("\n    ", "").split("|")
 )

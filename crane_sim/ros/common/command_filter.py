@@ -32,7 +32,7 @@ class RequiredEfforts(NamedTuple):
 
 
 def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
-    """Return bounds (nu,) on the efforts of commands, in the units of the scene's efforts.
+    """Return bounds (nu,) on the numbers of commands, in the units of the scene's commands.
 
     Args:
         scene: its initial posture determines inertia and gravity of a joint.
@@ -44,7 +44,7 @@ def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
         return ()
     inertia, gravity = required_efforts(scene)
     bounds = np.where(
-        np.isin(scene.effort_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * gravity, _ACCELERATION
+        np.isin(scene.command_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * gravity, _ACCELERATION
     )
     return tuple(bounds.tolist())
 

@@ -4,6 +4,7 @@ The hardware interface is `joint_state_topic_hardware_interface`, which reads `j
 `joint_commands`. Joints that nothing drives have states only.
 """
 
+from math import inf
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -20,13 +21,13 @@ INTEGRAL = 0.5  # times its frequency: what holds a joint against gravity withou
 _CONTROLLERS = {
     "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
     "joint_trajectory_controller": "joint_trajectory_controller/JointTrajectoryController",
-    "effort_forwarding_controller": "forward_command_controller/ForwardCommandController",
 }
+_FORWARDING = "forward_command_controller/ForwardCommandController"
 _CLAMP = 3.0  # times the effort that holds a joint at the start
 _FORCE_UNITS = ("N", "N m")
 _STATES = ("position", "velocity", "effort")
 _HEADER = """# Controllers of {name}: ros2 run controller_manager ros2_control_node --ros-args --params-file this file
-# Efforts of {joints}: {units}. Gains: for critically damped joints of {frequency:g} rad/s.
+# Commands of {joints}: {units}. Gains: for critically damped joints of {frequency:g} rad/s.
 """
 
 
@@ -65,42 +66,58 @@ def urdf_with_ros2_control(scene: Scene) -> str:
 def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position: float) -> None:
     element = ElementTree.SubElement(control, "joint", name=joint)
     if joint in scene.actuated:
-        command = ElementTree.SubElement(element, "command_interface", name="effort")
-        if scene.hardware is not None:
-            drive = scene.hardware.drives[scene.actuated.index(joint)]
-            ElementTree.SubElement(command, "param", name="min").text = f"{drive.low:.12g}"
-            ElementTree.SubElement(command, "param", name="max").text = f"{drive.high:.12g}"
+        i = scene.actuated.index(joint)
+        command = ElementTree.SubElement(element, "command_interface", name=scene.commands[i])
+        for name, bound in zip(("min", "max"), command_limits(scene, i), strict=False):
+            ElementTree.SubElement(command, "param", name=name).text = f"{bound:.12g}"
     for name in _STATES:
         state = ElementTree.SubElement(element, "state_interface", name=name)
         if name == "position":
             ElementTree.SubElement(state, "param", name="initial_value").text = f"{position:.12g}"
 
 
+def command_limits(scene: Scene, i: int) -> tuple[float, ...]:
+    """Return (least, largest) command of actuated joint i; empty where there is no actuator."""
+    if scene.hardware is None:
+        return ()
+    drive, joint, kind = scene.hardware.drives[i], scene.actuated[i], scene.commands[i]
+    if kind == "velocity":
+        speed = scene.hardware.servos[i].max_speed
+        return -speed, speed
+    if kind == "position":
+        return next(((span.low, span.high) for span in scene.limits if span.joint == joint), (-inf, inf))
+    return drive.low, drive.high
+
+
 def controllers_file(scene: Scene) -> str:
     """Return the parameters of a controller manager, a broadcaster and two controllers, in YAML.
 
     Raises:
-        SceneError: the scene has no joint to command.
+        SceneError: the scene has no joint to command, or drives that are commanded differently.
     """
     if not scene.actuated:
         raise SceneError(f"{scene.name}: no joint of this crane is actuated, so there is nothing to command")
+    if len(set(scene.commands)) > 1:
+        kinds = ", ".join(f"{joint}: {kind}" for joint, kind in zip(scene.actuated, scene.commands, strict=True))
+        raise SceneError(f"{scene.name}: {kinds}: a controller commands one interface; give all joints the same drive")
     manager: dict[str, Any] = {"update_rate": round(1.0 / scene.period), "use_sim_time": True}
     manager |= {name: {"type": kind} for name, kind in _CONTROLLERS.items()}
+    manager[f"{scene.commands[0]}_forwarding_controller"] = {"type": _FORWARDING}
     gains = dict(zip(scene.actuated, joint_gains(scene), strict=True))
     trajectory: dict[str, Any] = {
         "joints": list(scene.actuated),
-        "command_interfaces": ["effort"],
+        "command_interfaces": sorted(set(scene.commands)),
         "state_interfaces": ["position", "velocity"],
         "gains": {joint: gain.rounded() for joint, gain in gains.items()},
     }
-    forwarding = {"joints": list(scene.actuated), "interface_name": "effort"}
+    forwarding = {"joints": list(scene.actuated), "interface_name": scene.commands[0]}
     nodes = {
         "controller_manager": manager,
         "joint_trajectory_controller": trajectory,
-        "effort_forwarding_controller": forwarding,
+        f"{scene.commands[0]}_forwarding_controller": forwarding,
     }
     document = {scene.crane: {name: {"ros__parameters": values} for name, values in nodes.items()}}
-    units = ", ".join(scene.effort_units)
+    units = ", ".join(scene.command_units)
     header = _HEADER.format(name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY)
     return header + yaml.safe_dump(document, sort_keys=False)
 
@@ -108,7 +125,7 @@ def controllers_file(scene: Scene) -> str:
 def joint_gains(scene: Scene) -> list[Gains]:
     """Return the gains of every actuated joint: of its inertia where it takes a force, else of its kinematics."""
     w, gains, required = FREQUENCY, [], required_efforts(scene)
-    for unit, inertia, gravity in zip(scene.effort_units, *required, strict=True):
+    for unit, inertia, gravity in zip(scene.command_units, *required, strict=True):
         if unit in _FORCE_UNITS:
             clamp = _CLAMP * gravity
             gains.append(Gains(inertia * w * w, INTEGRAL * inertia * w**3 if clamp else 0.0, 2.0 * inertia * w, clamp))

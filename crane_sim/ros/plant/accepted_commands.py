@@ -6,7 +6,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import JointWire
+from crane_sim.ros.common.command_wire import CommandWire
 
 ACCEPTED = "accepted_command"
 
@@ -14,8 +14,8 @@ ACCEPTED = "accepted_command"
 class AcceptedCommands:
     """Publisher for recorders, where the stamp of a command does not say which state it answers."""
 
-    def __init__(self, node: Node, wire: JointWire) -> None:
-        """Create the publisher; `wire` encodes efforts (nu,)."""
+    def __init__(self, node: Node, wire: CommandWire) -> None:
+        """Create the publisher; `wire` encodes commands (nu,)."""
         self._publisher, self._wire = node.create_publisher(JointState, ACCEPTED, messages.STREAM), wire
 
     def publish(self, stamp: int, effort: Sequence[float]) -> None:

@@ -14,8 +14,8 @@ from typing import Any
 from sensor_msgs.msg import JointState
 
 from crane_sim.ros.common.command_stamps import CommandStamps, lockstep_range
+from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.serialization import EFFORT, JointWire
 from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
@@ -43,7 +43,7 @@ class Lockstep:
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands`."""
         self._host, self._simulation, self._settings = host, simulation, settings
-        self._wire = JointWire(simulation.scene.actuated, EFFORT)
+        self._wire = CommandWire(simulation.scene)
         self._should_stop = partial(should_stop, host)
         self._peers = ClockPeers(host.node, settings.beside)
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
@@ -124,7 +124,7 @@ class Lockstep:
         validator = simulation.validator
         possible = lockstep_range(self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns)
         command = validator.decode(self._wire.decode, data)
-        effort = command and validator.validate(command.stamp, command.names, command.effort, possible)
+        effort = command and validator.validate(command.stamp, command.names, self._wire.values(command), possible)
         if effort is None:
             return False
         if self._accepted:

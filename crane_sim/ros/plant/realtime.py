@@ -9,8 +9,9 @@ from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_stamps import CommandStamps, realtime_range
+from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.serialization import EFFORT, JointWire, decode_array
+from crane_sim.ros.common.serialization import decode_array
 from crane_sim.ros.common.timing import StepTiming
 from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
@@ -18,7 +19,6 @@ from crane_sim.ros.plant.scheduler import should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.watchdog import CommandTimeoutAction, Watchdog
 
-_ARRAYS = "effort_controller/commands"
 _UPDATE_PERIOD = 0.05  # s between two updates of the publishers of commands
 _POLL = 0.001  # s between two polls of commands while there are several publishers
 _MARGIN = 0.0004  # s; spin_once comes back up to 0.3 ms late, a plain sleep does not
@@ -36,20 +36,19 @@ class Realtime:
     commands_have_come = False
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
-        """Subscribe to `joint_commands` and `effort_controller/commands`, if the scene takes commands at all."""
+        """Subscribe to `joint_commands` and, unless drives differ, an array topic, if the scene takes commands."""
         self._host, self._simulation, self._settings = host, simulation, settings
-        self._zero = (0.0,) * len(simulation.scene.actuated)
-        self._held, self._answered = self._zero, False  # the newest command, and whether it came after the last step
+        self._idle = simulation.scene.idle_command
+        self._held, self._answered = self._idle, False  # the newest command, and whether it came after the last step
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._timed_out, self._command_timeouts = False, 0
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
-        self._wire = JointWire(simulation.scene.actuated, EFFORT)
-        topics = {
-            "joint_commands": CommandTopic(JointState, self._on_command),
-            _ARRAYS: CommandTopic(Float64MultiArray, self._on_array),
-        }
+        self._wire = CommandWire(simulation.scene)
+        topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
+        if self._wire.kind:
+            topics[f"{self._wire.kind}_controller/commands"] = CommandTopic(Float64MultiArray, self._on_array)
         sampled, lease = simulation.scene.sampled, settings.command_lease
         self._commands = CommandArbiter(host, simulation, topics, lease, lambda: simulation.paused) if sampled else None
         self._accepted = AcceptedCommands(host.node, self._wire) if sampled else None
@@ -108,7 +107,7 @@ class Realtime:
 
     def reset(self) -> None:
         """See `StepScheduler`; the controller has a whole period for its answer to the first state, as at the start."""
-        self._held, self._answered = self._zero, False
+        self._held, self._answered = self._idle, False
         self._due = time.monotonic() + self._period
         self._watchdog.reset()
         self._set_timed_out(False)
@@ -157,7 +156,13 @@ class Realtime:
             return None
         self._watchdog.update()
         self._set_timed_out(self._watchdog.expired)
-        return self._zero if self._timed_out and self._settings.on_silence == CommandTimeoutAction.ZERO else self._held
+        zero = self._timed_out and self._settings.on_silence == CommandTimeoutAction.ZERO
+        return self._zero_command() if zero else self._held
+
+    def _zero_command(self) -> tuple[float, ...]:
+        """Return zero efforts and speeds; position drives keep their last command."""
+        kinds = self._simulation.scene.commands
+        return tuple(held if kind == "position" else 0.0 for kind, held in zip(kinds, self._held, strict=True))
 
     def _set_timed_out(self, timed_out: bool) -> None:
         """Begin or end the action at a time-out of commands, with its warning."""
@@ -181,7 +186,7 @@ class Realtime:
         real = self._watchdog.timeout * messages.SECOND
         timeouts = round(real * self._settings.rate), round(real)
         possible = realtime_range(policy, command.stamp, now, time.time_ns(), timeouts)
-        effort = validator.validate(command.stamp, command.names, command.effort, possible)
+        effort = validator.validate(command.stamp, command.names, self._wire.values(command), possible)
         return self._hold(command.stamp if policy == CommandStamps.STATE else now, effort)
 
     def _on_array(self, data: bytes) -> bool:

@@ -8,6 +8,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
+from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.serialization import EFFORT, STATE, Frame, JointWire
 
@@ -33,7 +34,7 @@ class MessageDecoder:
         """Create a decoder for the joints of a scene."""
         self._recorder, self._scene, self._quitting = recorder, scene, False
         self._state_wire = JointWire(scene.joint_names, STATE)
-        self._effort_wire = JointWire(scene.actuated, EFFORT)
+        self._effort_wire, self._command_wire = JointWire(scene.actuated, EFFORT), CommandWire(scene)
         self._validator = CommandValidator(
             scene.actuated, largest_efforts(scene), scene.joint_names
         )  # as the plant's own
@@ -62,16 +63,21 @@ class MessageDecoder:
             self._recorder.effort(applied.stamp, applied.effort)
 
     def _on_command(self, data: bytes) -> None:
-        command = _decode(self._effort_wire, data)
-        effort = self._validator.match_joints(command.names, command.effort) if command is not None else None
-        if command is not None and effort is not None:
-            self._recorder.command(command.stamp, effort)
+        stamp, command = self._read_command(data)
+        if command is not None:
+            self._recorder.command(stamp, command)
 
     def _on_accepted(self, data: bytes) -> None:
-        command = _decode(self._effort_wire, data)
-        effort = self._validator.match_joints(command.names, command.effort) if command is not None else None
-        if command is not None and effort is not None:
-            self._recorder.accept_effort(command.stamp, effort)
+        stamp, command = self._read_command(data)
+        if command is not None:
+            self._recorder.accept_effort(stamp, command)
+
+    def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:
+        """Return (stamp [ns], the command (nu,) in a message, or None where it is none)."""
+        frame = _decode(self._command_wire, data)
+        if frame is None:
+            return 0, None
+        return frame.stamp, self._validator.match_joints(frame.names, self._command_wire.values(frame))
 
     def _on_reference(self, data: bytes) -> None:
         try:
@@ -99,7 +105,7 @@ class MessageDecoder:
         return tuple(by_name[name] for name in self._scene.actuated)
 
 
-def _decode(wire: JointWire, data: bytes) -> Frame | None:
+def _decode(wire: JointWire | CommandWire, data: bytes) -> Frame | None:
     """Return a decoded message, None for data of another type: a topic may carry anything."""
     try:
         return wire.decode(data)

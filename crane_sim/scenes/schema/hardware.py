@@ -2,7 +2,7 @@
 
 import re
 from math import inf
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
@@ -41,6 +41,7 @@ def _check_names(faults: dict[str, Any]) -> dict[str, Any]:
     return faults
 
 
+PositiveOrInfinite = Annotated[float, Field(allow_inf_nan=True), Field(gt=0.0), BeforeValidator(reject_bool)]
 Sizes = Annotated[tuple[NonNegative, NonNegative], BeforeValidator(_as_pair)]
 Reals = Annotated[tuple[Real, Real], BeforeValidator(_as_pair)]
 Limits = Annotated[tuple[Real, Real], BeforeValidator(_range), AfterValidator(_check_order)]
@@ -74,12 +75,34 @@ class MotorGroup(Group):
     no_load_speed: Positive = inf  # rad/s, of the motor, at which it has fallen to 0 in a line; with `torque`
 
 
+class ServoGroup(Group):
+    """Reference generator and loops of a drive that follows a speed or a position, as a frequency converter's.
+
+    The command, held for a period, becomes a reference within the limits below, in closed form. The speed loop is
+    effort = gain × (e + integral of e / integral_time), e: reference's speed less the joint's; the effort is limited by
+    `limit` and `motor`, where the integral is clamped.
+    """
+
+    gain: PositiveOrInfinite  # effort's unit s/joint's unit, effort for a deviation of the speed; `.inf`: the joint
+    # follows its reference exactly
+    integral_time: Positive | None = None  # s, of the speed loop; left out: none, a static load costs speed
+    position_gain: Positive | None = None  # 1/s, with `drive: position`: speed for a deviation of the position, sampled
+    # once a period
+    max_speed: Positive | None = None  # joint's unit/s, largest speed of the reference; left out: any
+    max_acceleration: Positive | None = None  # joint's unit/s², largest acceleration of the reference; left out: any
+    max_jerk: Positive | None = None  # joint's unit/s³, largest rate of that acceleration; left out: any
+
+
 class ActuatorGroup(Group):
     """Dynamics of a joint's drive, in the units of its effort.
 
     Within a period the effort solves u' = (demand - u) / lag within the rate limit exactly. Keys of a joint go before
-    those of `all`.
+    those of `all`. Laws, inputs and commands give what `drive` says, a speed or a position in the joint's unit.
     """
+
+    drive: Literal["effort", "velocity", "position"] = "effort"  # what the drive is commanded; the latter two are
+    # followed as `servo` says
+    servo: ServoGroup | None = None  # reference and loops with `drive: velocity` or `position`
 
     limit: Limits | None = None  # effort's unit, range of the effort; one number stands for [-number, number]; left
     # out: none
@@ -89,7 +112,7 @@ class ActuatorGroup(Group):
     # either the drive is off and its brake (`brake`) engaged to the end of the run; read at the ends of periods, the
     # distance travelled beyond is in the summary; left out: none
     motor: MotorGroup | None = None  # of a drive by force or torque; left out: no inertia, no limit by speed
-    deadband: NonNegative = 0.0  # effort's unit, demands up to this size count as zero
+    deadband: NonNegative = 0.0  # command's unit, demands up to this size count as zero
     delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
 
 

@@ -1,0 +1,144 @@
+"""Speeds for drives that follow them: an operator's, shaped against swing, or to a target, with feedback of the swing.
+
+Below a joint that moves the suspension point at the commanded speed v, the payload swings by l a'' + g a = -v' (a: its
+angle, positive where it is ahead; l: the rope's length). With v = v_0 + k a, k = 2 z sqrt(g l), the swing is damped:
+s² + 2 z w s + w² = 0, w² = g / l. On the way to a target, v_0 = h (x* - x) and the poles solve
+l (s² + w²) (s + h) + k s² = 0, by Routh's criterion stable for all h > 0, k > 0.
+"""
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.types import NonNegative, Positive
+from crane_sim.laws import read_settings
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.metrics import derive
+from crane_sim.trajectories.inputs import Table
+from crane_sim.trajectories.shaping import Shaping, impulses
+
+STEP = 1e-4  # rad or m, of differences: their error is its square
+
+
+class Settings(NamedTuple):
+    """Speeds of all actuated joints, for drives with `drive: velocity` and winches by rate."""
+
+    speeds: dict[str, Table] | None = None  # by joint: the operator's, in the joint's unit/s; left out: to
+    # `reference.q`; joints that are not named stand
+    shaping: Shaping | None = None  # of the operator's speeds, against the swing of the nominal rope; left out: none
+    damping: Annotated[NonNegative, Field(le=1.0)] = 0.2  # -, ratio z that the feedback gives the swing; 0: none
+    position_gain: Positive = 0.3  # 1/s, h: speed for a deviation from `reference.q`
+
+
+SETTINGS = {"control": Settings}
+
+
+class SpeedCommand(NamedTuple):
+    """The speed of one joint."""
+
+    table: Table | None  # the operator's
+    target: float  # m or rad, where there is no operator
+    gain: float  # 1/s, of the deviation from it
+    feedback: npt.NDArray[np.float64]  # (nq,), of the joints' positions
+
+
+class AntiSwingLaw(NamedTuple):
+    """The law."""
+
+    joints: tuple[SpeedCommand, ...]  # (nu,)
+    weights: tuple[float, ...]  # of the shaper's impulses
+    delays: tuple[float, ...]  # s
+    commands: tuple[str, ...]  # what each joint is commanded, of `laws.Law`
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the speeds (nu,) at joint positions q, nq or more."""
+        return tuple(self._speed(joint, i, t, q) for i, joint in enumerate(self.joints))
+
+    def _speed(self, joint: SpeedCommand, i: int, t: float, q: tuple[float, ...]) -> float:
+        swing = sum(gain * q[j] for j, gain in enumerate(joint.feedback) if gain)
+        if joint.table is None:
+            return swing + joint.gain * (joint.target - q[i])
+        shaped = zip(self.weights, self.delays, strict=True)
+        return swing + sum(
+            weight * float(np.interp(t - delay, joint.table.times, joint.table.values)) for weight, delay in shaped
+        )
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
+    """Return the law for its nominal scene.
+
+    Raises:
+        SceneError: a setting is wrong, there is neither a target nor a speed, or nothing swings.
+    """
+    options = read_settings(Settings, settings)
+    length, gains = swing_gains(nominal)
+    frequency, tables = sqrt(_gravity(nominal) / length), _tables(options, nominal)
+    weights, delays = [1.0], [0.0]
+    if options.shaping is not None:
+        shaping = options.shaping
+        own = frequency if shaping.frequency == "auto" else shaping.frequency
+        weights, delays = impulses(shaping.kind, own, shaping.damping)
+    feedback = 2.0 * options.damping * frequency * length * gains
+    targets = [0.0] * len(feedback) if tables else nominal.reference or ()
+    joints = tuple(
+        SpeedCommand(tables[i] if tables else None, target, options.position_gain, gains)
+        for i, (target, gains) in enumerate(zip(targets, feedback, strict=True))
+    )
+    kinds = tuple("effort" if unit == "m/s" else "velocity" for unit in nominal.effort_units)
+    return AntiSwingLaw(joints, tuple(weights), tuple(delays), kinds)
+
+
+def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
+    """Return (l [m], angles of the swing ahead of each actuated joint by joint positions (nu, nq) in small motions).
+
+    A joint that turns counts by its tip's way: its angle is divided by the radius.
+
+    Raises:
+        SceneError: the payload hangs on nothing that swings.
+    """
+    n, nu = len(scene.joint_names), len(scene.actuated)
+    actuated = [scene.joint_names.index(name) for name in scene.actuated]
+    hanging = np.array(scene.initial_q)
+    angles = [i for i in range(n) if i not in actuated and scene.joint_units[i] == "rad"]
+    hanging[angles] = 0.0
+    q = np.concatenate([hanging + STEP * np.eye(n), hanging - STEP * np.eye(n), [hanging]])
+    derived = derive(scene, np.zeros(2 * n + 1), q, np.zeros_like(q), np.zeros((2 * n + 1, nu)))
+    offset = derived.payload - derived.tip
+    length = float(np.linalg.norm(offset[-1]))
+    moved = (offset[:n] - offset[n : 2 * n])[:, :2] / (2.0 * STEP)
+    ways = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)
+    moved[actuated] = 0.0
+    sizes = np.sum(ways**2, axis=1, keepdims=True)
+    gains = np.divide(ways @ moved.T, sizes * length, out=np.zeros((nu, n)), where=sizes > STEP)
+    if not np.any(np.abs(gains) > STEP):
+        raise SceneError("control.law = 'anti_swing': no actuated joint moves a rope that swings by angles")
+    return length, np.where(np.abs(gains) > STEP, gains, 0.0)
+
+
+def _gravity(scene: Scene) -> float:
+    """Return the acceleration of free fall [m/s²]; raises SceneError where there is none."""
+    file: Any = scene.file
+    if not file.gravity > 0.0:
+        raise SceneError(f"control.law = 'anti_swing': nothing swings at gravity = {file.gravity:g}")
+    return file.gravity
+
+
+def _tables(options: Settings, scene: Scene) -> list[Table]:
+    """Return the operator's speeds of all actuated joints, empty where there is a target instead."""
+    if options.speeds is None:
+        if scene.reference is None:
+            raise SceneError("control.speeds: is missing, and so is reference.q: give one of them")
+        if options.shaping is not None:
+            raise SceneError("control.shaping: shapes control.speeds, which is missing")
+        return []
+    for name, table in options.speeds.items():
+        if name not in scene.actuated:
+            raise SceneError(f"control.speeds: {unknown_key(name, scene.actuated, 'joint')}")
+        if complaint := table.complaint():
+            raise SceneError(f"control.speeds.{name}: {complaint}")
+    return [options.speeds.get(name, Table((0.0,), (0.0,))) for name in scene.actuated]

@@ -1,0 +1,135 @@
+"""Reference profiles of servo drives: ramps of speed and motions to a position within limits, in closed form.
+
+A profile is a sequence of phases of constant jerk, each (duration [s], velocity, acceleration, jerk at its start), the
+last one without end. A ramp changes the velocity in the least time within the largest acceleration and jerk and ends
+without acceleration: the acceleration grows, holds, and fades (Biagiotti and Melchiorri, Trajectory Planning for
+Automatic Machines and Robots, Springer 2008, section 3.4). A motion to a position is a ramp to a cruise speed, the
+cruise, and a ramp to rest; the cruise speed is a root of the distance, found by bisection. From rest, or from motion
+towards the target, that takes the least time.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+from crane_sim.numerics.jit import lean_kernel, lean_routine
+
+PHASES = 8
+"""Phases of a profile: two ramps of three, the cruise between them, and rest."""
+_BISECTIONS = 64  # halve the range of speeds to the last bit
+
+
+class Bounds(NamedTuple):
+    """Bounds of a joint's reference; infinite where there is none."""
+
+    speed: float  # m/s or rad/s
+    acceleration: float
+    jerk: float
+
+
+class Ramp(NamedTuple):
+    """A change of velocity in three phases."""
+
+    rise: float  # s, in which the acceleration changes to its peak
+    hold: float  # s
+    fall: float  # s, in which it fades to 0
+    peak: float  # acceleration
+    jerk: float  # while it rises; the opposite while it fades
+
+
+@lean_kernel
+def plan_ramp(v, a, target, bounds):
+    """Return the ramp from velocity v and acceleration a to the target velocity without acceleration."""
+    largest, jerk = bounds.acceleration, bounds.jerk
+    if jerk == inf:
+        if largest == inf:
+            return Ramp(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Ramp(0.0, abs(target - v) / largest, 0.0, largest if target >= v else -largest, 0.0)
+    sign = 1.0 if target >= v + 0.5 * a * abs(a) / jerk else -1.0
+    change, began = sign * (target - v), sign * a
+    peak, hold = sqrt(max(0.0, jerk * change + 0.5 * began * began)), 0.0
+    if peak > largest:
+        peak, hold = largest, (change - (largest * largest - 0.5 * began * began) / jerk) / largest
+    return Ramp(max(0.0, peak - began) / jerk, hold, peak / jerk, sign * peak, sign * jerk)
+
+
+@lean_kernel
+def phase_distance(duration, v, a, jerk):
+    """Return the distance [m or rad] of a phase."""
+    return duration * (v + duration * (0.5 * a + duration * jerk / 6.0))
+
+
+@lean_kernel
+def hold_velocity(ramp, v, a):
+    """Return the velocity at which the acceleration of a ramp from (v, a) has reached its peak."""
+    return v + 0.5 * (a + ramp.peak) * ramp.rise
+
+
+@lean_kernel
+def fall_velocity(ramp, target):
+    """Return the velocity at which the acceleration of a ramp to the target velocity begins to fade."""
+    return target - 0.5 * ramp.peak * ramp.fall
+
+
+@lean_kernel
+def ramp_distance(v, a, target, bounds):
+    """Return the distance [m or rad] of the ramp that `plan_ramp` returns."""
+    ramp = plan_ramp(v, a, target, bounds)
+    rise = phase_distance(ramp.rise, v, a, ramp.jerk)
+    hold = phase_distance(ramp.hold, hold_velocity(ramp, v, a), ramp.peak, 0.0)
+    return rise + hold + phase_distance(ramp.fall, fall_velocity(ramp, target), ramp.peak, -ramp.jerk)
+
+
+@lean_kernel
+def motion_distance(v, a, cruise, bounds):
+    """Return the distance [m or rad] from velocity v and acceleration a to rest by way of a cruise speed."""
+    return ramp_distance(v, a, cruise, bounds) + ramp_distance(cruise, 0.0, 0.0, bounds)
+
+
+@lean_kernel
+def write_phase(phases, i, k, duration, v, a, jerk):
+    """Write phase k of joint i."""
+    phases[i, k, 0], phases[i, k, 1], phases[i, k, 2], phases[i, k, 3] = duration, v, a, jerk
+
+
+@lean_kernel
+def write_ramp(phases, i, k, v, a, target, bounds):
+    """Write the ramp from velocity v and acceleration a to the target velocity as phases k .. k + 2 of joint i."""
+    ramp = plan_ramp(v, a, target, bounds)
+    write_phase(phases, i, k, ramp.rise, v, a, ramp.jerk)
+    write_phase(phases, i, k + 1, ramp.hold, hold_velocity(ramp, v, a), ramp.peak, 0.0)
+    write_phase(phases, i, k + 2, ramp.fall, fall_velocity(ramp, target), ramp.peak, -ramp.jerk)
+
+
+@lean_routine
+def plan_velocity(phases, i, v, a, target, bounds):
+    """Write the phases of joint i from velocity v and acceleration a to a velocity that stays."""
+    write_ramp(phases, i, 0, v, a, target, bounds)
+    for k in range(3, PHASES):
+        write_phase(phases, i, k, inf, target, 0.0, 0.0)
+
+
+@lean_kernel
+def cruise_speed(v, a, distance, bounds):
+    """Return the velocity of the cruise on the way over a distance to rest, from velocity v and acceleration a."""
+    sign = 1.0 if distance >= ramp_distance(v, a, 0.0, bounds) else -1.0
+    low, high = 0.0, bounds.speed
+    if sign * (motion_distance(v, a, sign * high, bounds) - distance) <= 0.0:
+        return sign * high
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if sign * (motion_distance(v, a, sign * middle, bounds) - distance) <= 0.0:
+            low = middle
+        else:
+            high = middle
+    return sign * low
+
+
+@lean_routine
+def plan_position(phases, i, v, a, distance, bounds):
+    """Write the phases of joint i from velocity v and acceleration a over a distance to rest; the speed is bounded."""
+    cruise = cruise_speed(v, a, distance, bounds)
+    rest = distance - motion_distance(v, a, cruise, bounds)
+    write_ramp(phases, i, 0, v, a, cruise, bounds)
+    write_phase(phases, i, 3, rest / cruise if cruise != 0.0 else 0.0, cruise, 0.0, 0.0)
+    write_ramp(phases, i, 4, cruise, 0.0, 0.0, bounds)
+    write_phase(phases, i, 7, inf, 0.0, 0.0, 0.0)

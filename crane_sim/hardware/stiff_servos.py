@@ -1,0 +1,75 @@
+"""Servo drives of infinite gain: the efforts with which joints follow their references exactly.
+
+Accelerations are affine in the efforts: a = a_0 + B u. The efforts u of these joints solve B u = a_r - a_0, with a_r
+the references' accelerations, B from one evaluation of the equations for each joint. A second pass with the remainder
+removes the rounding of B, whose entries are differences. The references begin with the joints' motion.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.hardware.servos import Servos, reference_at
+from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.linear_systems import factor_dense, solve_dense
+
+
+class StiffServos(NamedTuple):
+    """The joints with drives of infinite gain."""
+
+    joints: Any  # (m,), their indices
+
+
+@generic
+def add_imposed_efforts(servos, drives, p, t, x):
+    """Add to the efforts in `drives` those of servo drives with infinite gain, at time t [s] and state x."""
+
+
+@add_imposed_efforts.register(Servos)
+def _(servos, drives, p, t, x):
+    impose_references(servos.stiff, servos.loops, drives, p, t, x)
+
+
+@generic
+def impose_references(stiff, loops, drives, p, t, x):
+    """Add the efforts of drives of infinite gain; there is none by default."""
+
+
+@impose_references.register(StiffServos)
+def _(stiff, loops, drives, p, t, x):
+    solve_efforts(stiff.joints, loops, drives, p, t, x)
+
+
+@routine
+def solve_efforts(joints, loops, drives, p, t, x):
+    """Add the efforts with which the joints have their references' accelerations; a brake that holds goes before."""
+    m = len(joints)
+    mobility, remainder = np.empty((m, m)), np.empty(m)
+    missing_accelerations(joints, loops, drives, p, t, x, remainder)
+    for j in range(m):
+        drive, column = drives[joints[j]], np.empty(m)
+        drive.effort += 1.0
+        missing_accelerations(joints, loops, drives, p, t, x, column)
+        drive.effort -= 1.0
+        for i in range(m):
+            mobility[i, j] = remainder[i] - column[i]
+    for j in range(m):
+        if drives[joints[j]].engaged:
+            mobility[j, :], mobility[:, j], mobility[j, j] = 0.0, 0.0, 1.0
+    order = factor_dense(mobility)
+    for _ in range(2):
+        for j in range(m):
+            remainder[j] = 0.0 if drives[joints[j]].engaged else remainder[j]
+        solve_dense(mobility, order, remainder)
+        for j in range(m):
+            drives[joints[j]].effort += remainder[j]
+        missing_accelerations(joints, loops, drives, p, t, x, remainder)
+
+
+@routine
+def missing_accelerations(joints, loops, drives, p, t, x, out):
+    """Write the references' accelerations less those under the efforts in `drives` into `out` (m,)."""
+    accelerations = system.acceleration(p, t, x, system.efforts_from_row(p, drives.effort))
+    for j in range(len(joints)):
+        out[j] = reference_at(loops[joints[j]], t)[2] - accelerations[joints[j]]

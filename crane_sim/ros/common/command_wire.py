@@ -1,0 +1,46 @@
+"""Commands in joint states: each joint's number is in the field that its drive is commanded by, as in ros2_control.
+
+A crane whose drives all take the same kind has commands with that field alone; where they differ, a message has all
+fields that a drive takes, with NaN where a joint's drive takes another one.
+"""
+
+from collections.abc import Sequence
+from math import nan
+
+from crane_sim.ros.common.serialization import STATE, Frame, JointWire
+from crane_sim.scenes.scene import Scene
+
+
+class CommandWire:
+    """Encoder and decoder of the commands of a scene's actuated joints.
+
+    Attributes:
+        kind: what all drives are commanded, `effort`, `velocity` or `position`; empty where they differ.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        """Lay the message out for the scene's actuated joints."""
+        kinds = scene.commands
+        self._kinds = dict(zip(scene.actuated, kinds, strict=True))
+        self._fields = tuple(field for field in STATE if field in kinds) or ("effort",)
+        self.kind = self._fields[0] if len(self._fields) == 1 else ""
+        self._wire = JointWire(scene.actuated, self._fields)
+
+    def encode(self, stamp: int, command: Sequence[float]) -> bytes:
+        """Return the message of a command (nu,) with `stamp`, ns."""
+        if self.kind:
+            return self._wire.encode(stamp, command)
+        named = list(zip(self._kinds.values(), command, strict=True))
+        vectors = [[value if kind == field else nan for kind, value in named] for field in self._fields]
+        return self._wire.encode(stamp, *vectors)
+
+    def decode(self, data: bytes) -> Frame:
+        """Return the content of a message of any layout; raises ValueError for bytes that are none."""
+        return self._wire.decode(data)
+
+    def values(self, frame: Frame) -> Sequence[float]:
+        """Return the commands in a message, one for each of its names; fewer where fields are not filled."""
+        if self.kind:
+            return getattr(frame, self.kind)
+        columns = [getattr(frame, self._kinds.get(name, self._fields[0])) for name in frame.names]
+        return [column[i] for i, column in enumerate(columns) if i < len(column)]
