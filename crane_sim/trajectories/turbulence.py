@@ -6,12 +6,14 @@ of variance σ² and length scale L in a mean U is S(f) = σ² (L / U) s(f L / U
 standard prints as 1.339 of von Karman's is here B(1/2, 1/3) / π.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.numerics.libm import arctan, power
 from crane_sim.trajectories.wind import Gust
 
 Array = npt.NDArray[np.float64]
@@ -45,11 +47,11 @@ class Band(NamedTuple):
 
 
 def _kaimal_density(x: Array, component: int) -> Array:
-    return 4.0 * (1.0 + 6.0 * x) ** (-5.0 / 3.0)
+    return 4.0 * power(1.0 + 6.0 * x, -5.0 / 3.0)
 
 
 def _kaimal_below(x: Array, component: int) -> Array:
-    return 1.0 - (1.0 + 6.0 * x) ** (-2.0 / 3.0)
+    return 1.0 - power(1.0 + 6.0 * x, -2.0 / 3.0)
 
 
 def _kaimal_lengths(height: float) -> tuple[float, ...]:
@@ -69,14 +71,14 @@ def _dryden_density(x: Array, component: int) -> Array:
 
 def _dryden_below(x: Array, component: int) -> Array:
     y = _phase(x, component)
-    return 2.0 / np.pi * np.arctan(y) - (0.0 if component == 0 else y / (1.0 + y * y) / np.pi)
+    return 2.0 / np.pi * arctan(y) - (0.0 if component == 0 else y / (1.0 + y * y) / np.pi)
 
 
 def _karman_density(x: Array, component: int) -> Array:
     y2 = (KARMAN * _phase(x, component)) ** 2
     if component == 0:
-        return 4.0 / (1.0 + y2) ** (5.0 / 6.0)
-    return 4.0 * (1.0 + 8.0 / 3.0 * y2) / (1.0 + y2) ** (11.0 / 6.0)
+        return 4.0 / power(1.0 + y2, 5.0 / 6.0)
+    return 4.0 * (1.0 + 8.0 / 3.0 * y2) / power(1.0 + y2, 11.0 / 6.0)
 
 
 def _karman_below(x: Array, component: int) -> Array:
@@ -116,8 +118,8 @@ def default_cut_off(spectrum: Spectrum, component: int) -> float:
     low, high = 0.0, 20.0  # logarithms
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if beyond(spectrum, component, np.exp(middle)) > BEYOND else (low, middle)
-    return float(np.exp(low))
+        low, high = (middle, high) if beyond(spectrum, component, math.exp(middle)) > BEYOND else (low, middle)
+    return math.exp(low)
 
 
 def band_of(scale: float, cut_off: float, duration: float) -> Band:

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.numerics.libm import exp, exponential, geometric_sequence, power
+
 Array = npt.NDArray[np.float64]
 NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak frequency
 GRAVITY = 9.81  # m/s²
@@ -54,13 +56,13 @@ def max_observed_steepness(peak_period: float) -> float:
 def _spectral_shape(x: Array, gamma: float) -> Array:
     """Return a spectrum without units at frequencies x in units of the peak frequency."""
     width = np.where(x <= 1.0, NARROW, WIDE)
-    peak = np.exp(-0.5 * ((x - 1.0) / width) ** 2)
-    return x**-5 * np.exp(-1.25 * x**-4) * gamma**peak
+    peak = exp(-0.5 * ((x - 1.0) / width) ** 2)
+    return power(x, -5.0) * exp(-1.25 * power(x, -4.0)) * exponential(gamma, peak)
 
 
 def _split_energy(gamma: float) -> tuple[Array, Array]:
     """Return (frequencies in units of the peak's, energy below each of them), without units."""
-    x = np.geomspace(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond
+    x = geometric_sequence(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond
     shape = _spectral_shape(x, gamma)
     return x, np.append(0.0, np.cumsum(0.5 * (shape[1:] + shape[:-1]) * np.diff(x)))
 

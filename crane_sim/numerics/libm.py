@@ -1,0 +1,46 @@
+"""Elementary functions of arrays, by the C library, one element after the other.
+
+NumPy's own take other instructions, with other last bits, on processors with AVX-512. What a seed draws is to be the
+same on every machine.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+Array = Any
+"""An array of floats of any shape, or a float."""
+
+
+def exp(x: Array) -> Array:
+    """Return e to the power of x."""
+    return _each(math.exp, x)
+
+
+def power(x: Array, exponent: float) -> Array:
+    """Return x, not negative, to the power of a number."""
+    return _each(lambda value: math.pow(value, exponent), x)
+
+
+def exponential(base: float, x: Array) -> Array:
+    """Return a number, not negative, to the power of x."""
+    return _each(lambda value: math.pow(base, value), x)
+
+
+def arctan(x: Array) -> Array:
+    """Return the arctangent of x [rad]."""
+    return _each(math.atan, x)
+
+
+def geometric_sequence(first: float, last: float, count: int) -> Array:
+    """Return `count` numbers (count,) from the first to the last one, each the same multiple of the one before."""
+    sequence = exponential(10.0, np.linspace(math.log10(first), math.log10(last), count))
+    sequence[0], sequence[-1] = first, last
+    return sequence
+
+
+def _each(function: Callable[[float], float], x: Array) -> Array:
+    flat = np.asarray(x, dtype=float)
+    return np.array([function(value) for value in flat.ravel().tolist()]).reshape(flat.shape)
