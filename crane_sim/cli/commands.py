@@ -148,6 +148,19 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
 
 
 @app.command()
+@click.argument("packages", nargs=-1)
+@click.option("--check", is_flag=True, help="Build nothing: only list what is there and from where.")
+def interfaces(packages: tuple[str, ...], check: bool) -> None:
+    """Build the message packages that ROS 2's wheels lack into the environment (some minutes, once), and list them.
+
+    PACKAGES: tf2_msgs, simulation_interfaces; all when left out. One that is there is used as it is.
+    """
+    from crane_sim.cli.interfaces import interfaces as command
+
+    raise SystemExit(command(packages, check))
+
+
+@app.command()
 @click.argument("scene")
 def urdf(scene: str) -> None:
     """Print the URDF of a scene's crane, as the plant publishes it on robot_description."""

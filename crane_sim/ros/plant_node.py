@@ -16,12 +16,14 @@ from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
+from crane_sim.ros.plant import standard_services
 from crane_sim.ros.plant.base_odometry import BaseOdometry
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.instrument_topics import camera_topic, imu_topic
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.peers import peer_names
 from crane_sim.ros.plant.realtime import Realtime
+from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.scheduler import OpenLoop, StepScheduler
 from crane_sim.ros.plant.services import FaultServices, PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
@@ -101,7 +103,9 @@ class PlantNode:
         self._remark_on_transforms()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
-        self._services = PlantServices(host, self._simulation, self._scheduler, settings)
+        control = RunControl(host, self._simulation, self._scheduler, settings)
+        self._services = PlantServices(host.node, control, settings)
+        self._standard_services = standard_services.offer(host.node, control)
         self._faults = FaultServices(host.node, self._simulation.plant)
 
     def run(self) -> None:

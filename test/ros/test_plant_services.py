@@ -10,6 +10,7 @@ from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, CountingPlant,
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant import braking
 from crane_sim.ros.plant.braking import brake_to_rest
+from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.services import PlantServices
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
@@ -36,7 +37,8 @@ class Services:
         host.node.create_service = lambda _kind, name, callback: self._callbacks.update({name: callback})
         self.simulation = start_run(FakeTopics())
         lockstep = make_lockstep(host, self.simulation)
-        PlantServices(host, self.simulation, lockstep, SimpleNamespace(step_count=1))
+        settings = SimpleNamespace(step_count=1)
+        PlantServices(host.node, RunControl(host, self.simulation, lockstep, settings), settings)
 
     def call(self, name: str, **request: Any) -> tuple[bool, str]:
         """Return success and message of an answer."""

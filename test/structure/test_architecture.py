@@ -62,6 +62,7 @@ LAYERS = (
     "crane_sim.ros.controller",
     "crane_sim.ros",
     "crane_control.nodes",
+    "crane_sim.interfaces",
     "crane_sim.orchestration",
     "crane_sim.evaluation.plotting",
     "crane_sim.evaluation.reproduce",

@@ -84,12 +84,12 @@ class NodeHost:
         self._executor.add_node(node)
         self._next_poll = 0.0
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: self._stop("interrupted"))
+            signal.signal(number, lambda *_: self.stop("interrupted"))
 
     def manage(self, autostart: bool, on_change: Callable[[bool], None]) -> None:
         """Offer lifecycle transitions, as `ManagedNode.manage`; a node that is not managed is always active."""
         if isinstance(self.node, ManagedNode):
-            self.node.manage(autostart, on_change, self._stop)
+            self.node.manage(autostart, on_change, self.stop)
 
     @property
     def active(self) -> bool:
@@ -112,7 +112,7 @@ class NodeHost:
             elif word == "brake":
                 self.brake_reason = self.brake_reason or argument or "no controller is left"
             else:
-                self._stop(line)
+                self.stop(line)
 
     def wait(self, missing: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
         """Spin until `missing` returns nothing, or the node is to stop; log what it waits for every 5 s.
@@ -137,7 +137,8 @@ class NodeHost:
         if isinstance(self.node, ManagedNode):
             self.node.activate()
 
-    def _stop(self, reason: str) -> None:
+    def stop(self, reason: str) -> None:
+        """Request the node's end; of several reasons the first counts."""
         self.stop_reason = self.stop_reason or reason
 
 

@@ -1,0 +1,114 @@
+"""The services and the action of simulation_interfaces in the plant's namespace, where that package is importable."""
+
+from collections.abc import Generator
+from importlib import import_module
+from typing import Any
+
+from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
+from rclpy.node import Node
+
+from crane_sim.ros.plant.run_control import RunControl
+from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations
+
+_PACKAGE = "simulation_interfaces"
+
+
+def offer(node: Node, control: RunControl) -> "StandardServices | None":
+    """Offer the standard services; without their package one line of the log says that they are off."""
+    try:
+        import_module(f"{_PACKAGE}.srv")
+    except ImportError:
+        node.get_logger().info(f"{_PACKAGE} is not importable: no standard services (crane interfaces builds it)")
+        return None
+    return StandardServices(node, StandardOperations(control))
+
+
+class StandardServices:
+    """Services `get_simulator_features`, `get_` and `set_simulation_state`, `step_simulation`, `reset_simulation`.
+
+    Also the action `simulate_steps`. What the plant does not support is not offered: `Feature` lists what it does.
+    """
+
+    def __init__(self, node: Node, operations: StandardOperations) -> None:
+        """Offer the services."""
+        self._operations = operations
+        self._stepping = False  # by the action
+        kinds, actions = import_module(f"{_PACKAGE}.srv"), import_module(f"{_PACKAGE}.action")
+        node.create_service(kinds.GetSimulatorFeatures, "get_simulator_features", self._get_features)
+        node.create_service(kinds.GetSimulationState, "get_simulation_state", self._get_state)
+        node.create_service(kinds.SetSimulationState, "set_simulation_state", self._set_state)
+        node.create_service(kinds.StepSimulation, "step_simulation", self._step)
+        node.create_service(kinds.ResetSimulation, "reset_simulation", self._reset)
+        self._action: Any = actions.SimulateSteps
+        self._server = ActionServer(
+            node,
+            self._action,
+            "simulate_steps",
+            self._simulate_steps,
+            goal_callback=self._accept_goal,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
+
+    def _get_features(self, _: Any, response: Any) -> Any:
+        response.features.features = list(map(int, Feature))
+        response.features.custom_info = "time and state are reset together; names of topics and services: docs/ros.md"
+        return response
+
+    def _get_state(self, _: Any, response: Any) -> Any:
+        response.state.state = int(self._operations.state())
+        return _write(response, Outcome(Code.OK))
+
+    def _set_state(self, request: Any, response: Any) -> Any:
+        return _write(response, self._operations.set_state(request.state.state))
+
+    def _step(self, request: Any, response: Any) -> Any:
+        if self._stepping:
+            busy = "the action simulate_steps takes steps; cancel it, or wait for its result"
+            return _write(response, Outcome(Code.OPERATION_FAILED, busy))
+        return _write(response, self._operations.step(request.steps))
+
+    def _reset(self, request: Any, response: Any) -> Any:
+        return _write(response, self._operations.reset(request.scope))
+
+    def _accept_goal(self, _: Any) -> GoalResponse:
+        if self._stepping:
+            return GoalResponse.REJECT
+        self._stepping = True  # here, not where it begins: a second goal may come in between
+        return GoalResponse.ACCEPT
+
+    async def _simulate_steps(self, goal: ServerGoalHandle) -> Any:
+        """Take the steps of a goal one by one; between them other callbacks are served, such as its cancellation."""
+        try:
+            outcome = await self._take_steps(goal, goal.request.steps)
+        finally:
+            self._stepping = False
+        if goal.is_cancel_requested:
+            goal.canceled()
+        elif outcome.code == Code.OK:
+            goal.succeed()
+        else:
+            goal.abort()
+        return _write(self._action.Result(), outcome)
+
+    async def _take_steps(self, goal: ServerGoalHandle, number: int) -> Outcome:
+        outcome = self._operations.step(0)
+        for done in range(1, number + 1):
+            if outcome.code == Code.OK:
+                outcome = self._operations.step(1)
+            if outcome.code != Code.OK or goal.is_cancel_requested:
+                break
+            goal.publish_feedback(self._action.Feedback(completed_steps=done, remaining_steps=number - done))
+            await _NextSpin()
+        return outcome
+
+
+class _NextSpin:
+    """Awaited, it lets the executor serve other callbacks first."""
+
+    def __await__(self) -> Generator[None, None, None]:
+        yield
+
+
+def _write(response: Any, outcome: Outcome) -> Any:
+    response.result.result, response.result.error_message = int(outcome.code), outcome.message
+    return response

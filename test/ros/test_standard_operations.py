@@ -1,0 +1,128 @@
+"""The operations behind the services of simulation_interfaces, without that package and without DDS."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from lockstep_doubles import CountingPlant, FakeHost, FakeTopics, make_simulation
+
+from crane_sim.ros.common.messages import SimulationState
+from crane_sim.ros.plant.run_control import RunControl
+from crane_sim.ros.plant.scheduler import OpenLoop
+from crane_sim.ros.plant.standard_operations import Code, StandardOperations
+
+STOPPED, PLAYING, PAUSED, QUITTING = SimulationState
+
+
+class ResettablePlant(CountingPlant):
+    """A plant in which nothing moves, with a reset that may be refused."""
+
+    complaint = ""
+
+    def reset(self, *_: Any) -> None:
+        """Return to step 0."""
+        if self.complaint:
+            raise ValueError(self.complaint)
+        self.k = 0
+
+
+class Run:
+    """A run without commands, and the operations on it."""
+
+    def __init__(self, begun: bool = True) -> None:
+        """Start the run, unless it has not begun."""
+        self.host: Any = FakeHost()
+        self.host.active = True
+        self.host.stop = lambda reason: setattr(self.host, "stop_reason", reason)
+        self.simulation = make_simulation(FakeTopics())
+        self.plant: Any = ResettablePlant()
+        self.simulation.plant = self.plant
+        if begun:
+            self.simulation.start()
+        settings = SimpleNamespace(reset_positions=(), reset_velocities=())
+        scheduler = OpenLoop(self.host, self.simulation)
+        self.operations = StandardOperations(RunControl(self.host, self.simulation, scheduler, settings))
+
+    def set(self, state: int) -> Code:
+        """Set the state of the simulation; return the result code."""
+        return self.operations.set_state(state).code
+
+
+def test_every_state_is_reached_and_reported() -> None:
+    """Playing, paused and stopped follow each other in any order; a state that is there already has its own code."""
+    run = Run()
+    assert run.operations.state() == PLAYING
+    for target in (PAUSED, STOPPED, PLAYING, STOPPED, PAUSED, PLAYING):
+        assert run.set(target) == Code.OK and run.operations.state() == target
+        assert run.set(target) == Code.ALREADY_IN_TARGET_STATE
+
+
+def test_stopped_is_the_start() -> None:
+    """Stopping returns to step 0; a step from there pauses the simulation one period on."""
+    run = Run()
+    assert run.set(PAUSED) == Code.OK and run.operations.step(3).code == Code.OK and run.plant.k == 3
+    assert run.set(STOPPED) == Code.OK and run.plant.k == 0
+    assert run.operations.step(1).code == Code.OK
+    assert run.operations.state() == PAUSED and run.plant.k == 1
+
+
+def test_a_run_that_has_not_begun_is_stopped_and_cannot_be_played() -> None:
+    """Before the run begins the state is stopped, and changing it fails as an incorrect state."""
+    run = Run(begun=False)
+    assert run.operations.state() == STOPPED
+    assert run.set(PLAYING) == Code.INCORRECT_STATE
+    assert run.operations.step(1).code == Code.OPERATION_FAILED
+
+
+@pytest.mark.parametrize("state", [4, 5, 99])
+def test_unsupported_states_have_their_code(state: int) -> None:
+    """A state that the plant does not have is an unsupported feature, and the message lists those that it has."""
+    run = Run()
+    outcome = run.operations.set_state(state)
+    assert outcome.code == Code.FEATURE_UNSUPPORTED and "2 paused" in outcome.message
+    assert run.operations.state() == PLAYING
+
+
+def test_steps_of_a_simulation_that_is_not_paused_fail() -> None:
+    """A step while the simulation plays fails with a message, and moves nothing."""
+    run = Run()
+    outcome = run.operations.step(1)
+    assert outcome == (Code.OPERATION_FAILED, "the simulation is not paused") and run.plant.k == 0
+
+
+def test_steps_beyond_the_end_say_how_many_were_taken() -> None:
+    """Where the scene ends first, the call fails, and its message has the number of steps taken."""
+    run = Run()
+    steps = run.simulation.scene.steps
+    run.set(PAUSED)
+    run.plant.k = steps - 2
+    assert run.operations.step(5) == (Code.OPERATION_FAILED, "2 of 5 steps: the run is over")
+    assert run.plant.k == steps
+
+
+@pytest.mark.parametrize(
+    ("scope", "code"),
+    [(0, Code.OK), (3, Code.OK), (7, Code.OK), (255, Code.OK)]
+    + [(scope, Code.FEATURE_UNSUPPORTED) for scope in (1, 2, 4, 6)],
+)
+def test_scopes_of_a_reset(scope: int, code: Code) -> None:
+    """Scopes with both time and state reset the run; one without the other, or only spawned things, are unsupported."""
+    run = Run()
+    run.set(PAUSED)
+    run.operations.step(3)
+    assert run.operations.reset(scope).code == code
+    assert run.plant.k == (0 if code == Code.OK else 3) and run.operations.state() == PAUSED
+
+
+def test_a_reset_that_is_refused_fails() -> None:
+    """Where the crane cannot be in its start, a reset fails, and stopping is an error of the transition."""
+    run = Run()
+    run.plant.complaint = "reset_positions: has 2 values"
+    assert run.operations.reset(0) == (Code.OPERATION_FAILED, run.plant.complaint)
+    assert run.operations.set_state(STOPPED) == (Code.STATE_TRANSITION_ERROR, run.plant.complaint)
+
+
+def test_quitting_ends_the_node_without_a_fault() -> None:
+    """The state quitting ends the node as a lifecycle manager's shutdown does."""
+    run = Run()
+    assert run.set(QUITTING) == Code.OK and run.host.stop_reason == "shutdown"

@@ -1,0 +1,140 @@
+"""The services and the action of simulation_interfaces over the wire, where that package is importable."""
+
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+from action_msgs.msg import GoalStatus
+from bench_graph import NodeProcess, Remote, graph, remote, wait_until
+from rclpy.action.client import ActionClient
+
+from crane_sim import load_scene
+from crane_sim.ros.plant.standard_operations import Code, Feature
+
+pytestmark = pytest.mark.skipif(
+    find_spec("simulation_interfaces") is None, reason="simulation_interfaces is absent (./crane interfaces builds it)"
+)
+SCENE = load_scene("pendulum_free", {"duration": 1e5})  # open loop
+STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD = range(5)
+
+
+class Simulator:
+    """The standard services of a plant, called from a node of the test."""
+
+    def __init__(self, plant: NodeProcess, client: Remote) -> None:
+        """Call the services of `plant` by `client`."""
+        self.plant, self._client = plant, client
+        self._kinds = import_module("simulation_interfaces.srv")
+        self._action: Any = import_module("simulation_interfaces.action").SimulateSteps
+
+    def request(self, kind: str, name: str, **fields: Any) -> Any:
+        """Call a service and return its answer."""
+        types = getattr(self._kinds, kind)
+        return self._client.request(types, name, types.Request(**fields))
+
+    @property
+    def state(self) -> int:
+        """State of the simulation."""
+        return self.request("GetSimulationState", "get_simulation_state").state.state
+
+    def set_state(self, state: int) -> int:
+        """Set the state of the simulation; return the result code."""
+        wanted = import_module("simulation_interfaces.msg").SimulationState(state=state)
+        return self.request("SetSimulationState", "set_simulation_state", state=wanted).result.result
+
+    def step(self, **steps: int) -> Any:
+        """Take steps; return the result."""
+        return self.request("StepSimulation", "step_simulation", **steps).result
+
+    def reset(self, scope: int) -> int:
+        """Reset; return the result code."""
+        return self.request("ResetSimulation", "reset_simulation", scope=scope).result.result
+
+    def simulate(self, steps: int, cancel_after: int | None = None) -> tuple[int, int, list[int]]:
+        """Send a goal of the action, cancel it after some steps; return (goal status, result code, completed steps)."""
+        client = ActionClient(self._client.node, self._action, "simulate_steps")
+        assert client.wait_for_server(30.0)
+        completed: list[int] = []
+        goal = self._action.Goal(steps=steps)
+        sent = client.send_goal_async(goal, lambda message: completed.append(message.feedback.completed_steps))
+        wait_until(sent.done, "the answer to the goal")
+        handle: Any = sent.result()
+        assert handle.accepted
+        if cancel_after is not None:
+            wait_until(lambda: len(completed) >= cancel_after, "feedback")
+            handle.cancel_goal_async()
+        result = handle.get_result_async()
+        wait_until(result.done, "the result")
+        answer: Any = result.result()
+        return answer.status, answer.result.result.result, completed
+
+    def wait_for_step(self, step: int) -> None:
+        """Wait until the newest joint state is that after `step` steps."""
+        stamp = (step + 1) * SCENE.period_ns
+        wait_until(lambda: self._client.states[-1:] == [stamp], f"the state of step {step}")
+
+    @property
+    def steps(self) -> int:
+        """Steps taken up to the newest joint state."""
+        return self._client.states[-1] // SCENE.period_ns - 1
+
+
+@pytest.fixture
+def simulator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simulator]:
+    """Yield the services of a plant without commands whose run has not begun."""
+    file = tmp_path / "scene.yaml"
+    SCENE.dump(file)
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
+        with NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}") as plant:
+            plant.await_event("ready")
+            yield Simulator(plant, client)
+
+
+def test_the_services_keep_their_contract(simulator: Simulator) -> None:
+    """Features, states, steps and resets have the published result codes, and move the crane as they say."""
+    features = simulator.request("GetSimulatorFeatures", "get_simulator_features").features
+    assert list(features.features) == list(Feature) and "together" in features.custom_info
+    assert simulator.state == STOPPED and simulator.set_state(PLAYING) == Code.INCORRECT_STATE
+    simulator.plant.send("go")
+    wait_until(lambda: simulator.state == PLAYING, "the run")
+    refused = simulator.step(steps=2)
+    assert (refused.result, refused.error_message) == (Code.OPERATION_FAILED, "the simulation is not paused")
+    assert simulator.set_state(NO_WORLD) == Code.FEATURE_UNSUPPORTED
+    assert [simulator.set_state(PAUSED) for _ in range(2)] == [Code.OK, Code.ALREADY_IN_TARGET_STATE]
+    assert simulator.reset(1) == Code.FEATURE_UNSUPPORTED and simulator.state == PAUSED
+    assert simulator.reset(0) == Code.OK
+    simulator.wait_for_step(0)
+    assert simulator.step().result == Code.OK  # the default of `steps` is 1
+    simulator.wait_for_step(1)
+    assert simulator.step(steps=9).result == Code.OK
+    simulator.wait_for_step(10)
+    assert simulator.set_state(STOPPED) == Code.OK and simulator.state == STOPPED
+    simulator.wait_for_step(0)
+    assert simulator.set_state(PLAYING) == Code.OK and simulator.state == PLAYING
+
+
+def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> None:
+    """A goal has feedback after each step; it fails while the simulation plays, and ends early when it is cancelled."""
+    simulator.plant.send("go")
+    wait_until(lambda: simulator.state == PLAYING, "the run")
+    assert simulator.simulate(3) == (GoalStatus.STATUS_ABORTED, Code.OPERATION_FAILED, [])
+    assert simulator.set_state(STOPPED) == Code.OK
+    simulator.wait_for_step(0)
+    assert simulator.simulate(5) == (GoalStatus.STATUS_SUCCEEDED, Code.OK, [1, 2, 3, 4, 5])
+    simulator.wait_for_step(5)
+    status, _, completed = simulator.simulate(10_000_000, cancel_after=3)
+    assert status == GoalStatus.STATUS_CANCELED and completed == sorted(set(completed))  # a slow client may miss some
+    assert simulator.state == PAUSED and simulator.steps < 10_000_000
+
+
+def test_quitting_ends_the_plant(simulator: Simulator) -> None:
+    """The state quitting is answered, and the plant ends with exit code 0."""
+    simulator.plant.send("go")
+    wait_until(lambda: simulator.state == PLAYING, "the run")
+    assert simulator.set_state(QUITTING) == Code.OK
+    simulator.plant.await_event("done")
+    simulator.plant.send("finish")
+    assert simulator.plant.process.wait(30.0) == 0
