@@ -300,15 +300,11 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default implementation.
     """
     table = functools.singledispatch(f)
-    bodies: dict[type, Function] = {}  # singledispatch's own cache takes as long as a small kernel in Python
+    bodies = _Bodies(table.dispatch)
 
     @functools.wraps(f)
     def call(*args: Any) -> Any:
-        cls = type(args[0])
-        body = bodies.get(cls)
-        if body is None:
-            body = bodies[cls] = table.dispatch(cls)
-        return body(*args)
+        return bodies[type(args[0])](*args)
 
     def register(cls: type) -> Callable[[Function], Function]:
         def add(body: Function) -> Function:
@@ -326,6 +322,18 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     generic_call.register = register
     generic_call.has_implementation = lambda cls: table.dispatch(cls) is not f
     return generic_call
+
+
+class _Bodies(dict[type, Function]):
+    """Bodies by class, once they were looked up: singledispatch's own cache takes as long as a small kernel."""
+
+    def __init__(self, dispatch: Callable[[type], Function]) -> None:
+        super().__init__()
+        self._dispatch = dispatch
+
+    def __missing__(self, cls: type) -> Function:
+        body = self[cls] = self._dispatch(cls)
+        return body
 
 
 def _python_type(t: types.Type) -> type:

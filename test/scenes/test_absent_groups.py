@@ -132,7 +132,7 @@ def outcome(document: dict[str, Any]) -> Any:
     except SceneError as error:
         return str(error)
     parts = (scene.model, scene.law, scene.method, scene.source, scene.initial_q, scene.initial_v, scene.reference)
-    parts = (*parts, scene.hardware)
+    parts = (*parts, scene.hardware, scene.instruments)
     return types_and_values(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
 
 

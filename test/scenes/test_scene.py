@@ -47,7 +47,7 @@ REJECTED = [
     ({"rope.drive": "locked", "initial.v": [0, 0, 0, 1, 0, 0]}, "initial.v[3] = 1.0: a locked rope starts at rest"),
     ({"rope.drive": "locked", "springs": {"rope": {"stiffness": 1, "rest": 1}}}, "springs.rope: only a force drive"),
     ({"payload.mass": True}, "payload.mass = True: must be a number"),
-    ({"control.law": "magic"}, "control.law = 'magic': no such law (known: adaptive, angular, cartesian, energy, "),
+    ({"control.law": "magic"}, "control.law = 'magic': no such law (known: adaptive, angular, anti_swing, "),
     ({"control.period": 0.0}, "control.period = 0.0: a period is a number of seconds"),
     ({"control.period": "contnuous"}, "control.period = 'contnuous': a period is a number of seconds"),
     ({"control.kp": [1, 2, 3]}, "control.kp: has 3 values, 4 joints are actuated"),
