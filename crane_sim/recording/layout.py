@@ -210,13 +210,13 @@ class Layout(NamedTuple):
     units: tuple[str, ...]  # of the coordinates: "rad", "m" or, of components of unit vectors, "1"
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
+    command_units: tuple[str, ...]  # the same, but of joints whose drives take a speed or a position
     effort_scales: tuple[float, ...]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
     length_plots: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
     stand: str  # the frame that the crane stands in: the world, or a base that moves in it
     ropes: Ropes
-    tension: str  # what the recorded tension is
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
     robot: str  # URDF
@@ -226,6 +226,11 @@ class Layout(NamedTuple):
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
+
+    @property
+    def tension(self) -> str:
+        """Return what the recorded tension is."""
+        return tension_name(self.suspension)
 
     @property
     def driven(self) -> list[int]:
@@ -265,7 +270,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, origin, model = suspension(scene), source_note(scene), scene.model
+    cable, origin = suspension(scene), source_note(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -273,13 +278,13 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         units=scene.joint_units,
         actuated=scene.actuated,
         effort_units=scene.effort_units,
+        command_units=scene.command_units,
         effort_scales=_effort_scales(scene, cable),
         length_plots=_length_plots(scene),
         swings=_swings(scene, cable),
         suspension=cable,
         stand=WORLD if base_of(scene) is None else BASE,
-        ropes=Ropes(system.tip_index(model), getattr(model, "falls", None)),
-        tension=tension_name(cable),
+        ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
         provenance=origin,
         period_ns=scene.period_ns,
         robot=urdf(scene),

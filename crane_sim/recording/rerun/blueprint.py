@@ -102,7 +102,8 @@ def _details(layout: Layout) -> rrb.Container:
         views.append(_plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
     views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.has_hidden_coordinates else "plots/v"))
     if layout.actuated and layout.commanded:
-        views.append(_plot(f"Demanded effort [{_units(layout.effort_units)}]", "plots/effort_demanded"))
+        what = "Demanded effort" if layout.command_units == layout.effort_units else "Command"
+        views.append(_plot(f"{what} [{_units(layout.command_units)}]", "plots/effort_demanded"))
     views += [_payload(layout), _energy_view(layout)]
     if layout.lyapunov:
         views.append(_plot("dV/dt [W]", "plots/lyapunov_rate"))

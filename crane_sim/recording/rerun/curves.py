@@ -139,7 +139,10 @@ def _stored_curves(layout: Layout) -> list[Channel]:
     driven = layout.driven
     names = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.joints, layout.units, strict=True))
     rates = tuple(f"{label(j)} [{u}/s]" for j, u in zip(layout.joints, layout.units, strict=True))
-    efforts = tuple(f"{label(j)} [{u}]" for j, u in zip(layout.actuated, layout.effort_units, strict=True))
+    efforts, commands = (
+        tuple(f"{label(j)} [{u}]" for j, u in zip(layout.actuated, units, strict=True))
+        for units in (layout.effort_units, layout.command_units)
+    )
     derived = f", {layout.provenance}" if layout.provenance else ""
     targets, colors = tuple(names[i] for i in driven), colors_of(range(len(names)))
     return [
@@ -148,7 +151,7 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/q_ref", targets, colors_of(driven), lambda b: b.reference),
         Channel("plots/q_err", targets, colors_of(driven), lambda b: _minus(b.reference, b.q[:, driven])),
         Channel("plots/effort", efforts, colors_of(driven), lambda b: b.effort),
-        Channel("plots/effort_demanded", efforts, colors_of(driven), lambda b: b.demanded),
+        Channel("plots/effort_demanded", commands, colors_of(driven), lambda b: b.demanded),
         Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
         Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
         Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
