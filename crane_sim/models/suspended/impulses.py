@@ -140,6 +140,15 @@ def jumps_of_joints(support, pose, nothing, pull):
     return jumps
 
 
+@kernel
+def imposed_work(support, pose, nothing, pull):
+    """Return the energy [J] that imposed motions of a support take from an impulse (3,) [N s] on its tip.
+
+    What is left without an impulse is taken off: springs and dampers of the support, whose power acts for no time.
+    """
+    return drive_power(support, nothing, pose, (0.0, 0.0, 0.0)) - drive_power(support, nothing, pose, pull)
+
+
 @routine
 def add_jumps(p, load, x, y, state, joined):
     """Add the jumps of all velocities to state y, by the impulses that bring cable and load together.
@@ -170,7 +179,7 @@ def add_jumps(p, load, x, y, state, joined):
         y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
     pull = impulse[0] * turned[0], impulse[0] * turned[1], impulse[0] * turned[2]
-    lost -= drive_power(p.support, nothing, forward_kinematics(p.support, support_state(p.support, x, nq)), pull)
+    lost += imposed_work(p.support, forward_kinematics(p.support, support_state(p.support, x, nq)), nothing, pull)
     jumps = jumps_of_joints(p.support, pose, nothing, pull)
     for i in range(len(jumps)):
         y[nq + i] += jumps[i]
