@@ -99,6 +99,8 @@ def plan_references(servos, drives, p, t, x, first):
             loop.begin, loop.restarts = t, False
             if loop.kind == POSITION:
                 loop.correction = clip(loop.position_gain * (reference_at(loop, t)[0] - q[i]), loop.max_speed)
+            drive.position, drive.velocity = q[i], v[i]
+            limited = limited or not (loop.stiff or drive.low <= loop_effort(loop, drive, t) <= drive.high)
             drive.effort, drive.target = 0.0, 0.0
     return limited
 

@@ -47,13 +47,15 @@ def _checked_servo(file: SceneFile, joint: str, group: ActuatorGroup, unit: str)
     """Return the settings of a joint's servo drive; raises SceneError where keys contradict each other."""
     drive = f"actuators.{group_name(file.actuators, joint, 'drive')}.drive = {group.drive!r}"
     if unit in ("m/s", "m"):
-        raise SceneError(f"{drive}: the {joint} is driven in {unit}: it follows by itself, without a servo drive")
+        rest = "it follows by itself, without a servo drive; name the other joints"
+        raise SceneError(f"{drive}: the {joint} is driven in {unit}: {rest}")
     if group.servo is None:
         raise SceneError(f"{drive}: needs its gain, in actuators.{joint}.servo")
     for key in ("lag", "rate_limit", *(["deadband"] if group.drive == POSITION else [])):
         if getattr(group, key):
             name = group_name(file.actuators, joint, key)
-            raise SceneError(f"actuators.{name}.{key} = {getattr(group, key):g}: not with drive = {group.drive!r}")
+            given = f"actuators.{name}.{key} = {getattr(group, key):g}"
+            raise SceneError(f"{given}: not with drive = {group.drive!r}; leave it out")
     _check_keys(f"actuators.{group_name(file.actuators, joint, 'servo')}.servo", group.drive, group.servo)
     if group.servo.gain == inf:
         _check_exact(file, joint, group)
@@ -84,6 +86,11 @@ def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
         if given:
             name = group_name(file.actuators, joint, key)
             raise SceneError(f"actuators.{name}.{key}: limits the effort, and servo.gain = inf follows exactly")
+    if getattr(file, "events", ()) and not hasattr(file, "falls"):
+        why = "jerks the joints, which servo.gain = inf does not let go back to their references; give a finite gain"
+        raise SceneError(f"events: an exchange of the load {why}")
+    if joint in getattr(file, "backlash", {}):
+        raise SceneError(f"backlash.{joint}: a joint with play cannot follow exactly, as servo.gain = inf does")
     for key in ("friction", "lugre"):
         groups = getattr(file, key, None)
         if groups and (groups.get(joint) if isinstance(groups, dict) else getattr(groups, joint, None)) is not None:

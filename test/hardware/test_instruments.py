@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.hardware.instruments import CAMERA_STREAM, IMU_STREAM
+from crane_sim.hardware.instruments import CAMERA_STREAM, IMU_STREAM, Sampling
 from crane_sim.recording.layout import to_base
 from crane_sim.ros.plant.instrument_topics import InstrumentTopic, camera_topic, imu_topic
 from crane_sim.scenes.scene import Scene
@@ -151,6 +151,20 @@ def test_messages_come_late_and_say_when_they_were_taken() -> None:
     watch(topic, plant, late + 1)  # what was under way at the reset never comes
     assert len(publisher.messages) == before + 1
     assert publisher.messages[-1].header.stamp.nanosec == scene.period_ns
+
+
+def test_a_reset_drops_samples_of_the_run_before() -> None:
+    """A run that begins anew after its first period sends samples of its own only, and none of its own is left out."""
+    sent: list[str] = []
+    publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=lambda message: sent.append(message.run))
+    stamp = SimpleNamespace(sec=0, nanosec=0)
+    header = SimpleNamespace(stamp=stamp)
+    topic = InstrumentTopic(publisher, Sampling(10, 2), lambda plant: SimpleNamespace(run=plant.run, header=header))
+    topic.update_subscribers()
+    plant: Any = SimpleNamespace()
+    for plant.k, plant.run in ((0, "before"), (1, "before"), (0, "after"), (1, "after"), (2, "after"), (3, "after")):
+        topic.publish(0, plant)
+    assert sent == ["after"]
 
 
 def test_without_orientation_a_message_says_so() -> None:

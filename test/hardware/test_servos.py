@@ -165,7 +165,7 @@ def test_a_torque_limit_binds_and_the_integral_does_not_wind_up() -> None:
     held = int(np.argmin(bound))
     assert run.v[held, 0] == pytest.approx(0.45, abs=300.0 / MASS * PERIOD)
     assert np.max(np.abs(run.v[:held, 0] - 300.0 / MASS * run.t[:held])) < 1e-9
-    assert np.max(np.abs(run.u)) == 300.0
+    assert np.max(np.abs(run.u)) == 300.0 and run.summary["saturated_steps"] == held
     free = np.max(-error_after_step(run.t))  # overshoot of the linear loop, of 1
     assert np.max(run.v[:, 0]) - 0.5 < 0.05 * free + 300.0 / MASS * PERIOD
     assert run.summary["energy_audit_error"] < 1e-9
@@ -300,6 +300,22 @@ def test_contradictions_are_told_in_one_line(changes: dict[str, Any], message: s
     with pytest.raises(SceneError) as caught:
         trolley(PI, actuator=changes)
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("groups", "message"),
+    [
+        ({"events": [{"at": 1.0, "set": {"payload": {"mass": 900.0}}}]}, "events: an exchange of the load jerks"),
+        ({"backlash": {"trolley": [{"inertia": 90.0, "play": 0.01, "stiffness": 1e6}]}}, "backlash.trolley: a joint"),
+    ],
+)
+def test_what_jerks_a_joint_excludes_exact_drives(groups: dict[str, Any], message: str) -> None:
+    """An infinite gain keeps accelerations, not velocities: nothing may change those at once."""
+    servo = {"drive": "velocity", "servo": {"gain": inf, "max_acceleration": 0.2}}
+    control = {"control": None, "actuators": {"trolley": servo}}
+    with pytest.raises(SceneError, match=message):
+        load_scene("bridge_speed_drive", control | groups)
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ class InstrumentTopic:
         self._subscribers = SubscriberCount(publisher)
         self._samples: deque[tuple[int, Any]] = deque()  # periods in which they were taken, and messages
         self._last = -1  # period of the last sample
+        self._period = 0  # of the last call
 
     def update_subscribers(self) -> bool:
         """See `StatePublisher`."""
@@ -35,9 +36,10 @@ class InstrumentTopic:
 
     def publish(self, stamp: int, plant: Plant) -> None:
         """See `StatePublisher`."""
-        if not self._subscribers.number or plant.k < self._last:  # the run has begun anew
+        if not self._subscribers.number or plant.k < self._period:  # the run has begun anew
             self._samples.clear()
             self._last = -1
+        self._period = plant.k
         if self._subscribers.number and plant.k % self._sampling.every == 0 and plant.k != self._last:
             message, self._last = self._measure(plant), plant.k
             messages.set_stamp(message.header.stamp, stamp)
