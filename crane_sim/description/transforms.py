@@ -97,7 +97,8 @@ def payload_orientation(scene: Scene, t: float, q: Sequence[float]) -> Quaternio
     if not indices:
         return NO_TURN
     a = base_transform(base_state(scene, t)).rotation
-    w, x, y, z = (q[i] / sqrt(sum(q[j] * q[j] for j in indices)) for i in indices)
+    size = sqrt(sum(q[i] * q[i] for i in indices))
+    w, x, y, z = (q[i] / size for i in indices)
     return (
         a[3] * x + a[0] * w + a[1] * z - a[2] * y,
         a[3] * y - a[0] * z + a[1] * w + a[2] * x,

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.hardware.brakes import clip
-from crane_sim.hardware.reference_profiles import PHASES, Bounds, plan_position, plan_velocity
+from crane_sim.hardware.reference_profiles import PHASES, Bounds, phase_distance, plan_position, plan_velocity
 from crane_sim.numerics.jit import generic, lean_kernel, routine
 
 COMMANDS = ("effort", "velocity", "position")
@@ -131,7 +131,7 @@ def enter_phase(loop, phases, i, t, least):
     begin, x, k = loop.plan_begin, loop.plan_position, 0
     while k < PHASES - 1 and begin + phases[i, k, 0] <= t + least:
         s, v, a, jerk = phases[i, k, 0], phases[i, k, 1], phases[i, k, 2], phases[i, k, 3]
-        begin, x, k = begin + s, x + s * (v + s * (0.5 * a + s * jerk / 6.0)), k + 1
+        begin, x, k = begin + s, x + phase_distance(s, v, a, jerk), k + 1
     loop.phase_begin, loop.phase_position, loop.phase_velocity = begin, x, phases[i, k, 1]
     loop.phase_acceleration, loop.phase_jerk, loop.phase_end = phases[i, k, 2], phases[i, k, 3], begin + phases[i, k, 0]
 

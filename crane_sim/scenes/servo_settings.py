@@ -79,7 +79,7 @@ def _check_keys(key: str, drive: str, servo: ServoGroup) -> None:
 
 
 def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
-    """Reject what keeps a drive from following its reference exactly: limits, friction, faults."""
+    """Reject what keeps a drive from following its reference exactly: limits, impulses, play, friction, faults."""
     motor = motor_of(file, joint)
     limits = {"limit": group.limit is not None, "motor": motor is not None and motor.torque < inf}
     for key, given in limits.items():

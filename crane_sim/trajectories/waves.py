@@ -4,6 +4,7 @@ Spectra: Pierson and Moskowitz, J. Geophys. Res. 69 (1964); JONSWAP, Hasselmann 
 both by significant wave height and peak period as in DNV-RP-C205, 3.5.5.
 """
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +61,7 @@ def _spectral_shape(x: Array, gamma: float) -> Array:
     return power(x, -5.0) * exp(-1.25 * power(x, -4.0)) * exponential(gamma, peak)
 
 
+@lru_cache(maxsize=8)  # many seeds of one sea share it, and it takes as long as all else of a scene
 def _split_energy(gamma: float) -> tuple[Array, Array]:
     """Return (frequencies in units of the peak's, energy below each of them), without units."""
     x = geometric_sequence(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond

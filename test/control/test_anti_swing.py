@@ -110,7 +110,7 @@ def test_angles_ahead_of_every_joint() -> None:
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
-def test_mistakes_are_told_in_one_line(control: dict[str, Any], message: str) -> None:
+def test_mistakes_are_reported_in_one_line(control: dict[str, Any], message: str) -> None:
     """What the law cannot do, and a law that commands something else, are a single-line error."""
     with pytest.raises(SceneError) as caught:
         scene(control)

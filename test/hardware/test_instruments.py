@@ -176,7 +176,7 @@ def test_without_orientation_a_message_says_so() -> None:
 
 
 def test_a_camera_without_subscribers_takes_no_frames() -> None:
-    """Frames that nobody waits for are not taken; the first one for a new subscriber is a new one."""
+    """Without subscribers no frame is taken; the first one for a new subscriber is a new one."""
     scene, publisher = ship(camera={"delay": 0.02}), Publisher()
     node: Any = SimpleNamespace(create_publisher=lambda *_: publisher)
     topic, plant = camera_topic(node, "", camera_of(scene)), Plant(scene)

@@ -153,7 +153,7 @@ def test_limit_deadband_and_delay() -> None:
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
-def test_mistakes_are_told_in_one_line(groups: dict[str, Any], message: str) -> None:
+def test_mistakes_are_reported_in_one_line(groups: dict[str, Any], message: str) -> None:
     """A mistake in a group of hardware is a single-line error with the key."""
     with pytest.raises(ValueError) as caught:
         rod(**groups)

@@ -295,7 +295,7 @@ def test_a_brake_takes_over_and_gives_back() -> None:
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
-def test_contradictions_are_told_in_one_line(changes: dict[str, Any], message: str) -> None:
+def test_contradictions_are_reported_in_one_line(changes: dict[str, Any], message: str) -> None:
     """A drive's keys that contradict each other are a single-line error with the key."""
     with pytest.raises(SceneError) as caught:
         trolley(PI, actuator=changes)

@@ -51,7 +51,7 @@ def test_definitions_are_whole(name: str) -> None:
     assert files and all(file.read_text().splitlines().count("---") == marks[file.suffix] for file in files)
 
 
-def test_a_machine_without_a_compiler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a compiler the build does not begin, and one line says what to install."""
     monkeypatch.setattr(toolchain.sysconfig, "get_path", lambda _: str(ROOT))
     monkeypatch.setattr(toolchain, "Path", lambda *_: type("Header", (), {"is_file": lambda self: True})())

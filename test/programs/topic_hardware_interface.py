@@ -3,7 +3,7 @@
 A controller manager's loop calls read(), the controllers' update() and write() once in each period of its clock, the
 wall clock or simulated time. The hardware interface has a node of its own, whose messages read() takes; it writes the
 names of all joints of its tag, and the efforts of those that have a command interface, stamped with the clock.
-It subscribes with best effort, unless told to be reliable: then no state is lost on a busy machine.
+It subscribes with best effort, unless it is asked to be reliable: then no state is lost on a busy machine.
 """
 
 import sys

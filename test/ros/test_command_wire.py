@@ -67,7 +67,7 @@ def test_a_command_in_another_field_is_refused(fields: dict[str, list[float]]) -
     assert validator.refused[Refusal.NOT_FINITE] == 1
 
 
-def test_ros2_control_is_told_the_interfaces() -> None:
+def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
     """Command interfaces are those of the drives, with their limits, and the URDF has the largest speeds."""
     scene = crane(MIXED)
     tree = ElementTree.fromstring(urdf_with_ros2_control(scene))

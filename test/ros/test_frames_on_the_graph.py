@@ -73,7 +73,7 @@ class Listener:
 
 @pytest.fixture
 def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[NodeProcess, Listener]]:
-    """Yield a plant that is ready and has not begun, a knuckle crane on a ship, and who listens to it."""
+    """Yield a plant that is ready and has not begun, a knuckle crane on a ship, and its subscribers."""
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     scene = tmp_path / "ship.yaml"
     on_ship = {"base_motion": SHIP, "imu": {"position": [1.0, 2.0, 3.0]}, "duration": 1e3, "control": None}
