@@ -5,7 +5,8 @@ from glob import glob
 from setuptools import find_packages, setup
 
 NAME = "crane_sim"
-LAWS = ("energy", "lqr", "cartesian", "angular", "adaptive", "harmonic", "anti_swing")  # a file of crane_control each
+# a file of crane_control each:
+LAWS = ("energy", "lqr", "cartesian", "angular", "adaptive", "harmonic", "anti_swing", "joint_trajectory")
 
 setup(
     name=NAME,

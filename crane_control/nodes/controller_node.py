@@ -21,6 +21,7 @@ from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic,
 from crane_sim.ros.controller.responder import serve_responder
 from crane_sim.ros.controller.setpoints import Setpoints
 from crane_sim.ros.controller.states import State
+from crane_sim.ros.controller.trajectory_action import TrajectoryAction
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
@@ -29,6 +30,9 @@ PARAMETERS = {
         RunMode.LOCKSTEP.value, "wait for a slow half, or hold its last demand as in real time", choices=RUN_MODES
     ),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
+    "stop_time": Option(
+        2.0, "s in which the joints come to rest after a trajectory that was cancelled or left", 1e-3, 3600.0, live=True
+    ),
 }
 _COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM)
 
@@ -40,6 +44,7 @@ class ControllerNode(LawNode):
         """See `LawNode`."""
         super().__init__(node, settings, lambda settings: fast_half(make_law(settings)), _COMMANDS)
         scene = self._scene
+        self._goals = TrajectoryAction(node, scene, self._law, settings)
         self._next_reference = 0  # ns
         self._command = b""  # the newest, serialized
         self._command_wire = CommandWire(scene)
@@ -48,12 +53,23 @@ class ControllerNode(LawNode):
         half, lockstep = slow_half(self._law), settings.mode == RunMode.LOCKSTEP
         self._setpoints = Setpoints(node, half.names, lockstep, self._answer) if half else None
 
+    def activate(self, active: bool) -> None:
+        """See `LawNode`."""
+        self._goals.activate(active)
+        super().activate(active)
+
     def missing(self) -> str:
         """See `LawNode`."""
         return super().missing() or (self._setpoints.missing() if self._setpoints else "")
 
+    def heartbeat(self) -> None:
+        """See `LawNode`."""
+        super().heartbeat()
+        self._goals.serve_cancellations()
+
     def finish(self) -> dict[str, Any]:
         """Wait until all subscribers have every command; return the law's entries of the run's summary."""
+        self._goals.finish()
         self._answers.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
         demands = {"demands": self._setpoints.figures()} if self._setpoints else {}
         return {"law_us": self._execution_time.figures()} | demands
@@ -64,6 +80,7 @@ class ControllerNode(LawNode):
 
     def _reset(self) -> None:
         self._next_reference = 0
+        self._goals.reset()
         if self._setpoints:
             self._setpoints.reset()
 
@@ -79,6 +96,7 @@ class ControllerNode(LawNode):
     def _evaluate(self, state: State) -> bool:
         if self._setpoints and not self._setpoints.apply_to(self._law.slow_half, state):
             return False
+        self._law = self._goals.apply_to(self._law, state)
         effort = self._ask_law(state)
         if effort is None:
             return False

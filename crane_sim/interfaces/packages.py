@@ -13,6 +13,7 @@ from crane_sim.files.errors import SceneError, did_you_mean
 USES = {
     "tf2_msgs": "transforms on /tf and /tf_static",
     "simulation_interfaces": "the standard services of simulators",
+    "control_msgs": "the action FollowJointTrajectory",
 }
 """What each package is for: without it this is off, and everything else works."""
 

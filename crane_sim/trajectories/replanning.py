@@ -6,7 +6,13 @@ from typing import Any
 import numpy as np
 
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, evaluate, reorder
+from crane_sim.trajectories.polynomials import (
+    MIN_INTERVAL,
+    PiecewisePolynomial,
+    evaluate,
+    reorder,
+    with_rest_at_ends,
+)
 from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory
 
 
@@ -58,6 +64,20 @@ def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequenc
     begin = Point(x, 0.0, v if points[0].velocities else (), a if points[0].accelerations else ())
     polynomials = waypoints._replace(points=(begin, *points), start=t).to_polynomials()
     return compile_trajectory(reorder(polynomials, order), trajectory.of_joints)
+
+
+def stop_trajectory(trajectory: Trajectory, t: float, duration: float) -> Trajectory:
+    """Return a trajectory that goes on from `trajectory` at time t [s] and comes to rest within `duration` [s].
+
+    The velocity is the cubic from (v, a) to rest: v (1 - 3 s² + 2 s³) + a T (s - 2 s² + s³) at t + s T.
+    """
+    old = to_piecewise_polynomial(trajectory)
+    x, v, a = (evaluate(old, np.array([t]), k)[0] for k in range(3))
+    quadratic = -3.0 * v / duration**2 - 2.0 * a / duration
+    cubic = 2.0 * v / duration**3 + a / duration**2
+    coefficients = np.stack([x, v, a / 2.0, quadratic / 3.0, cubic / 4.0], axis=1)
+    pieces = with_rest_at_ends(np.array([t, t + duration]), coefficients[None])
+    return compile_trajectory(pieces, trajectory.of_joints)
 
 
 def to_piecewise_polynomial(trajectory: Trajectory) -> PiecewisePolynomial:

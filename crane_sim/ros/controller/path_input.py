@@ -2,12 +2,13 @@
 
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
+from crane_sim.ros.controller.trajectory_goal import waypoints_of
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.reference import COORDINATES
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
@@ -19,8 +20,6 @@ from crane_sim.trajectories.replanning import (
     with_trajectory,
 )
 from crane_sim.trajectories.trajectory import Trajectory
-
-_FORM = TypeAdapter(Waypoints)
 
 
 class TrajectoryInput:
@@ -54,27 +53,15 @@ class TrajectoryInput:
         path = trajectory_of_law(law) if message is not None else None
         if message is None or path is None:
             return law
+        scene = self._scene
         try:
-            return with_trajectory(law, join_trajectory(self._read(message, t), path, self._names, t))
+            waypoints = waypoints_of(message, t, scene.period, scene.period_ns)
+            return with_trajectory(law, join_trajectory(waypoints, path, self._names, t))
         except ValidationError as error:
             self._refuse(one_line(error, Waypoints))
         except ValueError as error:
             self._refuse(str(error))
         return law
-
-    def _read(self, message: JointTrajectory, now: float) -> Waypoints:
-        stamp, period = messages.nanoseconds(message.header.stamp), self._scene.period
-        points = [
-            {
-                "positions": tuple(point.positions),
-                "velocities": tuple(point.velocities),
-                "accelerations": tuple(point.accelerations),
-                "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.SECOND,
-            }
-            for point in message.points
-        ]
-        start = (stamp / self._scene.period_ns - 1.0) * period if stamp else now
-        return _FORM.validate_python({"joint_names": message.joint_names, "points": points, "start": start})
 
     def _refuse(self, line: str) -> None:
         self._node.get_logger().warning(f"joint_trajectory: refused: {line}", throttle_duration_sec=1.0)

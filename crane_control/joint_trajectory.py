@@ -1,0 +1,93 @@
+"""Drives that follow speeds or positions are led along a path of the joints: the scene's, or one that is received.
+
+A drive that takes a position is commanded the path's, x*. One that takes a speed is commanded v* + h (x* - x): the
+deviation of a joint that follows its speed exactly decays as exp(-h t). Without a path the joints
+stay where they start.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError
+from crane_sim.files.types import NonNegative
+from crane_sim.laws import read_settings
+from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.scenes.scene import Scene
+from crane_sim.trajectories.polynomials import MIN_INTERVAL, with_rest_at_ends
+from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, reference_at
+
+
+class Settings(NamedTuple):
+    """For cranes all of whose drives take speeds, or all positions (`actuators.JOINT.drive`); winches by rate, too."""
+
+    drive: Literal["velocity", "position"] = "velocity"  # what the drives take
+    position_gain: NonNegative = 1.0  # 1/s, h: speed for a deviation from the path, of drives that take speeds
+
+
+SETTINGS = {"control": Settings}
+WINCH_RATE = "m/s"  # unit of the effort of a winch that imposes a rate
+
+
+class JointRow(NamedTuple):
+    """The command of one actuated joint and those of the joints after it, a linked list, unrolled at compile time."""
+
+    position: float  # -, share of the path's position
+    velocity: float  # -, share of the path's velocity
+    gain: float  # 1/s, of the deviation
+    tail: "JointRow | None"
+
+
+class JointTrajectoryLaw(NamedTuple):
+    """The law."""
+
+    rows: JointRow | None
+    trajectory: Trajectory  # of the actuated joints
+    commands: tuple[str, ...]  # what each joint is commanded, of `laws.Law`
+
+    def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the commands (nu,) at joint positions q, nq or more."""
+        return compute_commands(self.rows, self.trajectory, t, np.array(q))
+
+
+@generic
+def row_commands(row, i, x, rate, q):
+    """Return the commands of a linked list of rows as a tuple; i: the joint of the first."""
+    return ()
+
+
+@row_commands.register(JointRow)
+def _(row, i, x, rate, q):
+    command = row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[i])
+    return (command, *row_commands(row.tail, i + 1, x, rate, q))
+
+
+@entry_point
+def compute_commands(rows, trajectory, t, q):
+    """Compiled commands (nu,) for calls from Python."""
+    x, rate, _ = reference_at(trajectory, t)
+    return row_commands(rows, 0, x, rate, q)
+
+
+def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
+    """Return the law for its nominal scene.
+
+    Raises:
+        SceneError: a setting is wrong, or the path is the payload's.
+    """
+    options = read_settings(Settings, settings)
+    if nominal.path is not None and not nominal.path.of_joints:
+        line = "control.law = 'joint_trajectory' follows paths of the joints only"
+        raise SceneError(f"reference.path.of = 'payload': {line}")
+    rows, kinds = None, tuple("effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units)
+    for kind in reversed(kinds):
+        by_position = kind == "position"
+        rows = JointRow(float(by_position), float(not by_position), 0.0 if by_position else options.position_gain, rows)
+    return JointTrajectoryLaw(rows, nominal.path or _rest(nominal), kinds)
+
+
+def _rest(scene: Scene) -> Trajectory:
+    """Return the path that stays where the actuated joints start; they are the first ones."""
+    start = np.array(scene.initial_q[: len(scene.actuated)])
+    return compile_trajectory(with_rest_at_ends(np.array([0.0, MIN_INTERVAL]), start[None, :, None]), of_joints=True)
