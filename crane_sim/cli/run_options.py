@@ -1,6 +1,7 @@
 """The options of `crane run`: checks of values and of combinations before anything starts."""
 
 import math
+import re
 import socket
 import tempfile
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from crane_sim.ros.common.command_stamps import COMMAND_STAMPS
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
 
+_PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 _OPTIONS = (
@@ -44,6 +46,8 @@ _OPTIONS = (
         f"leads), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
     ),
     click.option("--tf", help=f"Transforms on /tf and /tf_static: {' | '.join(TRANSFORM_SCOPES)} (default all)."),
+    click.option("--frame-prefix", help="Begins the names of frames but world: several cranes in one ROS domain."),
+    click.option("--paused", is_flag=True, help="Begin paused, until a service plays the run."),
     click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 )
 
@@ -64,6 +68,8 @@ class RunOptions(NamedTuple):
     on_silence: str | None
     command_stamps: str | None
     tf: str | None
+    frame_prefix: str | None
+    paused: bool
     fifo: int | None
 
     def check(self) -> None:
@@ -80,6 +86,10 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--command-stamps = {self.command_stamps!r}: possible: {', '.join(COMMAND_STAMPS)}")
         if self.tf is not None and self.tf not in TRANSFORM_SCOPES:
             raise SceneError(f"--tf = {self.tf!r}: possible: {', '.join(TRANSFORM_SCOPES)}")
+        if self.frame_prefix is not None and not _PREFIX.fullmatch(self.frame_prefix):
+            raise SceneError(
+                f"--frame-prefix = {self.frame_prefix!r}: possible: letters, digits, _ and /, such as west/"
+            )
         if self.fifo is not None and not 0 <= self.fifo <= 99:
             raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
         if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
@@ -119,7 +129,7 @@ class RunOptions(NamedTuple):
             if path is not None:
                 _check_writable(option, path)
         set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
-        set_options |= {"command_stamps": self.command_stamps, "tf": self.tf}
+        set_options |= {"command_stamps": self.command_stamps, "tf": self.tf, "frame_prefix": self.frame_prefix}
         set_options["wait"] = math.inf if self.wait == 0.0 else self.wait
         return {name: value for name, value in set_options.items() if value is not None} | {
             "mode": self.mode,
@@ -129,6 +139,7 @@ class RunOptions(NamedTuple):
             "domain_id": self.domain_id,
             "controller": not self.no_controller,
             "restart": self.restart,
+            "paused": self.paused,
         }
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.scenes.schema.rigging import ATTITUDE
@@ -18,8 +19,6 @@ from crane_sim.simulation.base_state import base_state
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.base_state import BaseState
@@ -37,6 +36,14 @@ class Transform(NamedTuple):
     child: str
     translation: Vector  # m
     rotation: Quaternion = NO_TURN  # x, y, z, w: takes vectors of the child to the parent
+
+
+class RelativeMotion(NamedTuple):
+    """A child frame and its velocities in the axes of its parent."""
+
+    transform: Transform
+    velocity: NDArray[np.float64]  # (3,) m/s
+    angular_velocity: NDArray[np.float64]  # (3,) rad/s
 
 
 class MovingJoint(NamedTuple):
@@ -57,6 +64,11 @@ class MovingJoint(NamedTuple):
             return Transform(self.parent, self.child, (x + position * a, y + position * b, z + position * c))
         s = sin(0.5 * position)
         return Transform(self.parent, self.child, self.origin, (s * a, s * b, s * c, cos(0.5 * position)))
+
+    def motion(self, q: Sequence[float], v: Sequence[float]) -> RelativeMotion:
+        """Return the child's frame and its velocities at the scene's joint positions and rates (nq,)."""
+        rate, rest = self.multiplier * v[self.source] * np.array(self.axis), np.zeros(3)
+        return RelativeMotion(self.transform(q), *((rate, rest) if self.slides else (rest, rate)))
 
 
 class TransformTree:
@@ -89,6 +101,18 @@ class TransformTree:
             size = sqrt(w * w + x * x + y * y + z * z)
             transforms.append(self._turned._replace(rotation=(x / size, y / size, z / size, w / size)))
         return transforms
+
+    def motions(self, q: Sequence[float], v: Sequence[float]) -> list[RelativeMotion]:
+        """Return all frames in the base and their velocities, at joint positions q and rates v (nq,)."""
+        rest = np.zeros(3)
+        motions = [RelativeMotion(transform, rest, rest) for transform in self.fixed]
+        motions += [joint.motion(q, v) for joint in self._moving]
+        if self._turned is not None:
+            (w, *axis), (w_rate, *rates) = ([x[i] for i in self._attitude] for x in (q, v))
+            n, n_rate = np.array(axis), np.array(rates)  # twice the vector part of q' q*, of a quaternion of any size
+            turning = 2.0 * (w * n_rate - w_rate * n + np.cross(n, n_rate)) / (w * w + n @ n)
+            motions.append(RelativeMotion(self.moving(q)[-1], rest, turning))
+        return motions
 
 
 def payload_orientation(scene: Scene, t: float, q: Sequence[float]) -> Quaternion:

@@ -43,6 +43,8 @@ def run(
     on_silence: str | None = None,
     command_stamps: str | None = None,
     tf: str | None = None,
+    frame_prefix: str | None = None,
+    paused: bool = False,
     fifo: int | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
@@ -67,6 +69,8 @@ def run(
             parameter of that name.
         tf: which transforms the plant publishes: "all", those of the "base", or "off"; None: the default of the plant's
             parameter `publish_tf`.
+        frame_prefix: begins the names of all frames but `world`; None: no prefix.
+        paused: begin paused, until a service plays the run.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
@@ -77,9 +81,9 @@ def run(
     """
     progress = on_progress or _ignore
     callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore)
-    plant: dict[str, object] = {"mode": mode, "commanded": not controller}
+    plant: dict[str, object] = {"mode": mode, "commanded": not controller, "paused": paused}
     optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
-    optional |= {"publish_tf": tf}
+    optional |= {"publish_tf": tf, "frame_prefix": frame_prefix}
     plant |= {name: value for name, value in optional.items() if value is not None}
     settings = _RunSettings(plant, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
     with (

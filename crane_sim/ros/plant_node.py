@@ -78,6 +78,7 @@ PARAMETERS = {
     ),
     "tf_rate": Option(50.0, "transforms per second of the scene, at most one per period", 1e-3, 1e6),
     "frame_prefix": Option("", "begins the names of all frames but world; for several cranes in one ROS domain"),
+    "paused": Option(False, "the run begins paused, until ~/set_pause or a standard service plays it"),
     "resends": Option(10, "of one state until lockstep reports that it waits, paused, for a command", 0, 1_000_000),
     "fifo_priority": Option(0, "SCHED_FIFO priority of the loop over steps; 0: ordinary scheduling", 0, 99),
     "step_count": Option(1, "steps that one call of ~/step_simulation takes", 1, 100_000_000, live=True),
@@ -105,7 +106,7 @@ class PlantNode:
         self._scheduler = self._make_scheduler()
         control = RunControl(host, self._simulation, self._scheduler, settings)
         self._services = PlantServices(host.node, control, settings)
-        self._standard_services = standard_services.offer(host.node, control)
+        self._standard_services = standard_services.offer(host.node, control, self._simulation, settings.frame_prefix)
         self._faults = FaultServices(host.node, self._simulation.plant)
 
     def run(self) -> None:
@@ -118,6 +119,8 @@ class PlantNode:
         host.wait(lambda: "" if host.started and host.active else "the order go", simulation.publish_clock_if_due)
         if not host.stop_reason:
             self._set_priority()
+            if self._settings.paused:
+                simulation.pause(True, RunControl.USER)
             self._scheduler.run()
         if host.brake_reason and simulation.running and not host.stop_reason:
             brake_to_rest(host, simulation, self._scheduler, self._wall_period)

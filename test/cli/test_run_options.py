@@ -25,6 +25,8 @@ OPTIONS = RunOptions(
     on_silence=None,
     command_stamps=None,
     tf=None,
+    frame_prefix=None,
+    paused=False,
     fifo=None,
 )
 
@@ -42,6 +44,7 @@ OPTIONS = RunOptions(
         ({"wait": -1.0}, "--wait = -1.0: must be a number of seconds, 0 or more"),
         ({"command_stamps": "wall"}, "--command-stamps = 'wall': possible: state, ros, any"),
         ({"tf": "some"}, "--tf = 'some': possible: all, base, off"),
+        ({"frame_prefix": "west side/"}, "--frame-prefix = 'west side/': possible: letters, digits, _ and /"),
         ({"command_stamps": "ros"}, "--command-stamps = ros: only with --no-controller"),
         ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
         ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),

@@ -39,7 +39,9 @@ def test_a_package_is_built_again_when_its_definitions_change(installed: Path, t
 
 def test_unknown_packages_are_refused() -> None:
     """The name of a package that has no definitions here is an error that lists the known ones."""
-    with pytest.raises(SceneError, match="package tf_msgs: unknown.*known: tf2_msgs, simulation_interfaces, control_msgs"):
+    with pytest.raises(
+        SceneError, match="package tf_msgs: unknown.*known: tf2_msgs, simulation_interfaces, control_msgs"
+    ):
         choose(("tf_msgs",))
 
 

@@ -9,7 +9,13 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 
 
 class RunControl:
-    """Control of a run by the services of the node `plant`."""
+    """Control of a run by the services of the node `plant`.
+
+    Attributes:
+        USER: source of the pauses that services order.
+    """
+
+    USER = "user"
 
     def __init__(
         self, host: NodeHost, simulation: SimulationRun, scheduler: StepScheduler, settings: SimpleNamespace
@@ -28,15 +34,15 @@ class RunControl:
         return bool(self._simulation.stamp)
 
     @property
-    def steps(self) -> int:
-        """Steps since the start, or since the last reset."""
-        return self._simulation.plant.k
+    def steps_in_all(self) -> int:
+        """Steps since the start, those before resets included."""
+        return self._simulation.steps_before_reset + self._simulation.plant.k
 
     def set_paused(self, paused: bool) -> str:
         """Begin or end the user's pause."""
         why_not = self.why_not_running()
         if not why_not and paused != self._simulation.paused:
-            self._simulation.pause(paused, "user")
+            self._simulation.pause(paused, self.USER)
             if not paused:
                 self._scheduler.resume()
         return why_not

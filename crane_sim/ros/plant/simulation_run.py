@@ -27,6 +27,7 @@ class SimulationRun:
         ending: why the run is on its way to its end, one line, or empty.
         failure: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
+        steps_before_reset: taken before the last reset.
         remarks: further entries of the diagnostics.
     """
 
@@ -51,7 +52,7 @@ class SimulationRun:
         self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
         self._further, self.remarks = further, dict[str, object]()
         self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
-        self.stamp, self.deadline_misses = 0, 0
+        self.stamp, self.deadline_misses, self.steps_before_reset = 0, 0, 0
         self.waiting = self.ending = self.failure = ""
         self._pauses: set[str] = set()  # by what ordered them
         self._topics, self._pipes = topics, pipes
@@ -111,7 +112,9 @@ class SimulationRun:
 
     def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
         """Return to the scene's initial state, or to another one, with new counters; arguments: see `Plant.reset`."""
+        steps = self.plant.k
         self.plant.reset(q, v)
+        self.steps_before_reset += steps
         self.validator = CommandValidator(self.scene.actuated, self._largest, self.scene.joint_names)
         self.deadline_misses = 0
         self.start()

@@ -1,7 +1,7 @@
 """What the services of simulation_interfaces 2.1 do to the plant, and their result codes; no message types."""
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.plant.run_control import RunControl
@@ -12,6 +12,7 @@ class Code(IntEnum):
 
     FEATURE_UNSUPPORTED = 0
     OK = 1
+    NOT_FOUND = 2
     INCORRECT_STATE = 3
     OPERATION_FAILED = 4
     ALREADY_IN_TARGET_STATE = 101
@@ -21,6 +22,9 @@ class Code(IntEnum):
 class Feature(IntEnum):
     """What the plant can do, numbered as in SimulatorFeatures.msg; time and state are reset together only."""
 
+    ENTITY_CATEGORIES = 8
+    ENTITY_STATE_GETTING = 10
+    ENTITY_INFO_GETTING = 12
     SIMULATION_RESET = 20
     SIMULATION_STATE_GETTING = 24
     SIMULATION_STATE_SETTING = 25
@@ -37,18 +41,20 @@ class Outcome(NamedTuple):
     message: str = ""
 
 
+_NEVER = -1  # a number of steps
 _RESET = 3  # the bits SCOPE_TIME and SCOPE_STATE of ResetSimulation.srv
 
 
 class StandardOperations:
     """The operations behind the standard services.
 
-    Stopped is paused at the start: the run then begins with the next step, or when it is played.
+    Stopped is paused at the start, before any step: the run then begins with the next one, or when it is played.
     """
 
     def __init__(self, control: RunControl) -> None:
         """Control a run."""
-        self._control, self._stopped = control, False
+        self._control = control
+        self._stopped_at = 0  # steps taken in all when it was stopped; a run that begins paused is stopped
 
     def state(self) -> SimulationState:
         """Return the state of the simulation; a run that waits for a command is playing."""
@@ -59,8 +65,7 @@ class StandardOperations:
             return SimulationState.QUITTING
         if not control.paused:
             return SimulationState.PLAYING
-        at_start = self._stopped and control.steps == 0
-        return SimulationState.STOPPED if at_start else SimulationState.PAUSED
+        return SimulationState.STOPPED if control.steps_in_all == self._stopped_at else SimulationState.PAUSED
 
     def set_state(self, target: int) -> Outcome:
         """Stop, play, pause or end the simulation."""
@@ -78,7 +83,8 @@ class StandardOperations:
         failure = self._control.set_paused(target != SimulationState.PLAYING)
         if target == SimulationState.STOPPED:
             failure = failure or self._control.reset()
-        self._stopped = target == SimulationState.STOPPED and not failure
+        stopped = target == SimulationState.STOPPED and not failure
+        self._stopped_at = self._control.steps_in_all if stopped else _NEVER
         return (
             Outcome(Code.STATE_TRANSITION_ERROR, failure) if failure else Outcome(Code.OK, self._control.why_waiting())
         )
@@ -96,3 +102,9 @@ class StandardOperations:
 
 def _outcome(failure: str) -> Outcome:
     return Outcome(Code.OPERATION_FAILED, failure) if failure else Outcome(Code.OK)
+
+
+def write_outcome(response: Any, outcome: Outcome) -> Any:
+    """Return the response of a service, or the result of an action, with the outcome of the call."""
+    response.result.result, response.result.error_message = int(outcome.code), outcome.message
+    return response

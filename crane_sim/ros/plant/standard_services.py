@@ -7,19 +7,29 @@ from typing import Any
 from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.node import Node
 
+from crane_sim.ros.plant.entities import Entities
+from crane_sim.ros.plant.entity_services import EntityServices
 from crane_sim.ros.plant.run_control import RunControl
-from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations
+from crane_sim.ros.plant.simulation_run import SimulationRun
+from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations, write_outcome
 
 _PACKAGE = "simulation_interfaces"
 
 
-def offer(node: Node, control: RunControl) -> "StandardServices | None":
-    """Offer the standard services; without their package one line of the log says that they are off."""
+def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: str) -> "StandardServices | None":
+    """Offer the standard services; without their package one line of the log says that they are off.
+
+    Args:
+        node: offers them.
+        control, simulation: of the run.
+        prefix: begins the names of frames, and of entities.
+    """
     try:
         import_module(f"{_PACKAGE}.srv")
     except ImportError:
         node.get_logger().info(f"{_PACKAGE} is not importable: no standard services (crane interfaces builds it)")
         return None
+    EntityServices(node, _PACKAGE, Entities(simulation.plant, prefix), lambda: simulation.stamp)
     return StandardServices(node, StandardOperations(control))
 
 
@@ -56,19 +66,19 @@ class StandardServices:
 
     def _get_state(self, _: Any, response: Any) -> Any:
         response.state.state = int(self._operations.state())
-        return _write(response, Outcome(Code.OK))
+        return write_outcome(response, Outcome(Code.OK))
 
     def _set_state(self, request: Any, response: Any) -> Any:
-        return _write(response, self._operations.set_state(request.state.state))
+        return write_outcome(response, self._operations.set_state(request.state.state))
 
     def _step(self, request: Any, response: Any) -> Any:
         if self._stepping:
             busy = "the action simulate_steps takes steps; cancel it, or wait for its result"
-            return _write(response, Outcome(Code.OPERATION_FAILED, busy))
-        return _write(response, self._operations.step(request.steps))
+            return write_outcome(response, Outcome(Code.OPERATION_FAILED, busy))
+        return write_outcome(response, self._operations.step(request.steps))
 
     def _reset(self, request: Any, response: Any) -> Any:
-        return _write(response, self._operations.reset(request.scope))
+        return write_outcome(response, self._operations.reset(request.scope))
 
     def _accept_goal(self, _: Any) -> GoalResponse:
         if self._stepping:
@@ -88,7 +98,7 @@ class StandardServices:
             goal.succeed()
         else:
             goal.abort()
-        return _write(self._action.Result(), outcome)
+        return write_outcome(self._action.Result(), outcome)
 
     async def _take_steps(self, goal: ServerGoalHandle, number: int) -> Outcome:
         outcome = self._operations.step(0)
@@ -107,8 +117,3 @@ class _NextSpin:
 
     def __await__(self) -> Generator[None, None, None]:
         yield
-
-
-def _write(response: Any, outcome: Outcome) -> Any:
-    response.result.result, response.result.error_message = int(outcome.code), outcome.message
-    return response

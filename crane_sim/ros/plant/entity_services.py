@@ -1,0 +1,76 @@
+"""The services of simulation_interfaces about entities: names, motions and kinds of the parts of the crane."""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from rclpy.node import Node
+
+from crane_sim.description.frame_motion import FrameMotion
+from crane_sim.description.transforms import WORLD, quaternion_of
+from crane_sim.ros.common import messages
+from crane_sim.ros.plant.entities import Category, Entities
+from crane_sim.ros.plant.standard_operations import Code, Outcome, write_outcome
+from crane_sim.ros.plant.state_publisher import set_quaternion, set_vector
+
+_DESCRIPTIONS = {Category.ROBOT: "a frame of the crane", Category.DYNAMIC_OBJECT: "the payload"}
+
+
+class EntityServices:
+    """Services `get_entities`, `get_entity_state`, `get_entities_states` and `get_entity_info`."""
+
+    def __init__(self, node: Node, package: str, entities: Entities, stamp: Callable[[], int]) -> None:
+        """Offer them, of a package of messages; `stamp` is that of the newest state [ns]."""
+        self._entities, self._stamp = entities, stamp
+        kinds, self._state = import_module(f"{package}.srv"), import_module(f"{package}.msg").EntityState
+        node.create_service(kinds.GetEntities, "get_entities", self._list)
+        node.create_service(kinds.GetEntityState, "get_entity_state", self._get_state)
+        node.create_service(kinds.GetEntitiesStates, "get_entities_states", self._get_states)
+        node.create_service(kinds.GetEntityInfo, "get_entity_info", self._get_info)
+
+    def _list(self, request: Any, response: Any) -> Any:
+        outcome, response.entities = self._select(request.filters)
+        return write_outcome(response, outcome)
+
+    def _get_states(self, request: Any, response: Any) -> Any:
+        outcome, response.entities = self._select(request.filters)
+        motions = self._entities.motions() if response.entities else {}
+        for name in response.entities:
+            state = self._state()
+            self._fill(state, motions[name])
+            response.states.append(state)
+        return write_outcome(response, outcome)
+
+    def _get_state(self, request: Any, response: Any) -> Any:
+        if request.entity not in self._entities.names:
+            return write_outcome(response, self._not_found(request.entity))
+        self._fill(response.state, self._entities.motions()[request.entity])
+        return write_outcome(response, Outcome(Code.OK))
+
+    def _get_info(self, request: Any, response: Any) -> Any:
+        if request.entity not in self._entities.names:
+            return write_outcome(response, self._not_found(request.entity))
+        category = self._entities.category(request.entity)
+        response.info.category.category, response.info.description = int(category), _DESCRIPTIONS[category]
+        return write_outcome(response, Outcome(Code.OK))
+
+    def _select(self, filters: Any) -> tuple[Outcome, list[str]]:
+        """Return how the selection ends, and the names of the entities that pass."""
+        if filters.tags.tags or filters.bounds.type:
+            return Outcome(Code.FEATURE_UNSUPPORTED, "filters: possible: filter, categories; not tags, bounds"), []
+        categories = [category.category for category in filters.categories]
+        try:
+            return Outcome(Code.OK), self._entities.select(filters.filter, categories)
+        except ValueError as error:
+            return Outcome(Code.OPERATION_FAILED, str(error)), []
+
+    def _not_found(self, name: str) -> Outcome:
+        return Outcome(Code.NOT_FOUND, f"entity {name!r}: possible: {', '.join(self._entities.names)}")
+
+    def _fill(self, state: Any, motion: FrameMotion) -> None:
+        state.header.frame_id = WORLD
+        messages.set_stamp(state.header.stamp, self._stamp())
+        set_vector(state.pose.position, motion.position)
+        set_quaternion(state.pose.orientation, quaternion_of(motion.rotation))
+        set_vector(state.twist.linear, motion.velocity)
+        set_vector(state.twist.angular, motion.angular_velocity)

@@ -1,0 +1,46 @@
+"""Velocities of frames: those of their poses a moment before and after."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from test_transforms import NAMES, random_state
+
+from crane_sim import load_scene
+from crane_sim.description import urdf
+from crane_sim.description.frame_motion import frame_motions
+from crane_sim.description.transforms import TransformTree
+from crane_sim.scenes.schema.rigging import ATTITUDE
+from crane_sim.simulation.metrics import world_points
+
+pytestmark = pytest.mark.interpreted
+
+STEP = 1e-5  # s, of central differences
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_velocities_are_the_rates_of_poses(name: str) -> None:
+    """Every frame's velocities are the central differences of its pose; the payload is where the model has it."""
+    scene = load_scene(name)
+    tree = TransformTree(urdf(scene), scene.joint_names)
+    for seed in range(3):
+        t, q = random_state(scene, seed)
+        v = np.random.default_rng(seed).uniform(-1.0, 1.0, len(q))
+        _keep_size(scene.joint_names, q, v)
+        motions = frame_motions(scene, tree, t, q.tolist(), v.tolist())
+        before, after = (frame_motions(scene, tree, t + s, (q + s * v).tolist(), v.tolist()) for s in (-STEP, STEP))
+        size = 1.0 + max(float(np.abs(motion.position).max()) for motion in motions.values())
+        for frame, motion in motions.items():
+            rate = (after[frame].position - before[frame].position) / (2.0 * STEP)
+            turn = Rotation.from_matrix(after[frame].rotation @ before[frame].rotation.T).as_rotvec() / (2.0 * STEP)
+            # rounding 1e-16 / STEP and third derivatives STEP²: 1e-10 each, times lengths and rates of some 10
+            assert motion.velocity == pytest.approx(rate, abs=2e-8 * size)
+            assert motion.angular_velocity == pytest.approx(turn, abs=2e-8)
+        points, _ = world_points(scene.model, t, q, v)
+        assert motions["payload_link"].position == pytest.approx(points[-1], abs=1e-12 * size)
+
+
+def _keep_size(joints: tuple[str, ...], q: np.ndarray, v: np.ndarray) -> None:
+    """Take from the rate of a quaternion (in place) the part that changes its size: the frame has none."""
+    indices = [joints.index(name) for name in ATTITUDE if name in joints]
+    if indices:
+        v[indices] -= q[indices] * (q[indices] @ v[indices])
