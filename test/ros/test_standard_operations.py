@@ -66,6 +66,26 @@ def test_stopped_is_the_start() -> None:
     assert run.operations.state() == PAUSED and run.plant.k == 1
 
 
+def test_only_before_any_step_is_it_stopped() -> None:
+    """After a step it is stopped no more, not even back at the start by a reset, until it is stopped again."""
+    run = Run()
+    assert run.set(STOPPED) == Code.OK and run.operations.reset(0).code == Code.OK
+    assert run.operations.state() == STOPPED
+    assert run.operations.step(1).code == Code.OK and run.operations.reset(0).code == Code.OK and run.plant.k == 0
+    assert run.operations.state() == PAUSED
+    assert run.set(STOPPED) == Code.OK and run.operations.state() == STOPPED
+
+
+def test_a_run_that_begins_paused_is_stopped() -> None:
+    """Paused from the beginning, the state is stopped; steps and resets pause it."""
+    run = Run(begun=False)
+    run.simulation.pause(True, RunControl.USER)
+    run.simulation.start()
+    assert run.operations.state() == STOPPED
+    assert run.operations.step(2).code == Code.OK and run.operations.reset(255).code == Code.OK
+    assert run.operations.state() == PAUSED
+
+
 def test_a_run_that_has_not_begun_is_stopped_and_cannot_be_played() -> None:
     """Before the run begins the state is stopped, and changing it fails as an incorrect state."""
     run = Run(begun=False)

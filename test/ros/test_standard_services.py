@@ -12,7 +12,9 @@ from bench_graph import NodeProcess, Remote, graph, remote, wait_until
 from rclpy.action.client import ActionClient
 
 from crane_sim import load_scene
+from crane_sim.ros.plant.entities import Entities
 from crane_sim.ros.plant.standard_operations import Code, Feature
+from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.skipif(
     find_spec("simulation_interfaces") is None, reason="simulation_interfaces is absent (./crane interfaces builds it)"
@@ -69,6 +71,8 @@ class Simulator:
         result = handle.get_result_async()
         wait_until(result.done, "the result")
         answer: Any = result.result()
+        if answer.status == GoalStatus.STATUS_SUCCEEDED:
+            wait_until(lambda: len(completed) >= steps, "the feedback of all steps")  # it may come after the result
         return answer.status, answer.result.result.result, completed
 
     def wait_for_step(self, step: int) -> None:
@@ -114,6 +118,47 @@ def test_the_services_keep_their_contract(simulator: Simulator) -> None:
     assert simulator.set_state(STOPPED) == Code.OK and simulator.state == STOPPED
     simulator.wait_for_step(0)
     assert simulator.set_state(PLAYING) == Code.OK and simulator.state == PLAYING
+
+
+FRAMES = ["base_link", "payload_link"]  # of a pendulum, and more
+
+
+def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
+    """Names, kinds and motions of the frames; the payload moves as in the run, and what is unknown has its code."""
+    simulator.plant.send("go")
+    wait_until(lambda: simulator.state == PLAYING, "the run")
+    assert simulator.set_state(STOPPED) == Code.OK and simulator.step(steps=50).result == Code.OK
+    messages = import_module("simulation_interfaces.msg")
+    names = simulator.request("GetEntities", "get_entities").entities
+    assert set(FRAMES) <= set(names)
+
+    def select(**filters: Any) -> tuple[int, list[str]]:
+        answer = simulator.request("GetEntities", "get_entities", filters=messages.EntityFilters(**filters))
+        return answer.result.result, list(answer.entities)
+
+    robot = [messages.EntityCategory(category=1)]
+    assert select(filter="^payload|nothing$") == (Code.OK, ["payload_link"])
+    assert select(categories=robot) == (Code.OK, [name for name in names if name != "payload_link"])
+    assert select(filter="(") == (Code.OPERATION_FAILED, [])
+    assert select(filter="(a{255}){255}") == (Code.OPERATION_FAILED, [])  # would take all memory
+    assert select(tags=messages.TagsFilter(tags=["heavy"])) == (Code.FEATURE_UNSUPPORTED, [])
+    assert select(bounds=messages.Bounds(type=3)) == (Code.FEATURE_UNSUPPORTED, [])
+    states = simulator.request("GetEntitiesStates", "get_entities_states")
+    payload = simulator.request("GetEntityState", "get_entity_state", entity="payload_link").state
+    assert states.entities == names and states.states[names.index("payload_link")] == payload
+    plant = Plant(SCENE)
+    for _ in range(50):
+        plant.advance()
+    position, velocity = payload.pose.position, payload.twist.linear
+    assert [position.x, position.y, position.z] == pytest.approx(plant.payload, abs=1e-12)  # rounding
+    motion = Entities(plant, "").motions()["payload_link"]  # checked in test_frame_motion.py
+    assert [velocity.x, velocity.y, velocity.z] == motion.velocity.tolist() and max(motion.velocity) > 0.01
+    stamp = payload.header.stamp
+    assert payload.header.frame_id == "world" and stamp.sec * 10**9 + stamp.nanosec == 51 * SCENE.period_ns
+    unknown = simulator.request("GetEntityState", "get_entity_state", entity="hook").result
+    assert unknown.result == Code.NOT_FOUND and "payload_link" in unknown.error_message
+    assert simulator.request("GetEntityInfo", "get_entity_info", entity="hook").result.result == Code.NOT_FOUND
+    assert simulator.request("GetEntityInfo", "get_entity_info", entity="payload_link").info.category.category == 4
 
 
 def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> None:

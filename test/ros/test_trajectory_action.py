@@ -1,0 +1,205 @@
+"""The action FollowJointTrajectory over the wire in lockstep, where control_msgs is importable."""
+
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from action_msgs.msg import GoalStatus
+from bench_graph import NodeProcess, Remote, graph, remote, wait_until
+from rclpy.action.client import ActionClient
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from crane_sim import load_scene, simulate
+from crane_sim.ros.controller.trajectory_action import NAME
+from crane_sim.ros.controller.trajectory_goal import GoalCode
+
+pytestmark = [
+    pytest.mark.interpreted,
+    pytest.mark.skipif(
+        find_spec("control_msgs") is None, reason="control_msgs is absent (./crane interfaces builds it)"
+    ),
+]
+SECOND = 10**9  # ns
+SERVO = {"gain": 24e3, "integral_time": 0.2, "max_speed": 1.0, "max_acceleration": 0.5, "max_jerk": 5.0}
+DOCUMENT = {
+    "crane": "overhead",
+    "duration": 6.0,
+    "trolley": {"mass": 1200.0},
+    "cable": {"lengths": 4.0, "node_masses": 500.0},
+    "actuators": {"trolley": {"drive": "velocity", "servo": SERVO}},
+    "control": {"law": "joint_trajectory", "period": 0.01},
+}
+START, TIME, END = 1.0, 3.0, 0.6  # s by the stamp, s from there, m
+STOP = 2.0  # s
+
+
+class Answer(NamedTuple):
+    """The end of a goal."""
+
+    status: int
+    code: int
+    line: str
+
+
+class Client:
+    """An action client in lockstep with a paused run: nothing moves but by `advance`.
+
+    Attributes:
+        feedback: what has come.
+    """
+
+    def __init__(self, plant: NodeProcess, node: Remote) -> None:
+        """Wait for the action."""
+        self.plant, self.node, self.feedback = plant, node, list[Any]()
+        self._action: Any = import_module("control_msgs.action").FollowJointTrajectory
+        self._client = ActionClient(node.node, self._action, NAME)
+        assert self._client.wait_for_server(30.0)
+
+    def send(self, time: float, position: float, start: float = 0.0, **fields: Any) -> Any:
+        """Send a goal of one point, at rest; return its handle."""
+        point = JointTrajectoryPoint(positions=[position], velocities=[fields.pop("velocity", 0.0)])
+        point.time_from_start.sec, point.time_from_start.nanosec = divmod(round(time * SECOND), SECOND)
+        trajectory = JointTrajectory(joint_names=fields.pop("joint_names", ["trolley"]), points=[point])
+        trajectory.header.stamp.sec, trajectory.header.stamp.nanosec = divmod(round(start * SECOND), SECOND)
+        goal = self._action.Goal(trajectory=trajectory, **fields)
+        sent = self._client.send_goal_async(goal, lambda message: self.feedback.append(message.feedback))
+        wait_until(sent.done, "the answer to the goal")
+        handle: Any = sent.result()
+        assert handle.accepted
+        return handle
+
+    def answer(self, handle: Any) -> Answer:
+        """Wait for the result of a goal."""
+        result = handle.get_result_async()
+        wait_until(result.done, "the result")
+        answer: Any = result.result()
+        return Answer(answer.status, answer.result.error_code, answer.result.error_string)
+
+    def cancel(self, handle: Any) -> None:
+        """Cancel a goal."""
+        cancelled = handle.cancel_goal_async()
+        wait_until(cancelled.done, "the answer to the cancellation")
+
+    def advance(self, seconds: float) -> None:
+        """Let the paused run move on."""
+        assert self.node.set(step_count=round(seconds / 0.01)) == "" and self.node.step() == "ok"
+
+    def check_feedback(self) -> None:
+        """Check that feedback came in order, twenty times a second; a slow client may miss some."""
+        stamps = [message.header.stamp.sec * SECOND + message.header.stamp.nanosec for message in self.feedback]
+        assert stamps and stamps == sorted(set(stamps)) and stamps[0] >= START * SECOND
+        assert all((stamp - START * SECOND) % (SECOND // 20) == 0 for stamp in stamps)
+        for message in self.feedback:
+            assert message.joint_names == ["trolley"]
+            assert message.desired.positions[0] - message.actual.positions[0] == message.error.positions[0]
+
+    def motion(self) -> tuple[float, float]:
+        """Return position and velocity of the trolley in the newest state."""
+        return self.node.positions[-1][0], self.node.velocities[-1][0]
+
+
+def tolerance(name: str = "trolley", position: float = 0.0) -> Any:
+    """Return a tolerance of a joint."""
+    return import_module("control_msgs.msg").JointTolerance(name=name, position=position)
+
+
+@pytest.fixture
+def client(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
+    """Yield a client of a run that has begun, paused at its first state."""
+    scene = tmp_path / "scene.yaml"
+    load_scene(DOCUMENT).dump(scene)
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as node:
+        with (
+            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "paused:=true") as plant,
+            NodeProcess(
+                "crane_control.nodes.controller_node", env, f"scene:={scene}", f"stop_time:={STOP}"
+            ) as controller,
+        ):
+            for process in (plant, controller):
+                process.await_event("ready")
+                process.send("go")
+            wait_until(lambda: bool(node.states), "the first state")
+            yield Client(plant, node)
+
+
+def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
+    """The run with a goal is that of `simulate` with the goal as the scene's path, bit for bit.
+
+    Wrong goals that come in between end with their codes, and change nothing.
+    """
+    client.advance(0.5)
+    handle = client.send(TIME, END, start=START, path_tolerance=[tolerance(position=0.2)])
+    wrong: list[tuple[GoalCode, dict[str, Any]]] = [
+        (GoalCode.INVALID_JOINTS, {"joint_names": ["hook"]}),
+        (GoalCode.INVALID_JOINTS, {"joint_names": []}),
+        (GoalCode.INVALID_GOAL, {"velocity": 0.1}),
+        (GoalCode.INVALID_GOAL, {"position": float("nan")}),
+        (GoalCode.INVALID_GOAL, {"goal_tolerance": [tolerance(position=-0.5)]}),
+        (GoalCode.INVALID_JOINTS, {"goal_tolerance": [tolerance("hook", 0.5)]}),
+        (GoalCode.OLD_HEADER_TIMESTAMP, {"start": 0.1, "time": 0.2}),
+    ]
+    for code, fields in wrong:
+        answer = client.answer(client.send(**{"time": 1.0, "position": 1.0} | fields))
+        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line
+    assert client.node.pause(False) == "ok"
+    answer = client.answer(handle)
+    assert answer[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
+    points = [{"positions": [x], "velocities": [0.0], "time_from_start": t} for x, t in ((0.0, 0.0), (END, TIME))]
+    path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"], "start": START - 0.01, "points": points}
+    expected = simulate(load_scene(DOCUMENT | {"reference": {"path": path}})).summary["state_sha256"]
+    assert client.plant.await_event("done")["summary"]["state_sha256"] == expected
+    client.check_feedback()
+
+
+def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
+    """A goal that is cancelled ends at once, also in a pause, and the trolley comes to rest half its way on."""
+    handle = client.send(6.0, 1.5)
+    client.advance(3.0)
+    before, speed = client.motion()
+    client.cancel(handle)
+    assert client.answer(handle)[:2] == (GoalStatus.STATUS_CANCELED, GoalCode.SUCCESSFUL)
+    client.advance(STOP + 0.5)
+    after, rest = client.motion()
+    assert speed > 0.3 and abs(rest) < 0.1 * speed  # the payload still swings, and pulls
+    assert after - before == pytest.approx(0.5 * speed * STOP, abs=0.1 * speed)  # the drive lags by some 0.1 s
+
+
+def test_a_newer_goal_takes_over_at_its_start(client: Client) -> None:
+    """Until a newer goal begins, the older one is followed; then it ends as preempted, and the newer one succeeds."""
+    older = client.send(4.0, 2.0)
+    client.advance(0.1)
+    newer = client.send(1.0, 0.1, start=0.5)
+    client.advance(0.3)
+    wait_until(lambda: bool(client.feedback), "feedback")
+    assert older.status == GoalStatus.STATUS_EXECUTING
+    client.advance(0.3)
+    answer = client.answer(older)
+    assert answer[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_GOAL) and "newer goal" in answer.line
+    client.advance(1.0)
+    assert client.answer(newer).status == GoalStatus.STATUS_SUCCEEDED
+
+
+def test_tolerances_end_a_goal(client: Client) -> None:
+    """A joint beyond its tolerance on the way, or not within it in time at the end, ends the goal by its code."""
+    fast = client.send(0.2, 1.0, path_tolerance=[tolerance(position=0.05)])
+    client.advance(1.0)
+    answer = client.answer(fast)
+    assert answer[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.PATH_TOLERANCE_VIOLATED)
+    assert "trolley: the position deviates by" in answer.line and "tolerance 0.05" in answer.line
+    leeway = import_module("builtin_interfaces.msg").Duration(nanosec=100_000_000)
+    late = client.send(0.2, 1.0, goal_tolerance=[tolerance(position=0.01)], goal_time_tolerance=leeway)
+    client.advance(0.5)
+    assert client.answer(late)[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.GOAL_TOLERANCE_VIOLATED)
+
+
+def test_a_reset_ends_a_goal_and_the_law_begins_anew(client: Client) -> None:
+    """After a reset the goal that was followed is over, and the trolley stays at the start."""
+    handle = client.send(1.0, 1.0)
+    client.advance(0.5)
+    assert client.node.reset() == "ok"
+    assert client.answer(handle)[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_GOAL)
+    client.advance(0.5)
+    assert client.motion() == (0.0, 0.0)

@@ -1,0 +1,122 @@
+"""Goals of FollowJointTrajectory without that package and without DDS: what is refused, tolerances, stopping."""
+
+from math import inf, nan
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Duration
+from trajectory_msgs.msg import (
+    JointTrajectory,
+    JointTrajectoryPoint,
+    MultiDOFJointTrajectory,
+    MultiDOFJointTrajectoryPoint,
+)
+
+from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, Tolerances, read_goal
+from crane_sim.trajectories.minimum_jerk import MinimumJerk
+from crane_sim.trajectories.polynomials import Array, evaluate, max_derivatives
+from crane_sim.trajectories.replanning import stop_trajectory, to_piecewise_polynomial
+from crane_sim.trajectories.trajectory import compile_trajectory
+
+NAMES = ("trolley", "hoist")
+PERIOD, PERIOD_NS = 0.01, 10_000_000
+
+
+def request(**changes: Any) -> Any:
+    """Return a good request for two joints, with changes."""
+    points = [JointTrajectoryPoint(positions=[float(i), 2.0]) for i in range(2)]
+    points[1].time_from_start.sec = 3
+    fields: dict[str, Any] = {"trajectory": JointTrajectory(joint_names=["hoist", "trolley"], points=points)}
+    fields |= {"multi_dof_trajectory": MultiDOFJointTrajectory(), "goal_time_tolerance": Duration()}
+    fields |= {f"{kind}_tolerance": [] for kind in ("path", "goal", "component_path", "component_goal")}
+    return SimpleNamespace(**fields | changes)
+
+
+def tolerance(name: str = "hoist", position: float = 0.0, velocity: float = 0.0, acceleration: float = 0.0) -> Any:
+    """Return a tolerance."""
+    return SimpleNamespace(name=name, position=position, velocity=velocity, acceleration=acceleration)
+
+
+def read(**changes: Any) -> Goal:
+    """Return the goal of a request at t = 1 s."""
+    return read_goal(request(**changes), NAMES, 1.0, PERIOD, PERIOD_NS)
+
+
+def trajectory(stamp: int = 0, **changes: Any) -> JointTrajectory:
+    """Return the good request's trajectory with a stamp [ns] and changes of its first point."""
+    message = request().trajectory
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+    for key, value in changes.items():
+        setattr(message.points[0], key, value)
+    return message
+
+
+def test_a_goal_is_read_as_it_is_meant() -> None:
+    """Without a stamp a goal begins with the next state; tolerances are sorted by joint, 0 and -1 are no limits."""
+    goal = read(path_tolerance=[tolerance(position=0.1, velocity=-1.0)], goal_time_tolerance=Duration(sec=2))
+    assert goal.immediate and goal.end == 4.0 and goal.leeway == 2.0
+    assert goal.on_the_way == ((inf, 0.1), (inf, inf)) and goal.on_the_way.limited and not goal.at_the_end.limited
+    stamped = read(trajectory=trajectory(2 * 10**9 + PERIOD_NS))
+    assert not stamped.immediate and stamped.end == pytest.approx(5.0, abs=1e-12) and stamped.leeway == inf
+
+
+WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "line"),
+    [
+        ({"multi_dof_trajectory": WIDE}, GoalCode.INVALID_GOAL, "several degrees of freedom"),
+        ({"component_goal_tolerance": [0]}, GoalCode.INVALID_GOAL, "several degrees of freedom"),
+        ({"trajectory": JointTrajectory()}, GoalCode.INVALID_JOINTS, "joint_names = none: must be trolley, hoist"),
+        ({"trajectory": trajectory(positions=[1.0])}, GoalCode.INVALID_GOAL, r"points\[0\].positions has 1 values"),
+        ({"trajectory": trajectory(positions=[1.0, nan])}, GoalCode.INVALID_GOAL, "positions"),
+        ({"trajectory": trajectory(velocities=[1.0, 0.0])}, GoalCode.INVALID_GOAL, "velocities has 0 values"),
+        ({"trajectory": trajectory(time_from_start=Duration(sec=3))}, GoalCode.INVALID_GOAL, "times must increase"),
+        ({"trajectory": trajectory(time_from_start=Duration(sec=-1))}, GoalCode.INVALID_GOAL, "time_from_start"),
+        ({"trajectory": trajectory(-2 * 10**9)}, GoalCode.OLD_HEADER_TIMESTAMP, "the last point is 0.01 s ago"),
+        ({"goal_tolerance": [tolerance("hook")]}, GoalCode.INVALID_JOINTS, "goal_tolerance: 'hook' is no joint"),
+        ({"path_tolerance": [tolerance(position=-2.0)]}, GoalCode.INVALID_GOAL, "hoist: position = -2: must be"),
+        ({"path_tolerance": [tolerance(velocity=nan)]}, GoalCode.INVALID_GOAL, "hoist: velocity = nan: must be"),
+        ({"goal_tolerance": [tolerance(acceleration=1.0)]}, GoalCode.INVALID_GOAL, "is not measured; leave it at 0"),
+    ],
+)
+def test_wrong_goals_have_a_code_and_a_line(changes: dict[str, Any], code: GoalCode, line: str) -> None:
+    """What cannot be followed is refused with the code of its kind, and one line on what is wrong."""
+    with pytest.raises(GoalError, match=line) as error:
+        read(**changes)
+    assert error.value.code == code and "\n" not in str(error.value)
+
+
+def test_the_first_joint_beyond_its_tolerance_is_named() -> None:
+    """A deviation at the tolerance is within it, one beyond it is not, and one that is no number is beyond any."""
+    limits = Tolerances((0.5, inf), (inf, 0.25))
+
+    def violation(*error: float) -> str:
+        return limits.describe_violation(NAMES, np.array(error).reshape(2, 2))
+
+    assert not violation(-0.5, 1e9, 1e9, 0.25)
+    assert violation(0.6, 0.0, 0.0, 1.0) == "trolley: the position deviates by 0.6, tolerance 0.5"
+    assert violation(0.0, 0.0, 0.0, -0.3) == "hoist: the velocity deviates by -0.3, tolerance 0.25"
+    assert violation(0.0, nan, 0.0, 0.0)
+
+
+def test_stopping_is_smooth_and_ends_at_rest() -> None:
+    """A stop goes on with the old position, velocity and acceleration, ends at rest in time, and does not swing out."""
+    old = compile_trajectory(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).to_polynomials(), of_joints=True)
+    stop = stop_trajectory(old, 1.5, 0.8)
+    before, now = to_piecewise_polynomial(old), to_piecewise_polynomial(stop)
+
+    def at(path: Any, t: float, order: int) -> Array:
+        return evaluate(path, np.array([t]), order)[0]
+
+    for order in range(3):
+        assert at(now, 1.5, order) == pytest.approx(at(before, 1.5, order), abs=1e-12)  # rounding
+    for order in (1, 2):
+        assert at(now, 2.3 - 1e-12, order) == pytest.approx(0.0, abs=1e-9)  # a moment before the end
+    v, a = at(before, 1.5, 1), at(before, 1.5, 2)
+    expected = at(before, 1.5, 0) + v * 0.8 / 2.0 + a * 0.8**2 / 12.0  # the integral of the cubic
+    assert at(now, 9.0, 0) == pytest.approx(expected, abs=1e-12)
+    assert stop.of_joints and np.all(max_derivatives(now, 1) < 1.1 * np.abs(v))
